@@ -1,0 +1,297 @@
+!> A rigid body: its inertia about the reference point, mass and centre of mass, validated once.
+module nutate_body
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_kinds, only: wp, eps
+   use nutate_lapack, only: symmetric_eigen
+   use nutate_shapes, only: measure_shape
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
+   implicit none
+   private
+
+   public :: body_t, make_body, make_shape_body, diagonal, parallel_axis, triangle_excess
+
+   !> How far a moment may exceed the sum of the other two, relative to the largest moment, before the body is
+   !> called impossible: flat plates given with rounded numbers are valid.
+   real(wp), parameter :: triangle_tolerance = 1e-12_wp
+
+   !> A rigid body as the equations of motion need it. Made by `make_body` or `make_shape_body`.
+   type :: body_t
+      !> J about the reference point, body axes, kg m².
+      real(wp) :: inertia(3, 3) = 0.0_wp
+      !> J⁻¹, symmetric to the last digit.
+      real(wp) :: inverse_inertia(3, 3) = 0.0_wp
+      !> Principal moments, kg m², in the order of the body axes they lie nearest to.
+      real(wp) :: moments(3) = 0.0_wp
+      !> Principal axes as columns, body axes, right-handed; the unit matrix for a diagonal tensor.
+      real(wp) :: axes(3, 3) = 0.0_wp
+      !> Mass, kg; only with `has_mass`.
+      real(wp) :: mass = 0.0_wp
+      !> The mass is known.
+      logical :: has_mass = .false.
+      !> Centre of mass from the reference point, body axes, m.
+      real(wp) :: center_of_mass(3) = 0.0_wp
+      !> The moments about the reference point break the triangle rule (admitted by `check_triangle = .false.`).
+      logical :: breaks_triangle = .false.
+      !> The tensor about the centre of mass is that of no body: idealised tops.
+      logical :: idealised = .false.
+   end type body_t
+
+contains
+
+   !> A body from its inertia tensor.
+   !>
+   !> Errors: `NUTATE_BAD_BODY` with the reason: not finite, not symmetric, not positive definite (a moment that
+   !> vanishes: an infinitely thin rod), a moment larger than the sum of the other two.
+   !> `NUTATE_BAD_ARGUMENT`: mass not positive, centre of mass not finite, a shift asked for without a mass.
+   pure subroutine make_body(tensor, body, status, mass, center_of_mass, about_center_of_mass, check_triangle)
+      !> Inertia tensor, body axes, kg m².
+      real(wp), intent(in) :: tensor(3, 3)
+      type(body_t), intent(out) :: body
+      type(status_t), intent(out) :: status
+      !> kg.
+      real(wp), intent(in), optional :: mass
+      !> From the reference point, body axes, m; default: the reference point.
+      real(wp), intent(in), optional :: center_of_mass(3)
+      !> The tensor refers to the centre of mass and is moved to the reference point; default: it refers to the latter.
+      logical, intent(in), optional :: about_center_of_mass
+      !> `.false.` admits moments that break the triangle rule; default `.true.`.
+      logical, intent(in), optional :: check_triangle
+      logical :: move, check
+
+      move = .false.
+      if (present(about_center_of_mass)) move = about_center_of_mass
+      check = .true.
+      if (present(check_triangle)) check = check_triangle
+      call set_mass(body, status, mass, center_of_mass)
+      if (.not. status%ok()) return
+      if (move .and. .not. body%has_mass .and. any(body%center_of_mass /= 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'moving the inertia from the centre of mass needs the mass', 'mass')
+         return
+      end if
+      body%inertia = tensor
+      call check_tensor(body%inertia, status)
+      if (.not. status%ok()) return
+      if (move) body%inertia = body%inertia + parallel_axis(body%mass, body%center_of_mass)
+      call find_principal_axes(body, status)
+      if (.not. status%ok()) return
+      call check_moments(body, check, status)
+      if (.not. status%ok()) return
+      call invert_inertia(body)
+      if (body%has_mass) call judge_center_tensor(body)
+   end subroutine make_body
+
+   !> A homogeneous body of a named shape, from its mass or its density.
+   !>
+   !> Errors: those of `make_body`; `NUTATE_BAD_ARGUMENT` for an unknown shape, a wrong number of lengths, a length
+   !> that is not positive, or not exactly one of mass and density.
+   pure subroutine make_shape_body(shape, lengths, body, status, mass, density, center_of_mass)
+      !> 'box', 'cylinder', 'cone', 'sphere' or 'ellipsoid'.
+      character(len=*), intent(in) :: shape
+      !> Its lengths, m, see `shape_kinds`.
+      real(wp), intent(in) :: lengths(:)
+      type(body_t), intent(out) :: body
+      type(status_t), intent(out) :: status
+      !> kg.
+      real(wp), intent(in), optional :: mass
+      !> kg m⁻³.
+      real(wp), intent(in), optional :: density
+      !> From the reference point, body axes, m.
+      real(wp), intent(in), optional :: center_of_mass(3)
+      real(wp) :: volume, gyration(3), m
+
+      if (present(mass) .eqv. present(density)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a shape needs its mass or its density, one of the two', 'mass')
+         return
+      end if
+      if (.not. all(ieee_is_finite(lengths))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a length is not a finite number', 'size')
+      else if (any(lengths <= 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a length is not positive', 'size')
+      end if
+      if (.not. status%ok()) return
+      call measure_shape(shape, lengths, volume, gyration, status)
+      if (.not. status%ok()) return
+      if (present(mass)) then
+         m = mass
+      else
+         m = density*volume
+      end if
+      call make_body(diagonal(m*gyration), body, status, m, center_of_mass, about_center_of_mass=.true.)
+   end subroutine make_shape_body
+
+   !> Stores mass and centre of mass after testing them.
+   pure subroutine set_mass(body, status, mass, center_of_mass)
+      type(body_t), intent(inout) :: body
+      type(status_t), intent(out) :: status
+      real(wp), intent(in), optional :: mass, center_of_mass(3)
+      if (present(mass)) then
+         if (.not. ieee_is_finite(mass)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the mass is not a finite number', 'mass')
+         else if (mass <= 0.0_wp) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the mass is not positive', 'mass')
+         end if
+         body%mass = mass
+         body%has_mass = .true.
+      end if
+      if (present(center_of_mass)) then
+         if (.not. all(ieee_is_finite(center_of_mass))) &
+            status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is not finite', 'center_of_mass')
+         body%center_of_mass = center_of_mass
+      end if
+   end subroutine set_mass
+
+   !> m (|c|² I - c cᵀ): what moves a tensor from the centre of mass to a point at -c from it.
+   pure function parallel_axis(mass, c) result(shift)
+      !> kg.
+      real(wp), intent(in) :: mass
+      !> Centre of mass from the point, body axes, m.
+      real(wp), intent(in) :: c(3)
+      real(wp) :: shift(3, 3)
+      integer :: i, j
+      do j = 1, 3
+         do i = 1, 3
+            shift(i, j) = -mass*c(i)*c(j)
+         end do
+      end do
+      shift(1, 1) = mass*(c(2)**2 + c(3)**2)
+      shift(2, 2) = mass*(c(3)**2 + c(1)**2)
+      shift(3, 3) = mass*(c(1)**2 + c(2)**2)
+   end function parallel_axis
+
+   !> Finite and symmetric.
+   pure subroutine check_tensor(tensor, status)
+      real(wp), intent(in) :: tensor(3, 3)
+      type(status_t), intent(out) :: status
+      if (.not. all(ieee_is_finite(tensor))) then
+         status = fail(NUTATE_BAD_BODY, 'the inertia is not finite', 'inertia')
+      else if (maxval(abs(tensor - transpose(tensor))) > 8*eps*maxval(abs(tensor))) then
+         status = fail(NUTATE_BAD_BODY, 'the inertia tensor is not symmetric', 'inertia')
+      end if
+   end subroutine check_tensor
+
+   !> Principal moments and axes; a diagonal tensor keeps its axes.
+   pure subroutine find_principal_axes(body, status)
+      type(body_t), intent(inout) :: body
+      type(status_t), intent(out) :: status
+      real(wp) :: scale, values(3), vectors(3, 3)
+      integer :: order(3)
+
+      body%inertia = 0.5_wp*(body%inertia + transpose(body%inertia))
+      body%moments = [body%inertia(1, 1), body%inertia(2, 2), body%inertia(3, 3)]
+      body%axes = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
+      if (all(body%inertia == diagonal(body%moments))) return
+      ! A power of two, so that bodies in other units get the same digits.
+      scale = 2.0_wp**exponent(maxval(abs(body%inertia)))
+      call symmetric_eigen(body%inertia/scale, values, vectors, status)
+      if (.not. status%ok()) return
+      order = nearest_order(vectors)
+      body%moments = scale*values(order)
+      body%axes = right_handed(vectors(:, order))
+   end subroutine find_principal_axes
+
+   !> Which eigenvector lies nearest to each body axis: the permutation with the largest product of cosines' squares' sum.
+   pure function nearest_order(vectors) result(best)
+      real(wp), intent(in) :: vectors(3, 3)
+      integer :: best(3)
+      integer, parameter :: orders(3, 6) = reshape([1, 2, 3, 2, 1, 3, 1, 3, 2, 3, 2, 1, 2, 3, 1, 3, 1, 2], [3, 6])
+      real(wp) :: nearness, most
+      integer :: k, i
+      most = -1.0_wp
+      best = orders(:, 1)
+      do k = 1, 6
+         nearness = 0.0_wp
+         do i = 1, 3
+            nearness = nearness + vectors(i, orders(i, k))**2
+         end do
+         if (nearness > most) then
+            most = nearness
+            best = orders(:, k)
+         end if
+      end do
+   end function nearest_order
+
+   !> Columns turned so that each points along its body axis and the three are right-handed.
+   pure function right_handed(vectors) result(axes)
+      real(wp), intent(in) :: vectors(3, 3)
+      real(wp) :: axes(3, 3)
+      real(wp) :: third(3)
+      integer :: i
+      do i = 1, 3
+         axes(:, i) = sign(1.0_wp, vectors(i, i))*vectors(:, i)
+      end do
+      third = [axes(2, 1)*axes(3, 2) - axes(3, 1)*axes(2, 2), &
+               axes(3, 1)*axes(1, 2) - axes(1, 1)*axes(3, 2), &
+               axes(1, 1)*axes(2, 2) - axes(2, 1)*axes(1, 2)]
+      if (dot_product(third, axes(:, 3)) < 0.0_wp) axes(:, 3) = -axes(:, 3)
+   end function right_handed
+
+   !> Positive moments that some distribution of mass has.
+   pure subroutine check_moments(body, check_triangle, status)
+      type(body_t), intent(inout) :: body
+      logical, intent(in) :: check_triangle
+      type(status_t), intent(out) :: status
+      real(wp) :: largest
+      character(len=120) :: text
+
+      largest = maxval(body%moments)
+      if (largest <= 0.0_wp .or. any(body%moments < -8*eps*largest)) then
+         status = fail(NUTATE_BAD_BODY, 'the inertia is not positive definite: every principal moment must be positive', &
+                       'inertia')
+         return
+      end if
+      if (any(body%moments <= 8*eps*largest)) then
+         status = fail(NUTATE_BAD_BODY, 'a principal moment of inertia is zero: an infinitely thin rod has no inertia '// &
+                       'about its axis, so its spin is undefined', 'inertia')
+         return
+      end if
+      body%breaks_triangle = triangle_excess(body%moments) > triangle_tolerance
+      if (check_triangle .and. body%breaks_triangle) then
+         write (text, '(3(1x,g0.6))') body%moments
+         status = fail(NUTATE_BAD_BODY, 'no rigid body has the principal moments'//trim(text)// &
+                       ': one exceeds the sum of the other two (check_triangle = .false. accepts them)', 'inertia')
+      end if
+   end subroutine check_moments
+
+   !> By how much the largest moment exceeds the sum of the other two, over the largest; <= 0 for every rigid body.
+   pure real(wp) function triangle_excess(moments)
+      !> Principal moments, any order.
+      real(wp), intent(in) :: moments(3)
+      triangle_excess = 2.0_wp - sum(moments/maxval(moments))
+   end function triangle_excess
+
+   !> J⁻¹ = A diag(1/Jᵢ) Aᵀ, each entry computed once so that the matrix is symmetric to the last digit.
+   pure subroutine invert_inertia(body)
+      type(body_t), intent(inout) :: body
+      integer :: i, j
+      do j = 1, 3
+         do i = 1, j
+            body%inverse_inertia(i, j) = sum(body%axes(i, :)*body%axes(j, :)/body%moments)
+            body%inverse_inertia(j, i) = body%inverse_inertia(i, j)
+         end do
+      end do
+   end subroutine invert_inertia
+
+   !> Notes whether the tensor about the centre of mass is one that a body can have.
+   pure subroutine judge_center_tensor(body)
+      type(body_t), intent(inout) :: body
+      real(wp) :: central(3, 3), values(3), vectors(3, 3)
+      type(status_t) :: status
+      if (all(body%center_of_mass == 0.0_wp)) return
+      central = body%inertia - parallel_axis(body%mass, body%center_of_mass)
+      call symmetric_eigen(central/maxval(abs(body%inertia)), values, vectors, status)
+      if (.not. status%ok()) return
+      body%idealised = values(1) < -triangle_tolerance .or. values(1) + values(2) < values(3) - triangle_tolerance
+   end subroutine judge_center_tensor
+
+   !> The diagonal matrix of three numbers.
+   pure function diagonal(d) result(matrix)
+      real(wp), intent(in) :: d(3)
+      real(wp) :: matrix(3, 3)
+      integer :: i
+      matrix = 0.0_wp
+      do i = 1, 3
+         matrix(i, i) = d(i)
+      end do
+   end function diagonal
+
+end module nutate_body

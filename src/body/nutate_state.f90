@@ -1,0 +1,39 @@
+!> The state of a rotating body: time, attitude and conjugate momentum, with the digits that rounding would lose.
+module nutate_state
+   use nutate_kinds, only: wp
+   implicit none
+   private
+
+   public :: state_t, add_increment
+
+   !> A point in phase space. Made by `make_state` or `set_angular_velocity`; moved by a stepper.
+   type :: state_t
+      !> s.
+      real(wp) :: t = 0.0_wp
+      !> Attitude q, unit quaternion, scalar first, body→space; shape (4).
+      real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> Conjugate momentum p = 2 q∘[0, L], kg m²/s; shape (4).
+      real(wp) :: p(4) = 0.0_wp
+      !> What is left of q and p after rounding, carried to the next increment; shape (4).
+      real(wp) :: q_carry(4) = 0.0_wp, p_carry(4) = 0.0_wp
+   end type state_t
+
+contains
+
+   !> Adds an increment to a sum kept as `total + carry` (Kahan's compensated summation): over many steps round-off
+   !> grows like that of the increments, not of the sum.
+   elemental subroutine add_increment(total, carry, increment)
+      real(wp), intent(inout) :: total, carry
+      real(wp), intent(in) :: increment
+      real(wp) :: addend, rounded
+      addend = increment + carry
+      rounded = total + addend
+      if (abs(total) >= abs(addend)) then
+         carry = (total - rounded) + addend
+      else
+         carry = (addend - rounded) + total
+      end if
+      total = rounded
+   end subroutine add_increment
+
+end module nutate_state

@@ -1,0 +1,254 @@
+!> Attitudes in the forms people give and read them: rotation matrix, axis and angle, rotation vector, Euler angles.
+!>
+!> Every form describes the rotation from body to space, as the quaternion does. Quaternions are scalar first, angles
+!> are in radians. A quaternion that is read need not have unit length, and its sign does not matter, unless said.
+module nutate_attitude
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_kinds, only: wp, pi, eps
+   use nutate_quaternion, only: quat_exp, quat_log, quat_norm, quat_normalized
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: quat_from_matrix
+   public :: quat_from_axis_angle, axis_angle_from_quat
+   public :: quat_from_rotation_vector, rotation_vector_from_quat
+   public :: quat_from_euler, euler_from_quat, follow_euler, unwrap_angle
+   public :: angular_velocity_from_euler_rates
+
+   !> Where the z-x-z angles stand: φ and ψ separate, or only their sum (θ = 0) or their difference (θ = π) defined.
+   integer, parameter :: regular = 0, pole_at_zero = 1, pole_at_pi = 2
+
+contains
+
+   !> Unit quaternion of a rotation matrix, with `q0 >= 0`.
+   !>
+   !> Shepperd, J. Guidance Control 1 (1978) 223: of the four products `4 q_k q` the one with the largest `q_k` is used,
+   !> so there is no cancellation at any angle. At 180°, where `q` and `-q` are equally good, the largest component of
+   !> the axis is positive.
+   pure function quat_from_matrix(r) result(q)
+      !> Rotation matrix, body to space, orthogonal to round-off and of determinant 1. Shape: (3,3).
+      real(wp), intent(in) :: r(3, 3)
+      real(wp) :: q(4)
+      real(wp) :: trace, square(4)
+      trace = r(1, 1) + r(2, 2) + r(3, 3)
+      ! 4 q_k**2. Their sum is 4 for any matrix, so the largest is at least 1.
+      square = [1 + trace, 1 + 2*r(1, 1) - trace, 1 + 2*r(2, 2) - trace, 1 + 2*r(3, 3) - trace]
+      select case (maxloc(square, dim=1))
+      case (1)
+         q = [square(1), r(3, 2) - r(2, 3), r(1, 3) - r(3, 1), r(2, 1) - r(1, 2)]
+      case (2)
+         q = [r(3, 2) - r(2, 3), square(2), r(2, 1) + r(1, 2), r(1, 3) + r(3, 1)]
+      case (3)
+         q = [r(1, 3) - r(3, 1), r(2, 1) + r(1, 2), square(3), r(3, 2) + r(2, 3)]
+      case default
+         q = [r(2, 1) - r(1, 2), r(1, 3) + r(3, 1), r(3, 2) + r(2, 3), square(4)]
+      end select
+      q = quat_normalized(q)
+      if (q(1) < 0) q = -q
+   end function quat_from_matrix
+
+   !> Unit quaternion of the rotation by an angle about an axis: `[cos(angle/2), n sin(angle/2)]`.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` for an axis of length zero and for an axis or angle that is not finite; `q` is then
+   !> the identity.
+   pure subroutine quat_from_axis_angle(axis, angle, q, status)
+      !> Direction of the axis, of any length but zero; the same components in body and space. Shape: (3).
+      real(wp), intent(in) :: axis(3)
+      !> Angle (rad), right-handed about the axis, any finite value.
+      real(wp), intent(in) :: angle
+      !> Attitude, body to space. Shape: (4).
+      real(wp), intent(out) :: q(4)
+      type(status_t), intent(out) :: status
+      real(wp) :: n(4)
+      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      if (.not. (all(ieee_is_finite(axis)) .and. ieee_is_finite(angle))) then
+         status = fail(NUTATE_BAD_ARGUMENT, "the axis and the angle of a rotation must be finite", "axis")
+      else if (maxval(abs(axis)) <= 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, "the axis of a rotation must not be zero", "axis")
+      else
+         n = quat_normalized([0.0_wp, axis])
+         q(1) = cos(angle/2)
+         q(2:4) = sin(angle/2)*n(2:4)
+      end if
+   end subroutine quat_from_axis_angle
+
+   !> Axis and angle of the shortest rotation to an attitude.
+   !>
+   !> At 180°, where both directions of the axis are right, it is the vector part of `q` as given.
+   pure subroutine axis_angle_from_quat(q, axis, angle)
+      !> Attitude, body to space. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      !> Unit vector along the axis; axis 3 where there is no rotation. Shape: (3).
+      real(wp), intent(out) :: axis(3)
+      !> Angle about it (rad), in [0, π].
+      real(wp), intent(out) :: angle
+      real(wp) :: n(4), sine
+      n = quat_normalized([0.0_wp, q(2:4)])
+      sine = quat_norm([0.0_wp, q(2:4)])
+      if (sine <= 0) then
+         axis = [0.0_wp, 0.0_wp, 1.0_wp]
+         angle = 0
+      else
+         axis = n(2:4)
+         if (q(1) < 0) axis = -axis
+         angle = 2*atan2(sine, abs(q(1)))
+      end if
+   end subroutine axis_angle_from_quat
+
+   !> Unit quaternion of a rotation vector, the axis times the angle.
+   pure function quat_from_rotation_vector(v) result(q)
+      !> Rotation vector (rad), the same components in body and space. Shape: (3).
+      real(wp), intent(in) :: v(3)
+      real(wp) :: q(4)
+      q = quat_exp(v/2)
+   end function quat_from_rotation_vector
+
+   !> Rotation vector (rad) of the shortest rotation to an attitude: `|v| <= π` to round-off.
+   !>
+   !> At 180°, where `v` and `-v` are right, it points along the vector part of `q` as given.
+   pure function rotation_vector_from_quat(q) result(v)
+      !> Attitude, body to space. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: v(3)
+      if (q(1) < 0) then
+         v = 2*quat_log(-q)
+      else
+         v = 2*quat_log(q)
+      end if
+   end function rotation_vector_from_quat
+
+   !> Unit quaternion of the z-x-z Euler angles: `exp(k φ/2)∘exp(i θ/2)∘exp(k ψ/2)`.
+   pure function quat_from_euler(phi, theta, psi) result(q)
+      !> Precession φ about the space axis 3 (rad).
+      real(wp), intent(in) :: phi
+      !> Nutation θ about the line of nodes, the angle from the space to the body axis 3 (rad).
+      real(wp), intent(in) :: theta
+      !> Spin ψ about the body axis 3 (rad).
+      real(wp), intent(in) :: psi
+      real(wp) :: q(4)
+      real(wp) :: half_sum, half_difference
+      half_sum = (phi + psi)/2
+      half_difference = (phi - psi)/2
+      q(1) = cos(theta/2)*cos(half_sum)
+      q(2) = sin(theta/2)*cos(half_difference)
+      q(3) = sin(theta/2)*sin(half_difference)
+      q(4) = cos(theta/2)*sin(half_sum)
+   end function quat_from_euler
+
+   !> The z-x-z Euler angles of an attitude: φ and ψ in (-π, π], θ in [0, π].
+   !>
+   !> At the poles (θ within `2 eps` of 0 or π) only φ + ψ or φ - ψ is defined; then ψ = 0. Near them θ keeps its full
+   !> accuracy, while φ and ψ are as uncertain as `eps/sin θ` each. The zero quaternion gives zeros.
+   pure subroutine euler_from_quat(q, phi, theta, psi)
+      !> Attitude, body to space. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      !> Precession φ (rad).
+      real(wp), intent(out) :: phi
+      !> Nutation θ (rad).
+      real(wp), intent(out) :: theta
+      !> Spin ψ (rad).
+      real(wp), intent(out) :: psi
+      integer :: place
+      call locate_euler(q, phi, theta, psi, place)
+   end subroutine euler_from_quat
+
+   !> Replaces the z-x-z angles of an earlier moment by those of `q`, with φ and ψ continued beyond ±π.
+   !>
+   !> φ and ψ each take the value nearest to the one given, which continues them if they change by less than π between
+   !> calls. At a pole ψ stays and φ takes the rest. θ does not leave [0, π]: a motion straight through a pole makes φ
+   !> and ψ jump by π each, and round-off decides the direction of either jump.
+   pure subroutine follow_euler(q, phi, theta, psi)
+      !> Attitude, body to space. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      !> Precession φ (rad): on entry the earlier one, on return that of `q`.
+      real(wp), intent(inout) :: phi
+      !> Nutation θ (rad), in [0, π].
+      real(wp), intent(out) :: theta
+      !> Spin ψ (rad): on entry the earlier one, on return that of `q`.
+      real(wp), intent(inout) :: psi
+      real(wp) :: phi_now, psi_now
+      integer :: place
+      call locate_euler(q, phi_now, theta, psi_now, place)
+      select case (place)
+      case (pole_at_zero)
+         phi = unwrap_angle(phi, phi_now - psi)
+      case (pole_at_pi)
+         phi = unwrap_angle(phi, phi_now + psi)
+      case default
+         phi = unwrap_angle(phi, phi_now)
+         psi = unwrap_angle(psi, psi_now)
+      end select
+   end subroutine follow_euler
+
+   !> The angle that differs from `angle` by whole turns and is nearest to `previous` (rad).
+   elemental function unwrap_angle(previous, angle) result(continued)
+      !> Angle to come close to (rad).
+      real(wp), intent(in) :: previous
+      !> Angle known up to whole turns (rad).
+      real(wp), intent(in) :: angle
+      real(wp) :: continued
+      continued = angle + 2*pi*anint((previous - angle)/(2*pi))
+   end function unwrap_angle
+
+   !> Body components of the angular velocity (rad/s) that belong to given rates of the z-x-z angles.
+   !>
+   !> `Ω = [φ' sinθ sinψ + θ' cosψ, φ' sinθ cosψ - θ' sinψ, φ' cosθ + ψ']`; it does not depend on φ.
+   pure function angular_velocity_from_euler_rates(theta, psi, phi_dot, theta_dot, psi_dot) result(omega)
+      !> Nutation θ (rad).
+      real(wp), intent(in) :: theta
+      !> Spin ψ (rad).
+      real(wp), intent(in) :: psi
+      !> Rate of the precession φ' (rad/s).
+      real(wp), intent(in) :: phi_dot
+      !> Rate of the nutation θ' (rad/s).
+      real(wp), intent(in) :: theta_dot
+      !> Rate of the spin ψ' (rad/s).
+      real(wp), intent(in) :: psi_dot
+      real(wp) :: omega(3)
+      omega(1) = phi_dot*sin(theta)*sin(psi) + theta_dot*cos(psi)
+      omega(2) = phi_dot*sin(theta)*cos(psi) - theta_dot*sin(psi)
+      omega(3) = phi_dot*cos(theta) + psi_dot
+   end function angular_velocity_from_euler_rates
+
+   !> The z-x-z angles by half sum and half difference, and whether they are at a pole.
+   !>
+   !> From `q = [cos(θ/2) cos σ, sin(θ/2) cos δ, sin(θ/2) sin δ, cos(θ/2) sin σ]`, `σ = (φ+ψ)/2`, `δ = (φ-ψ)/2`.
+   pure subroutine locate_euler(q, phi, theta, psi, place)
+      real(wp), intent(in) :: q(4)
+      real(wp), intent(out) :: phi, theta, psi
+      integer, intent(out) :: place
+      real(wp) :: u(4), cosine, sine, half_sum, half_difference
+      u = quat_normalized(q)
+      cosine = hypot(u(1), u(4))
+      sine = hypot(u(2), u(3))
+      half_sum = 0
+      half_difference = 0
+      theta = 0
+      if (cosine > 0) half_sum = atan2(u(4), u(1))
+      if (sine > 0) then
+         half_difference = atan2(u(3), u(2))
+         theta = 2*atan2(sine, cosine)
+      end if
+      place = regular
+      if (sine <= eps) then
+         place = pole_at_zero
+         half_difference = half_sum
+      else if (cosine <= eps) then
+         place = pole_at_pi
+         half_sum = half_difference
+      end if
+      phi = half_turn(half_sum + half_difference)
+      psi = half_turn(half_sum - half_difference)
+   end subroutine locate_euler
+
+   !> Takes an angle of [-2π, 2π] to (-π, π] by at most one turn.
+   elemental function half_turn(angle) result(reduced)
+      real(wp), intent(in) :: angle
+      real(wp) :: reduced
+      reduced = angle
+      if (angle > pi) reduced = angle - 2*pi
+      if (angle <= -pi) reduced = angle + 2*pi
+   end function half_turn
+
+end module nutate_attitude

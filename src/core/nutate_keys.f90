@@ -1,0 +1,206 @@
+!> The vocabulary of a scene: which keys a group knows, and the values that a scene gives them.
+!>
+!> Every part of the library that a scene can ask for publishes its keys as a table of `key_t` and is built from a
+!> `group_t`, so that a new effect brings its own keys along and the scene reader stays as it is.
+module nutate_keys
+   use nutate_kinds, only: wp
+   implicit none
+   private
+
+   public :: key_t, value_t, setting_t, group_t, group_kind_t, name_length
+   public :: KEY_REAL, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
+   public :: ANY_VALUE, POSITIVE, NON_NEGATIVE, POSITIVE_OR_INFINITE, NOT_ZERO
+
+   !> Longest name of a group or key.
+   integer, parameter :: name_length = 24
+
+   !> A real number or several.
+   integer, parameter :: KEY_REAL = 1
+   !> A whole number.
+   integer, parameter :: KEY_INTEGER = 2
+   !> `.true.` or `.false.`.
+   integer, parameter :: KEY_LOGICAL = 3
+   !> Quoted text.
+   integer, parameter :: KEY_TEXT = 4
+
+   !> Any finite number.
+   integer, parameter :: ANY_VALUE = 0
+   !> Each value finite and > 0.
+   integer, parameter :: POSITIVE = 1
+   !> Each value finite and >= 0.
+   integer, parameter :: NON_NEGATIVE = 2
+   !> Each value > 0; `Infinity` is admissible.
+   integer, parameter :: POSITIVE_OR_INFINITE = 3
+   !> Finite, and not all values zero.
+   integer, parameter :: NOT_ZERO = 4
+
+   !> One key that a group knows.
+   type :: key_t
+      character(len=name_length) :: name = ''
+      !> `KEY_REAL`, `KEY_INTEGER`, `KEY_LOGICAL` or `KEY_TEXT`.
+      integer :: kind = KEY_REAL
+      !> Least number of values.
+      integer :: least = 1
+      !> Greatest number of values.
+      integer :: most = 1
+      !> `ANY_VALUE`, `POSITIVE`, ...: what the numbers may be.
+      integer :: range = ANY_VALUE
+      !> The group is incomplete without it.
+      logical :: required = .false.
+      !> Admissible texts, comma separated, for a key that names a choice; blank: any text.
+      character(len=240) :: choices = ''
+   end type key_t
+
+   !> One value: the component of the key's kind is set.
+   type :: value_t
+      real(wp) :: number = 0.0_wp
+      integer :: whole = 0
+      logical :: flag = .false.
+      character(len=:), allocatable :: text
+   end type value_t
+
+   !> A key with the values that a scene gives it.
+   type :: setting_t
+      character(len=name_length) :: name = ''
+      !> Line of the file where the key stands; 0 for one given on the command line.
+      integer :: line = 0
+      !> `KEY_REAL`, ...: which component of the values is set.
+      integer :: kind = KEY_REAL
+      type(value_t), allocatable :: values(:)
+   end type setting_t
+
+   !> One group of a scene, its values already checked against the group's keys.
+   type :: group_t
+      character(len=name_length) :: name = ''
+      !> Line of the file where the group starts.
+      integer :: line = 0
+      type(setting_t), allocatable :: settings(:)
+   contains
+      !> True if the scene gives this key.
+      procedure :: has
+      !> Line of a key, or of the group where the key is absent.
+      procedure :: line_of
+      !> The first number of a key, or the default.
+      procedure :: number
+      !> The first `size(default)` numbers of a key, or the default.
+      procedure :: vector
+      !> The whole number of a key, or the default.
+      procedure :: whole
+      !> The logical of a key, or the default.
+      procedure :: flag
+      !> The first text of a key, or the default.
+      procedure :: text
+      !> One of the texts of a key that is there.
+      procedure :: text_at
+      !> How many values a key has; 0 where it is absent.
+      procedure :: count_of
+   end type group_t
+
+   !> What the scene reader must know of a kind of group.
+   type :: group_kind_t
+      character(len=name_length) :: name = ''
+      !> May stand several times.
+      logical :: repeatable = .false.
+      !> A scene without it is incomplete.
+      logical :: required = .false.
+      type(key_t), allocatable :: keys(:)
+   end type group_kind_t
+
+contains
+
+   !> Position of a key among the settings; 0 where it is absent.
+   pure integer function find(self, name)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      find = 0
+      if (.not. allocated(self%settings)) return
+      do find = size(self%settings), 1, -1
+         if (self%settings(find)%name == name) return
+      end do
+   end function find
+
+   pure logical function has(self, name)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      has = find(self, name) > 0
+   end function has
+
+   pure integer function line_of(self, name)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer :: i
+      i = find(self, name)
+      line_of = self%line
+      if (i > 0) line_of = self%settings(i)%line
+   end function line_of
+
+   pure integer function count_of(self, name)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer :: i
+      i = find(self, name)
+      count_of = 0
+      if (i > 0) count_of = size(self%settings(i)%values)
+   end function count_of
+
+   pure real(wp) function number(self, name, default)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: default
+      integer :: i
+      i = find(self, name)
+      number = default
+      if (i > 0) number = self%settings(i)%values(1)%number
+   end function number
+
+   pure function vector(self, name, default)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: default(:)
+      real(wp) :: vector(size(default))
+      integer :: i
+      i = find(self, name)
+      vector = default
+      if (i > 0) vector = self%settings(i)%values(1:size(default))%number
+   end function vector
+
+   pure integer function whole(self, name, default)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: default
+      integer :: i
+      i = find(self, name)
+      whole = default
+      if (i > 0) whole = self%settings(i)%values(1)%whole
+   end function whole
+
+   pure logical function flag(self, name, default)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      logical, intent(in) :: default
+      integer :: i
+      i = find(self, name)
+      flag = default
+      if (i > 0) flag = self%settings(i)%values(1)%flag
+   end function flag
+
+   pure function text(self, name, default)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name, default
+      character(len=:), allocatable :: text
+      integer :: i
+      i = find(self, name)
+      text = default
+      if (i > 0) text = self%settings(i)%values(1)%text
+   end function text
+
+   pure function text_at(self, name, at) result(text)
+      class(group_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      !> Which of its values: 1 to `count_of(name)`.
+      integer, intent(in) :: at
+      character(len=:), allocatable :: text
+      text = self%settings(find(self, name))%values(at)%text
+   end function text_at
+
+end module nutate_keys

@@ -1,0 +1,17 @@
+!> Working precision and the mathematical constants every layer shares.
+module nutate_kinds
+   use, intrinsic :: iso_fortran_env, only: int64, real64
+   implicit none
+   private
+
+   public :: wp, long, pi, eps
+
+   !> The one working precision of the library; C and F77 always see it as `double`.
+   integer, parameter :: wp = real64
+   !> Counts of steps: 1e9 of them and more must not overflow.
+   integer, parameter :: long = int64
+   real(wp), parameter :: pi = 3.14159265358979323846264338327950288_wp
+   !> Unit round-off distance of `wp`, the unit in which round-off is quoted.
+   real(wp), parameter :: eps = epsilon(1.0_wp)
+
+end module nutate_kinds

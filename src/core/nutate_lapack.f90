@@ -1,0 +1,80 @@
+!> The few LAPACK routines nutate uses: explicit interfaces, and `info` turned into a status in one place.
+module nutate_lapack
+   use nutate_kinds, only: wp
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_SINGULAR
+   implicit none
+   private
+
+   public :: dgetrf, dgetrs, dgesv, symmetric_eigen, handle_info
+
+   interface
+      !> LU factors of a general matrix, partial pivoting.
+      pure subroutine dgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgetrf
+
+      !> Solves A X = B with the factors of `dgetrf`.
+      pure subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgetrs
+
+      !> Factorises and solves A X = B: the yardstick of the benchmarks.
+      pure subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgesv
+
+      !> Eigenvalues and eigenvectors of a symmetric matrix.
+      pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+         import :: wp
+         character(len=1), intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: w(*), work(*)
+         integer, intent(out) :: info
+      end subroutine dsyev
+   end interface
+
+contains
+
+   !> Eigenvalues (ascending) and orthonormal eigenvectors (columns) of a symmetric 3×3 matrix (LAPACK `dsyev`).
+   pure subroutine symmetric_eigen(matrix, values, vectors, status)
+      !> Symmetric; the upper triangle is read.
+      real(wp), intent(in) :: matrix(3, 3)
+      real(wp), intent(out) :: values(3), vectors(3, 3)
+      type(status_t), intent(out) :: status
+      real(wp) :: work(32)
+      integer :: info
+      vectors = matrix
+      call dsyev('V', 'U', 3, vectors, 3, values, work, size(work), info)
+      status = handle_info('dsyev', info)
+   end subroutine symmetric_eigen
+
+   !> The status that a LAPACK `info` stands for.
+   pure function handle_info(routine, info) result(status)
+      !> Name of the LAPACK routine.
+      character(len=*), intent(in) :: routine
+      !> Its `info`.
+      integer, intent(in) :: info
+      type(status_t) :: status
+      if (info < 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, routine//': an argument is out of range')
+      else if (info > 0 .and. routine == 'dsyev') then
+         status = fail(NUTATE_NOT_CONVERGED, 'the principal axes of the inertia tensor could not be found')
+      else if (info > 0) then
+         status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
+      end if
+   end function handle_info
+
+end module nutate_lapack

@@ -1,0 +1,71 @@
+!> What a routine reports to its caller. The library never prints and never stops: it returns a `status_t`.
+module nutate_status
+   use nutate_kinds, only: wp
+   implicit none
+   private
+
+   public :: status_t, fail
+   public :: NUTATE_OK, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR, NUTATE_NOT_FINITE
+   public :: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_STEP_LIMIT
+
+   !> Success.
+   integer, parameter :: NUTATE_OK = 0
+   !> The Newton iteration of a step did not converge.
+   integer, parameter :: NUTATE_NOT_CONVERGED = 1
+   !> The iteration converged to a root that does not continue the true motion: the step is too long.
+   integer, parameter :: NUTATE_OFF_BRANCH = 2
+   !> The linear system of a step is singular.
+   integer, parameter :: NUTATE_SINGULAR = 3
+   !> A number that is not finite appeared.
+   integer, parameter :: NUTATE_NOT_FINITE = 4
+   !> An argument is out of its range.
+   integer, parameter :: NUTATE_BAD_ARGUMENT = 5
+   !> The inertia is not that of a rigid body.
+   integer, parameter :: NUTATE_BAD_BODY = 6
+   !> A scene file says something that cannot be understood or simulated.
+   integer, parameter :: NUTATE_BAD_SCENE = 7
+   !> A file could not be read or written.
+   integer, parameter :: NUTATE_IO = 8
+   !> The run would need more steps than were allowed.
+   integer, parameter :: NUTATE_STEP_LIMIT = 9
+
+   !> Outcome of a call.
+   type :: status_t
+      !> One of the `NUTATE_...` codes.
+      integer :: code = NUTATE_OK
+      !> Newton iterations spent, where the call iterates.
+      integer :: iterations = 0
+      !> Size of the last Newton increment relative to the step's own increment (dimensionless).
+      real(wp) :: residual = 0.0_wp
+      !> The argument or scene key at fault, where there is one; else blank.
+      character(len=24) :: subject = ''
+      !> One line for a person; blank on success.
+      character(len=256) :: message = ''
+   contains
+      !> True if the call succeeded.
+      procedure :: ok
+   end type status_t
+
+contains
+
+   !> True if the status is `NUTATE_OK`.
+   elemental logical function ok(self)
+      class(status_t), intent(in) :: self
+      ok = self%code == NUTATE_OK
+   end function ok
+
+   !> A status that reports a failure: its code and one line of text.
+   pure function fail(code, message, subject) result(status)
+      !> One of the `NUTATE_...` codes other than `NUTATE_OK`.
+      integer, intent(in) :: code
+      !> What went wrong and what was expected.
+      character(len=*), intent(in) :: message
+      !> The argument or scene key at fault.
+      character(len=*), intent(in), optional :: subject
+      type(status_t) :: status
+      status%code = code
+      status%message = message
+      if (present(subject)) status%subject = subject
+   end function fail
+
+end module nutate_status
