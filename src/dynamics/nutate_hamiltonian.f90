@@ -1,0 +1,216 @@
+!> The Hamiltonian of a rigid body in quaternions and conjugate momenta (Nielsen & Krenk 2012), and what follows from it.
+!>
+!> `J = diag(J0, inertia)` is the extended inertia; only `1/J0` ever enters (`inverse_j0`, 0 for an infinite J0), so that
+!> the physical body is its default.
+module nutate_hamiltonian
+   use nutate_body, only: body_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, rotate_to_space
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
+   public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
+   public :: potential_gradient, potential_torque, hamilton_equations
+
+contains
+
+   !> The state of a body that has an attitude and an angular velocity.
+   pure type(state_t) function make_state(system, q, omega, t) result(state)
+      !> Its inertia and rotors count.
+      type(system_t), intent(in) :: system
+      !> Attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> Time, s; default 0.
+      real(wp), intent(in), optional :: t
+      if (present(t)) state%t = t
+      state%q = q
+      state%p = 2*quat_product(q, [0.0_wp, matmul(system%body%inertia, omega) + system%effects%rotor_momentum])
+   end function make_state
+
+   !> w(q,p) = Q(q)ᵀp = q*∘p = [q·p, 2L] (the paper's bilinear form); shape (4).
+   pure function bilinear_form(q, p) result(w)
+      real(wp), intent(in) :: q(4), p(4)
+      real(wp) :: w(4)
+      w = quat_product(quat_conjugate(q), p)
+   end function bilinear_form
+
+   !> L = JΩ + h = ½ vec(q*∘p), body axes, N m s; shape (3).
+   pure function body_momentum(state) result(momentum)
+      type(state_t), intent(in) :: state
+      real(wp) :: momentum(3), w(4)
+      w = bilinear_form(state%q, state%p)
+      momentum = 0.5_wp*w(2:4)
+   end function body_momentum
+
+   !> l = ½ vec(p∘q*), space axes, N m s; shape (3). Conserved without torque.
+   pure function space_momentum(state) result(momentum)
+      type(state_t), intent(in) :: state
+      real(wp) :: momentum(3), w(4)
+      w = quat_product(state%p, quat_conjugate(state%q))
+      momentum = 0.5_wp*w(2:4)
+   end function space_momentum
+
+   !> Ω = J⁻¹(L - h), body axes, rad/s; shape (3).
+   pure function angular_velocity(system, state) result(omega)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: omega(3)
+      omega = matmul(system%body%inverse_inertia, body_momentum(state) - system%effects%rotor_momentum)
+   end function angular_velocity
+
+   !> p = M(q,q) q̇ = 4 Q(q) J Q(q)ᵀ q̇ for a finite J0; shape (4).
+   pure function momentum_from_rate(body, j0, q, rate) result(p)
+      type(body_t), intent(in) :: body
+      !> J0, kg m².
+      real(wp), intent(in) :: j0
+      !> q and q̇; shape (4).
+      real(wp), intent(in) :: q(4), rate(4)
+      real(wp) :: p(4)
+      p = matmul(mass_matrix(body, j0, q), rate)
+   end function momentum_from_rate
+
+   !> M(x,x) = 4 Q(x) J Q(x)ᵀ, J = diag(J0, inertia); shape (4,4), kg m².
+   pure function mass_matrix(body, j0, x) result(matrix)
+      type(body_t), intent(in) :: body
+      !> J0, kg m².
+      real(wp), intent(in) :: j0
+      real(wp), intent(in) :: x(4)
+      real(wp) :: matrix(4, 4)
+      matrix = sandwich(x, 4*extended(j0, body%inertia))
+   end function mass_matrix
+
+   !> M⁻¹(x,x) = ¼ Q(x) J⁻¹ Q(x)ᵀ/|x|⁴: for x = q the inverse of the mass matrix, for x = p (without the division)
+   !> the matrix of T = ½ qᵀM⁻¹(p,p)q. `unit` leaves the division out; shape (4,4), kg⁻¹ m⁻².
+   pure function inverse_mass_matrix(body, inverse_j0, x) result(matrix)
+      type(body_t), intent(in) :: body
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp), intent(in) :: inverse_j0
+      real(wp), intent(in) :: x(4)
+      real(wp) :: matrix(4, 4)
+      matrix = sandwich(x, 0.25_wp*extended(inverse_j0, body%inverse_inertia))
+   end function inverse_mass_matrix
+
+   !> diag(scalar, block); shape (4,4).
+   pure function extended(scalar, block) result(matrix)
+      real(wp), intent(in) :: scalar, block(3, 3)
+      real(wp) :: matrix(4, 4)
+      matrix = 0.0_wp
+      matrix(1, 1) = scalar
+      matrix(2:4, 2:4) = block
+   end function extended
+
+   !> Q(x) A Q(x)ᵀ; shape (4,4).
+   pure function sandwich(x, a) result(matrix)
+      real(wp), intent(in) :: x(4), a(4, 4)
+      real(wp) :: matrix(4, 4)
+      real(wp) :: left(4, 4)
+      left = quat_left_matrix(x)
+      matrix = matmul(matmul(left, a), transpose(left))
+   end function sandwich
+
+   !> T = ⅛ (w - 2h)ᵀ J⁻¹ (w - 2h), w = w(q,p), h the rotors' momentum, J.
+   pure real(wp) function kinetic_energy(system, state, inverse_j0) result(energy)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> 1/J0, kg⁻¹ m⁻²; default 0.
+      real(wp), intent(in), optional :: inverse_j0
+      real(wp) :: w(4), u(3)
+      w = bilinear_form(state%q, state%p)
+      u = w(2:4) - 2*system%effects%rotor_momentum
+      energy = 0.125_wp*dot_product(u, matmul(system%body%inverse_inertia, u))
+      if (present(inverse_j0)) energy = energy + 0.125_wp*inverse_j0*w(1)**2
+   end function kinetic_energy
+
+   !> V(q) = Σ U(R(q)ᵀ n), J; R(q) the homogeneous quadratic form.
+   pure real(wp) function potential_energy(effects, q) result(energy)
+      type(effect_list_t), intent(in) :: effects
+      !> Attitude, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      integer :: i
+      energy = 0.0_wp
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i)%item)
+            energy = energy + potential%energy(rotate_to_body(q, potential%direction))
+         end associate
+      end do
+   end function potential_energy
+
+   !> H = T + V, J.
+   pure real(wp) function total_energy(system, state, inverse_j0) result(energy)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> 1/J0, kg⁻¹ m⁻²; default 0.
+      real(wp), intent(in), optional :: inverse_j0
+      energy = kinetic_energy(system, state, inverse_j0) + potential_energy(system%effects, state%q)
+   end function total_energy
+
+   !> ∂V/∂q = Σ γ'(q)ᵀ∇U; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
+   pure function potential_gradient(effects, q) result(gradient)
+      type(effect_list_t), intent(in) :: effects
+      !> Attitude, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: gradient(4)
+      real(wp) :: inner(4), gamma(3), slope(3)
+      integer :: i
+      inner = 0.0_wp
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i)%item)
+            gamma = rotate_to_body(q, potential%direction)
+            slope = potential%gradient(gamma)
+            inner(1) = inner(1) + dot_product(gamma, slope)
+            inner(2:4) = inner(2:4) + cross(slope, gamma)
+         end associate
+      end do
+      gradient = (2/dot_product(q, q))*quat_product(q, inner)
+   end function potential_gradient
+
+   !> τ = Σ γ×∇U: torque of the potentials, body axes, N m; shape (3).
+   pure function potential_torque(effects, q) result(torque)
+      type(effect_list_t), intent(in) :: effects
+      !> Attitude, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: torque(3)
+      real(wp) :: gamma(3)
+      integer :: i
+      torque = 0.0_wp
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i)%item)
+            gamma = rotate_to_body(q, potential%direction)
+            torque = torque + cross(gamma, potential%gradient(gamma))
+         end associate
+      end do
+   end function potential_torque
+
+   !> The equations of motion: q̇ = ¼Q(q)J⁻¹(w-2h), ṗ = -¼Q(p)CJ⁻¹(w-2h) - (I - qqᵀ/qᵀq)∂V/∂q + f, f = 2q∘[0,τ]/|q|² from the
+   !> torques (the paper's equations with projection).
+   pure subroutine hamilton_equations(system, state, q_rate, p_rate, inverse_j0)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> q̇, 1/s; shape (4).
+      real(wp), intent(out) :: q_rate(4)
+      !> ṗ, kg m²/s²; shape (4).
+      real(wp), intent(out) :: p_rate(4)
+      !> 1/J0, kg⁻¹ m⁻²; default 0.
+      real(wp), intent(in), optional :: inverse_j0
+      real(wp) :: w(4), a(4), tau(3)
+      integer :: i
+      w = bilinear_form(state%q, state%p)
+      a(1) = 0.0_wp
+      if (present(inverse_j0)) a(1) = inverse_j0*w(1)
+      a(2:4) = matmul(system%body%inverse_inertia, w(2:4) - 2*system%effects%rotor_momentum)
+      tau = potential_torque(system%effects, state%q)
+      do i = 1, system%effects%n_torques
+         tau = tau + system%effects%torques(i)%item%torque(state%t, state%q, 0.5_wp*a(2:4))
+      end do
+      q_rate = 0.25_wp*quat_product(state%q, a)
+      p_rate = -0.25_wp*quat_product(state%p, quat_conjugate(a)) &
+               + (2/dot_product(state%q, state%q))*quat_product(state%q, [0.0_wp, tau])
+   end subroutine hamilton_equations
+
+end module nutate_hamiltonian

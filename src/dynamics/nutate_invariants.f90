@@ -1,0 +1,146 @@
+!> The quantities a run must keep: which a system has, and how far a run strayed from them.
+module nutate_invariants
+   use nutate_effect_list, only: effect_list_t
+   use nutate_hamiltonian, only: kinetic_energy, potential_energy, space_momentum
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: invariants_t, conserved_momentum, NO_COMPONENT, ALONG_AXIS, ALL_COMPONENTS
+
+   !> Which components of the space momentum are conserved.
+   integer, parameter :: NO_COMPONENT = 0, ALONG_AXIS = 1, ALL_COMPONENTS = 3
+
+   !> Sines below this between two directions are round-off of their input.
+   real(wp), parameter :: parallel = 1e-14_wp
+
+   !> The invariants of a run: their first values, and the largest departures seen.
+   type :: invariants_t
+      !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
+      integer :: components = ALL_COMPONENTS
+      !> Unit vector along the conserved component, space axes; shape (3).
+      real(wp) :: axis(3) = 0.0_wp
+      !> H at the start, J.
+      real(wp) :: energy = 0.0_wp
+      !> l at the start, space axes, N m s; shape (3).
+      real(wp) :: momentum(3) = 0.0_wp
+      !> Largest T + |V| and |l| seen: what the errors are relative to.
+      real(wp) :: energy_scale = 0.0_wp, momentum_scale = 0.0_wp
+      !> Largest |H - H(0) - work|, J.
+      real(wp) :: worst_energy = 0.0_wp
+      !> Largest error of the conserved components of l, N m s.
+      real(wp) :: worst_momentum = 0.0_wp
+      !> Largest |qᵀq - 1|, and |qᵀp|, kg m²/s.
+      real(wp) :: norm_error = 0.0_wp, orthogonality = 0.0_wp
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp), private :: inverse_j0 = 0.0_wp
+   contains
+      !> Takes the first values.
+      procedure :: start
+      !> Compares a state with the first.
+      procedure :: measure
+      !> Largest energy residual over the energy scale.
+      procedure :: energy_error
+      !> Largest momentum error over the momentum scale.
+      procedure :: momentum_error
+   end type invariants_t
+
+contains
+
+   !> Takes the first values from a state.
+   pure subroutine start(self, system, state, inverse_j0)
+      class(invariants_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> 1/J0, kg⁻¹ m⁻²; default 0.
+      real(wp), intent(in), optional :: inverse_j0
+      self%inverse_j0 = 0.0_wp
+      if (present(inverse_j0)) self%inverse_j0 = inverse_j0
+      call conserved_momentum(system%effects, self%components, self%axis)
+      self%energy = kinetic_energy(system, state, self%inverse_j0) + potential_energy(system%effects, state%q)
+      self%momentum = space_momentum(state)
+      self%energy_scale = 0.0_wp
+      self%momentum_scale = 0.0_wp
+      self%worst_energy = 0.0_wp
+      self%worst_momentum = 0.0_wp
+      self%norm_error = 0.0_wp
+      self%orthogonality = 0.0_wp
+      call self%measure(system, state)
+   end subroutine start
+
+   !> Compares a state with the first and keeps the largest departures.
+   pure subroutine measure(self, system, state, work)
+      class(invariants_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Work of all torques since the start, J; default 0.
+      real(wp), intent(in), optional :: work
+      real(wp) :: kinetic, potential, residual, change(3)
+      kinetic = kinetic_energy(system, state, self%inverse_j0)
+      potential = potential_energy(system%effects, state%q)
+      residual = kinetic + potential - self%energy
+      if (present(work)) residual = residual - work
+      self%energy_scale = max(self%energy_scale, kinetic + abs(potential))
+      self%worst_energy = max(self%worst_energy, abs(residual))
+      change = space_momentum(state) - self%momentum
+      self%momentum_scale = max(self%momentum_scale, norm2(self%momentum + change))
+      select case (self%components)
+      case (ALL_COMPONENTS)
+         self%worst_momentum = max(self%worst_momentum, norm2(change))
+      case (ALONG_AXIS)
+         self%worst_momentum = max(self%worst_momentum, abs(dot_product(self%axis, change)))
+      end select
+      self%norm_error = max(self%norm_error, abs(dot_product(state%q, state%q) - 1))
+      self%orthogonality = max(self%orthogonality, abs(dot_product(state%q, state%p)))
+   end subroutine measure
+
+   !> Largest |H - H(0) - work| over the largest T + |V|.
+   pure real(wp) function energy_error(self)
+      class(invariants_t), intent(in) :: self
+      energy_error = ratio(self%worst_energy, self%energy_scale)
+   end function energy_error
+
+   !> Largest error of the conserved components over the largest |l|.
+   pure real(wp) function momentum_error(self)
+      class(invariants_t), intent(in) :: self
+      momentum_error = ratio(self%worst_momentum, self%momentum_scale)
+   end function momentum_error
+
+   pure real(wp) function ratio(error, scale)
+      real(wp), intent(in) :: error, scale
+      ratio = 0.0_wp
+      if (scale > 0.0_wp) ratio = error/scale
+   end function ratio
+
+   !> Which components of l the effects leave alone: all without torque; the one along n with potentials that share the
+   !> direction n, since each is a function of R(q)ᵀn; none otherwise.
+   pure subroutine conserved_momentum(effects, components, axis)
+      type(effect_list_t), intent(in) :: effects
+      !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
+      integer, intent(out) :: components
+      !> Unit vector along the conserved component, space axes; zero where there is not just one; shape (3).
+      real(wp), intent(out) :: axis(3)
+      real(wp) :: length
+      integer :: i
+      components = ALL_COMPONENTS
+      axis = 0.0_wp
+      do i = 1, effects%n_potentials
+         associate (n => effects%potentials(i)%item%direction)
+            length = norm2(n)
+            if (length <= 0.0_wp) cycle
+            if (components == ALL_COMPONENTS) then
+               components = ALONG_AXIS
+               axis = n/length
+            else if (norm2(cross(axis, n)) > parallel*length) then
+               components = NO_COMPONENT
+            end if
+         end associate
+      end do
+      if (effects%n_torques > 0) components = NO_COMPONENT
+      if (components /= ALONG_AXIS) axis = 0.0_wp
+   end subroutine conserved_momentum
+
+end module nutate_invariants

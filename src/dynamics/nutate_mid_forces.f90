@@ -1,0 +1,186 @@
+!> What the effects do in one step of the conserving scheme: their generalised force at mid step and its derivatives.
+!>
+!> A step is seen from the frame `u` of its start: q = u∘x, so that x0 = (|q0|, 0, 0, 0). Every effect then enters as a
+!> body quantity `s = [s0, τ]` at mid step with the force `f = 2 x̄∘s/|x̄|²` (design: torques do exact work):
+!> a torque as τ, a projected potential as τ = γ(x̄)×∇̄U, since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²` and the projection takes
+!> away exactly the scalar part, which is s0 = -γ(x̄)·∇̄U where it is left in.
+module nutate_mid_forces
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body
+   implicit none
+   private
+
+   public :: mid_forces_t
+
+   !> The effects of one step, with what of them stays the same during its iteration.
+   type :: mid_forces_t
+      !> There is an effect that exerts a force.
+      logical :: active = .false.
+      !> Take away the part of potential forces along q.
+      logical :: projection = .true.
+      !> Middle of the step, s.
+      real(wp) :: t = 0.0_wp
+      !> u, body→space at the start of the step; shape (4).
+      real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> R(u)ᵀ n of each potential; shape (3, number of potentials).
+      real(wp), allocatable :: direction(:, :)
+      !> γ at the start of the step; shape (3, number of potentials).
+      real(wp), allocatable :: gamma0(:, :)
+   contains
+      !> Allocates for the effects of a system.
+      procedure :: prepare
+      !> Starts a step.
+      procedure :: start
+      !> s at the present guess of the step's end.
+      procedure :: evaluate
+      !> s and its derivatives.
+      procedure :: linearize
+      !> Work of each torque in the step.
+      procedure :: get_work
+   end type mid_forces_t
+
+contains
+
+   !> Allocates for the effects of a system.
+   pure subroutine prepare(self, effects, projection)
+      class(mid_forces_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      logical, intent(in) :: projection
+      self%active = effects%n_potentials + effects%n_torques > 0
+      self%projection = projection
+      if (allocated(self%direction)) deallocate (self%direction, self%gamma0)
+      allocate (self%direction(3, effects%n_potentials), self%gamma0(3, effects%n_potentials), source=0.0_wp)
+   end subroutine prepare
+
+   !> Starts a step at the attitude q0 = |q0| u.
+   pure subroutine start(self, effects, t, frame, norm)
+      class(mid_forces_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Middle of the step, s.
+      real(wp), intent(in) :: t
+      !> u, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: frame(4)
+      !> |q0|
+      real(wp), intent(in) :: norm
+      integer :: i
+      self%t = t
+      self%frame = frame
+      do i = 1, effects%n_potentials
+         self%direction(:, i) = rotate_to_body(frame, effects%potentials(i)%item%direction)
+         self%gamma0(:, i) = norm**2*self%direction(:, i)
+      end do
+   end subroutine start
+
+   !> s = [s0, τ] for a step that ends at x1.
+   pure subroutine evaluate(self, effects, x1, xm, omega, s)
+      class(mid_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> End and mean of the step, start frame; shape (4).
+      real(wp), intent(in) :: x1(4), xm(4)
+      !> Ω̄, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> [s0, τ], body axes, N m; shape (4).
+      real(wp), intent(out) :: s(4)
+      real(wp) :: gamma(3), gradient(3), attitude(4)
+      integer :: i
+      s = 0.0_wp
+      do i = 1, effects%n_potentials
+         gamma = rotate_to_body(xm, self%direction(:, i))
+         gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), &
+                                                                 rotate_to_body(x1, self%direction(:, i)))
+         s(2:4) = s(2:4) + cross(gamma, gradient)
+         if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
+      end do
+      if (effects%n_torques == 0) return
+      attitude = mid_attitude(self%frame, xm)
+      do i = 1, effects%n_torques
+         s(2:4) = s(2:4) + effects%torques(i)%item%torque(self%t, attitude, omega)
+      end do
+   end subroutine evaluate
+
+   !> s, ∂s/∂x1 (x̄ moving with x1, Ω̄ fixed) and ∂τ/∂Ω̄.
+   pure subroutine linearize(self, effects, x1, xm, omega, s, by_x, by_rate)
+      class(mid_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> End and mean of the step, start frame; shape (4).
+      real(wp), intent(in) :: x1(4), xm(4)
+      !> Ω̄, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> [s0, τ], body axes, N m; shape (4).
+      real(wp), intent(out) :: s(4)
+      !> ∂s/∂x1; shape (4,4).
+      real(wp), intent(out) :: by_x(4, 4)
+      !> ∂τ/∂Ω̄; shape (3,3).
+      real(wp), intent(out) :: by_rate(3, 3)
+      real(wp) :: attitude(4), rotation(3, 3), rate(3, 3), turn(4, 4)
+      integer :: i
+      call self%evaluate(effects, x1, xm, omega, s)
+      by_x = 0.0_wp
+      by_rate = 0.0_wp
+      do i = 1, effects%n_potentials
+         call add_potential_derivative(self, effects, i, x1, xm, by_x)
+      end do
+      if (effects%n_torques == 0) return
+      attitude = mid_attitude(self%frame, xm)
+      ! The small rotation of x̄ + ½δx against x̄ is θ = vec(x̄*∘δx)/|x̄|², body axes.
+      turn = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
+      do i = 1, effects%n_torques
+         call effects%torques(i)%item%derivatives(self%t, attitude, omega, rotation, rate)
+         by_x(2:4, :) = by_x(2:4, :) + matmul(rotation, turn(2:4, :))
+         by_rate = by_rate + rate
+      end do
+   end subroutine linearize
+
+   !> Adds ∂[-γ̄·∇̄U, γ̄×∇̄U]/∂x1 of one potential; γ'(x)δ = 2 vec(x*∘n∘δ).
+   pure subroutine add_potential_derivative(self, effects, i, x1, xm, by_x)
+      type(mid_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x1(4), xm(4)
+      real(wp), intent(inout) :: by_x(4, 4)
+      real(wp) :: gamma(3), gamma1(3), gradient(3), at_mean(4, 4), at_end(4, 4), slope(3, 4)
+      integer :: j
+      associate (potential => effects%potentials(i)%item, n => self%direction(:, i), gamma0 => self%gamma0(:, i))
+         gamma = rotate_to_body(xm, n)
+         gamma1 = rotate_to_body(x1, n)
+         gradient = potential%discrete_gradient(gamma0, gamma1)
+         at_mean = quat_left_matrix(quat_product(quat_conjugate(xm), [0.0_wp, n]))
+         at_end = 2*quat_left_matrix(quat_product(quat_conjugate(x1), [0.0_wp, n]))
+         slope = matmul(potential%discrete_hessian(gamma0, gamma1), at_end(2:4, :))
+      end associate
+      do j = 1, 4
+         by_x(2:4, j) = by_x(2:4, j) + cross(at_mean(2:4, j), gradient) + cross(gamma, slope(:, j))
+         if (.not. self%projection) &
+            by_x(1, j) = by_x(1, j) - dot_product(at_mean(2:4, j), gradient) - dot_product(gamma, slope(:, j))
+      end do
+   end subroutine add_potential_derivative
+
+   !> Δt Ω̄·τ of each torque: the work it does in the step, to round-off.
+   pure subroutine get_work(self, effects, dt, xm, omega, work)
+      class(mid_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> s.
+      real(wp), intent(in) :: dt
+      !> Mean of the step, start frame; shape (4).
+      real(wp), intent(in) :: xm(4)
+      !> Ω̄, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> J; shape (number of torques).
+      real(wp), intent(inout) :: work(:)
+      real(wp) :: attitude(4)
+      integer :: i
+      attitude = mid_attitude(self%frame, xm)
+      do i = 1, effects%n_torques
+         work(i) = dt*dot_product(omega, effects%torques(i)%item%torque(self%t, attitude, omega))
+      end do
+   end subroutine get_work
+
+   !> u∘x̄/|x̄|: attitude at mid step, body→space.
+   pure function mid_attitude(frame, xm) result(q)
+      real(wp), intent(in) :: frame(4), xm(4)
+      real(wp) :: q(4)
+      q = quat_product(frame, xm)/norm2(xm)
+   end function mid_attitude
+
+end module nutate_mid_forces

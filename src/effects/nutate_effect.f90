@@ -1,0 +1,208 @@
+!> What an effect is: the abstract types that every physical effect extends, one file each.
+!>
+!> A **potential** is a function `U(γ)` of the body components `γ = R(q)ᵀ n` of a direction `n` fixed in space. It supplies
+!> `U` and `∇U`; the discrete gradient that conserves energy and the momentum about `n` is derived from them here.
+!> A **torque** acts in body axes and does work. A **rotor** adds a constant body momentum.
+module nutate_effect
+   use nutate_kinds, only: wp, eps
+   implicit none
+   private
+
+   public :: effect_t, potential_t, torque_t, rotor_t
+
+   !> Anything a scene can contain beside the body.
+   type, abstract :: effect_t
+      !> Name of the effect: the scene's group name for the built-in ones.
+      character(len=24) :: name = ''
+   end type effect_t
+
+   !> V(q) = U(γ), γ = R(q)ᵀ n.
+   type, abstract, extends(effect_t) :: potential_t
+      !> n: a vector fixed in space, of whatever length and unit the potential is written in.
+      real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+   contains
+      !> U(γ), J.
+      procedure(potential_energy), deferred :: energy
+      !> ∇U(γ): derivative by the body components γ.
+      procedure(potential_gradient), deferred :: gradient
+      !> Matrix of second derivatives of U; by differences of the gradient unless overridden.
+      procedure :: hessian => difference_hessian
+      !> ∇̄U(γ0, γ1) with ∇̄U·(γ1 - γ0) = U(γ1) - U(γ0); Gonzalez's (1996) unless overridden.
+      procedure :: discrete_gradient => gonzalez_gradient
+      !> ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
+      procedure :: discrete_hessian => gonzalez_hessian
+   end type potential_t
+
+   !> A torque in body axes, with or without a source of energy.
+   type, abstract, extends(effect_t) :: torque_t
+   contains
+      !> τ(t, q, Ω), body axes, N m.
+      procedure(body_torque), deferred :: torque
+      !> ∂τ/∂θ (θ a small body rotation) and ∂τ/∂Ω; by differences unless overridden.
+      procedure :: derivatives => difference_derivatives
+      !> Times in which the torque acts, s; steps end on them.
+      procedure :: window => always
+      !> The torque depends on the attitude; `.true.` unless overridden.
+      procedure :: needs_attitude => attitude_needed
+   end type torque_t
+
+   !> A rotor of constant momentum along body axes: L = JΩ + h, T = ½(L-h)ᵀJ⁻¹(L-h).
+   type, extends(effect_t) :: rotor_t
+      !> h, body axes, N m s.
+      real(wp) :: momentum(3) = 0.0_wp
+   end type rotor_t
+
+   abstract interface
+      !> U(γ), J.
+      pure real(wp) function potential_energy(self, gamma)
+         import :: potential_t, wp
+         class(potential_t), intent(in) :: self
+         !> γ, body axes; shape (3).
+         real(wp), intent(in) :: gamma(3)
+      end function potential_energy
+
+      !> ∇U(γ), body axes; shape (3).
+      pure function potential_gradient(self, gamma) result(gradient)
+         import :: potential_t, wp
+         class(potential_t), intent(in) :: self
+         !> γ, body axes; shape (3).
+         real(wp), intent(in) :: gamma(3)
+         real(wp) :: gradient(3)
+      end function potential_gradient
+
+      !> τ, body axes, N m; shape (3).
+      pure function body_torque(self, t, q, omega) result(tau)
+         import :: torque_t, wp
+         class(torque_t), intent(in) :: self
+         !> s.
+         real(wp), intent(in) :: t
+         !> Attitude, unit quaternion, body→space; shape (4).
+         real(wp), intent(in) :: q(4)
+         !> Ω, body axes, rad/s; shape (3).
+         real(wp), intent(in) :: omega(3)
+         real(wp) :: tau(3)
+      end function body_torque
+   end interface
+
+contains
+
+   !> Central differences of ∇U with steps of ε^(1/3) of |γ|: exact to round-off for quadratic U.
+   pure function difference_hessian(self, gamma) result(hessian)
+      class(potential_t), intent(in) :: self
+      !> γ, body axes; shape (3).
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: hessian(3, 3)
+      real(wp) :: h, shift(3)
+      integer :: i
+      h = eps**(1.0_wp/3)*norm2(gamma)
+      if (h == 0.0_wp) h = eps**(1.0_wp/3)
+      do i = 1, 3
+         shift = 0.0_wp
+         shift(i) = h
+         hessian(:, i) = (self%gradient(gamma + shift) - self%gradient(gamma - shift))/(2*h)
+      end do
+   end function difference_hessian
+
+   !> ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ (Gonzalez 1996, eq. 3.2), γ̄ the mean of the ends. Where Δγ is so short that
+   !> the correction would be noise, the midpoint gradient alone closes to round-off.
+   pure function gonzalez_gradient(self, gamma0, gamma1) result(gradient)
+      class(potential_t), intent(in) :: self
+      !> γ at the ends of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      real(wp) :: delta(3)
+      delta = gamma1 - gamma0
+      gradient = self%gradient(0.5_wp*(gamma0 + gamma1))
+      if (is_short(delta, gamma0)) return
+      gradient = gradient + ((self%energy(gamma1) - self%energy(gamma0) - dot_product(gradient, delta)) &
+                             /dot_product(delta, delta))*delta
+   end function gonzalez_gradient
+
+   !> Derivative of `gonzalez_gradient` by γ1.
+   pure function gonzalez_hessian(self, gamma0, gamma1) result(hessian)
+      class(potential_t), intent(in) :: self
+      !> γ at the ends of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      !> ∂∇̄Uᵢ/∂γ1ⱼ
+      real(wp) :: hessian(3, 3)
+      real(wp) :: delta(3), middle(3), slope(3), square, defect
+      integer :: i, j
+      delta = gamma1 - gamma0
+      hessian = 0.5_wp*self%hessian(0.5_wp*(gamma0 + gamma1))
+      if (is_short(delta, gamma0)) return
+      middle = self%gradient(0.5_wp*(gamma0 + gamma1))
+      square = dot_product(delta, delta)
+      defect = (self%energy(gamma1) - self%energy(gamma0) - dot_product(middle, delta))/square
+      slope = (self%gradient(gamma1) - middle - matmul(delta, hessian))/square - (2*defect/square)*delta
+      do j = 1, 3
+         do i = 1, 3
+            hessian(i, j) = hessian(i, j) + delta(i)*slope(j)
+         end do
+         hessian(j, j) = hessian(j, j) + defect
+      end do
+   end function gonzalez_hessian
+
+   !> |Δγ| < ε^(1/3) |γ|
+   pure logical function is_short(delta, gamma)
+      real(wp), intent(in) :: delta(3), gamma(3)
+      is_short = dot_product(delta, delta) <= eps**(2.0_wp/3)*dot_product(gamma, gamma)
+   end function is_short
+
+   !> Central differences of τ. The steps suit a torque that varies over angles of order 1 and rates of order |Ω|.
+   pure subroutine difference_derivatives(self, t, q, omega, by_rotation, by_rate)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> Attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> ∂τ/∂θ, θ a rotation vector in body axes: q → q∘exp(θ/2).
+      real(wp), intent(out) :: by_rotation(3, 3)
+      !> ∂τ/∂Ω, body axes.
+      real(wp), intent(out) :: by_rate(3, 3)
+      real(wp) :: h, shift(3)
+      integer :: i
+      by_rotation = 0.0_wp
+      h = eps**(1.0_wp/3)
+      if (self%needs_attitude()) then
+         do i = 1, 3
+            shift = 0.0_wp
+            shift(i) = 0.5_wp*h
+            by_rotation(:, i) = (self%torque(t, turned(q, shift), omega) - self%torque(t, turned(q, -shift), omega))/(2*h)
+         end do
+      end if
+      h = h*max(norm2(omega), 1.0_wp)
+      do i = 1, 3
+         shift = 0.0_wp
+         shift(i) = h
+         by_rate(:, i) = (self%torque(t, q, omega + shift) - self%torque(t, q, omega - shift))/(2*h)
+      end do
+   end subroutine difference_derivatives
+
+   !> q∘(1, half) normalised: q turned by about the small body rotation 2 half.
+   pure function turned(q, half) result(r)
+      real(wp), intent(in) :: q(4), half(3)
+      real(wp) :: r(4)
+      r(1) = q(1) - q(2)*half(1) - q(3)*half(2) - q(4)*half(3)
+      r(2) = q(2) + q(1)*half(1) + q(3)*half(3) - q(4)*half(2)
+      r(3) = q(3) + q(1)*half(2) + q(4)*half(1) - q(2)*half(3)
+      r(4) = q(4) + q(1)*half(3) + q(2)*half(2) - q(3)*half(1)
+      r = r/norm2(r)
+   end function turned
+
+   !> The torque acts at all times.
+   pure subroutine always(self, start, stop)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(out) :: start, stop
+      start = -huge(1.0_wp)
+      stop = huge(1.0_wp)
+   end subroutine always
+
+   pure logical function attitude_needed(self)
+      class(torque_t), intent(in) :: self
+      attitude_needed = .true.
+   end function attitude_needed
+
+end module nutate_effect

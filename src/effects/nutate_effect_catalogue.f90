@@ -1,0 +1,54 @@
+!> The effects a scene can name: one line each. A new effect is its own file and a line here.
+module nutate_effect_catalogue
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t
+   use nutate_gravity, only: gravity_keys, build_gravity
+   use nutate_keys, only: group_kind_t, group_t, key_t
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: effect_kind_t, effect_kinds
+
+   abstract interface
+      !> Makes an effect from a scene's group, whose values have been checked against the effect's keys.
+      subroutine build_effect(group, body, effect, status)
+         import :: body_t, effect_t, group_t, status_t
+         type(group_t), intent(in) :: group
+         type(body_t), intent(in) :: body
+         class(effect_t), allocatable, intent(out) :: effect
+         !> `status%subject` names the key at fault, where there is one.
+         type(status_t), intent(out) :: status
+      end subroutine build_effect
+   end interface
+
+   !> An effect that a scene can name.
+   type :: effect_kind_t
+      !> Group name and keys.
+      type(group_kind_t) :: group
+      procedure(build_effect), pointer, nopass :: build => null()
+   end type effect_kind_t
+
+contains
+
+   !> Every effect that a scene can name.
+   function effect_kinds() result(kinds)
+      type(effect_kind_t), allocatable :: kinds(:)
+      kinds = [effect_kind('gravity', gravity_keys, build_gravity, repeatable=.false.)]
+   end function effect_kinds
+
+   function effect_kind(name, keys, build, repeatable) result(kind)
+      character(len=*), intent(in) :: name
+      type(key_t), intent(in) :: keys(:)
+      procedure(build_effect) :: build
+      !> Several groups of the name may stand in a scene; default `.true.`.
+      logical, intent(in), optional :: repeatable
+      type(effect_kind_t) :: kind
+      kind%group%name = name
+      kind%group%keys = keys
+      kind%group%repeatable = .true.
+      if (present(repeatable)) kind%group%repeatable = repeatable
+      kind%build => build
+   end function effect_kind
+
+end module nutate_effect_catalogue

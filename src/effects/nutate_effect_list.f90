@@ -1,0 +1,82 @@
+!> The effects that are active: sorted once by what the equations need of them, so that what is absent is never asked.
+module nutate_effect_list
+   use nutate_effect, only: effect_t, potential_t, torque_t, rotor_t
+   use nutate_kinds, only: wp
+   implicit none
+   private
+
+   public :: effect_list_t, potential_slot_t, torque_slot_t
+
+   !> Holds one potential.
+   type :: potential_slot_t
+      class(potential_t), allocatable :: item
+   end type potential_slot_t
+
+   !> Holds one torque.
+   type :: torque_slot_t
+      class(torque_t), allocatable :: item
+   end type torque_slot_t
+
+   !> All active effects. Several of a kind add up.
+   type :: effect_list_t
+      !> Number of potentials in use.
+      integer :: n_potentials = 0
+      !> Number of torques in use.
+      integer :: n_torques = 0
+      !> Number of rotors added.
+      integer :: n_rotors = 0
+      type(potential_slot_t), allocatable :: potentials(:)
+      type(torque_slot_t), allocatable :: torques(:)
+      !> h: sum of the rotors' momenta, body axes, N m s; shape (3).
+      real(wp) :: rotor_momentum(3) = 0.0_wp
+   contains
+      !> Adds a copy of an effect.
+      procedure :: add
+   end type effect_list_t
+
+contains
+
+   !> Adds a copy of an effect: of a `potential_t`, `torque_t` or `rotor_t`, or any extension of these.
+   subroutine add(self, effect)
+      class(effect_list_t), intent(inout) :: self
+      class(effect_t), intent(in) :: effect
+      select type (effect)
+      class is (potential_t)
+         call add_potential(self, effect)
+      class is (torque_t)
+         call add_torque(self, effect)
+      class is (rotor_t)
+         self%n_rotors = self%n_rotors + 1
+         self%rotor_momentum = self%rotor_momentum + effect%momentum
+      end select
+   end subroutine add
+
+   subroutine add_potential(self, effect)
+      class(effect_list_t), intent(inout) :: self
+      class(potential_t), intent(in) :: effect
+      type(potential_slot_t), allocatable :: grown(:)
+      integer :: i
+      allocate (grown(self%n_potentials + 1))
+      do i = 1, self%n_potentials
+         call move_alloc(self%potentials(i)%item, grown(i)%item)
+      end do
+      allocate (grown(self%n_potentials + 1)%item, source=effect)
+      call move_alloc(grown, self%potentials)
+      self%n_potentials = self%n_potentials + 1
+   end subroutine add_potential
+
+   subroutine add_torque(self, effect)
+      class(effect_list_t), intent(inout) :: self
+      class(torque_t), intent(in) :: effect
+      type(torque_slot_t), allocatable :: grown(:)
+      integer :: i
+      allocate (grown(self%n_torques + 1))
+      do i = 1, self%n_torques
+         call move_alloc(self%torques(i)%item, grown(i)%item)
+      end do
+      allocate (grown(self%n_torques + 1)%item, source=effect)
+      call move_alloc(grown, self%torques)
+      self%n_torques = self%n_torques + 1
+   end subroutine add_torque
+
+end module nutate_effect_list
