@@ -1,0 +1,255 @@
+!> The conserving step of Nielsen & Krenk (2012): eight equations in q and p, Newton's method with the analytic Jacobian,
+!> LAPACK.
+!>
+!> The inverse of the Jacobian is kept as long as the iteration converges fast with it, over many steps if need be; the
+!> first guess continues the increments of the last steps. By default the iteration goes on until the increments stop
+!> falling, since every digit left on the table is a drift of the invariants.
+module nutate_nielsen_krenk
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_kinds, only: wp, eps
+   use nutate_lapack, only: dgetrf, dgetrs, handle_info
+   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_state, only: state_t, add_increment
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
+      NUTATE_OFF_BRANCH
+   use nutate_step_equations, only: step_equations_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: nielsen_krenk_t
+
+   !> Increments that fall by less than this per iteration call for a new Jacobian.
+   real(wp), parameter :: slow = 0.1_wp
+   !> Iterations of a step above which the next one starts with a new Jacobian: it costs about as much as 15 iterations.
+   integer, parameter :: many = 7
+   !> The first guess continues the increments by a polynomial of this degree.
+   integer, parameter :: degree = 3
+   !> Relative increment that is round-off of the residual whatever came before.
+   real(wp), parameter :: round_off = 2*eps
+   !> Relative increment below which an iteration that no longer falls has reached round-off.
+   real(wp), parameter :: floor_level = 1e4_wp*eps
+   !> A step longer than this many times the unit sphere's radius has gone astray.
+   real(wp), parameter :: astray = 1e3_wp
+
+   !> The 8×8 stepper. `step` allocates nothing.
+   type, extends(stepper_t) :: nielsen_krenk_t
+      private
+      type(integrator_settings_t) :: settings
+      type(step_equations_t) :: equations
+      !> Inverse of a Jacobian, and whether its determinant is positive.
+      real(wp) :: inverse(8, 8) = 0.0_wp
+      logical :: positive = .false.
+      !> Step to which the inverse belongs, s; 0: there is none that is worth keeping.
+      real(wp) :: inverse_dt = 0.0_wp
+      !> Increments (Δx, Δy) of the last step and their backward differences; how many of these columns are known.
+      real(wp) :: differences(8, 0:degree) = 0.0_wp
+      integer :: known = 0
+      !> Step of the increments, s.
+      real(wp) :: last_dt = 0.0_wp
+   contains
+      procedure :: prepare
+      procedure :: step
+   end type nielsen_krenk_t
+
+contains
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` where projection is switched off with an infinite J0.
+   subroutine prepare(self, system, settings, status)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      if (.not. settings%projection .and. settings%inverse_auxiliary_inertia <= 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'without projection the auxiliary inertia must be finite', 'projection')
+         return
+      end if
+      self%settings = settings
+      call self%equations%forces%prepare(system%effects, settings%projection)
+      self%inverse_dt = 0.0_wp
+      self%known = 0
+      if (allocated(self%work)) deallocate (self%work)
+      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+   end subroutine prepare
+
+   !> One step. Errors, with the state as it was: `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`;
+   !> `NUTATE_OFF_BRANCH` where the root found is not the continuation of the true motion from short steps: |b| >= 1 or the
+   !> determinant of the Jacobian is not positive, b = ⅛Δt J⁻¹(w̄ - 2h).
+   subroutine step(self, system, state, dt, status)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      real(wp) :: z(8), a(4)
+
+      call self%equations%start(system, state, dt)
+      if (dt /= self%inverse_dt) call choose_unit(self, system, state, dt)
+      call guess(self, dt, z)
+      call iterate(self, system, z, status)
+      if (status%code == 0) then
+         a = self%equations%mean_rate(z)
+         if (.not. (self%positive .and. norm2(0.125_wp*dt*a(2:4)) < 1.0_wp)) &
+            status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+      end if
+      status%iterations = self%iterations
+      status%residual = self%residual
+      if (status%code /= 0) then
+         self%inverse_dt = 0.0_wp
+         self%known = 0
+         return
+      end if
+      if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
+         system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*a(2:4), self%work)
+      call accept(self, state, dt, z)
+   end subroutine step
+
+   !> Moves the state by the increments q1 - q0 = u∘Δx, p1 - p0 = μ u∘Δy and remembers them.
+   pure subroutine accept(self, state, dt, z)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt, z(8)
+      call add_increment(state%q, state%q_carry, quat_product(self%equations%frame, z(1:4)))
+      call add_increment(state%p, state%p_carry, self%equations%unit*quat_product(self%equations%frame, z(5:8)))
+      state%t = state%t + dt
+      if (dt /= self%last_dt) self%known = 0
+      self%last_dt = dt
+      call remember(self, z)
+      if (self%iterations > many) self%inverse_dt = 0.0_wp
+   end subroutine accept
+
+   !> Puts an increment and its differences to the earlier ones in place of the last ones.
+   pure subroutine remember(self, z)
+      class(nielsen_krenk_t), intent(inout) :: self
+      real(wp), intent(in) :: z(8)
+      real(wp) :: new(8), old(8)
+      integer :: k
+      self%known = min(self%known + 1, degree + 1)
+      new = z
+      do k = 0, self%known - 1
+         old = self%differences(:, k)
+         self%differences(:, k) = new
+         new = new - old
+      end do
+   end subroutine remember
+
+   !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p by the forces in a step; for
+   !> a body at rest without forces, the momentum that turns it by about 1 rad in a step. Called when the factors belong to
+   !> another step or have been dropped.
+   pure subroutine choose_unit(self, system, state, dt)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt
+      real(wp) :: size, old, s(4), a(4)
+      size = maxval(abs(state%p))
+      if (self%equations%forces%active) then
+         a = self%equations%mean_rate(spread(0.0_wp, 1, 8))
+         call self%equations%forces%evaluate(system%effects, self%equations%x0, self%equations%x0, 0.5_wp*a(2:4), s)
+         size = max(size, 2*abs(dt)*maxval(abs(s)))
+      end if
+      if (size <= 0.0_wp) size = maxval(system%body%moments)/max(abs(dt), tiny(1.0_wp))
+      old = self%equations%unit
+      call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
+      call self%equations%start(system, state, dt)
+      self%differences(5:8, :) = self%differences(5:8, :)*(old/self%equations%unit)
+   end subroutine choose_unit
+
+   !> First guess: the last increments continued, else the rates at the start of the step.
+   pure subroutine guess(self, dt, z)
+      class(nielsen_krenk_t), intent(in) :: self
+      real(wp), intent(in) :: dt
+      real(wp), intent(out) :: z(8)
+      real(wp) :: a(4)
+      if (self%known == 0) then
+         z = 0.0_wp
+         a = self%equations%mean_rate(z)
+         z(1:4) = (0.25_wp*dt)*quat_product(self%equations%x0, a)
+         z(5:8) = -(0.25_wp*dt)*quat_product(self%equations%y0, quat_conjugate(a))
+      else if (dt /= self%last_dt) then
+         z = (dt/self%last_dt)*self%differences(:, 0)
+      else
+         z = sum(self%differences(:, 0:self%known - 1), 2)
+      end if
+   end subroutine guess
+
+   !> Newton's iteration from the guess z to the root.
+   subroutine iterate(self, system, z, status)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: z(8)
+      type(status_t), intent(inout) :: status
+      real(wp) :: r(8), d(8), change, previous, length
+      integer :: k
+
+      previous = huge(1.0_wp)
+      do k = 1, self%settings%max_iterations
+         self%iterations = k
+         if (self%inverse_dt /= self%equations%dt) then
+            call factorize(self, system, z, status)
+            if (status%code /= 0) return
+         end if
+         call self%equations%residual(system, z, r)
+         d = matmul(self%inverse, r)
+         z = z - d
+         change = maxval(abs(d))
+         length = maxval(abs(z))
+         if (.not. length <= astray) exit
+         self%residual = 0.0_wp
+         if (length > 0.0_wp) self%residual = change/length
+         if (has_converged(change, previous, length, self%settings%tolerance)) return
+         if (change > slow*previous) self%inverse_dt = 0.0_wp
+         previous = change
+      end do
+      if (.not. ieee_is_finite(sum(z))) then
+         status = fail(NUTATE_NOT_FINITE, 'the step gave a number that is not finite')
+      else
+         status = fail(NUTATE_NOT_CONVERGED, 'the Newton iteration of the step did not converge')
+      end if
+   end subroutine iterate
+
+   !> True if a further increment would change nothing: it is below the tolerance, or, by default, below round-off as judged
+   !> from how the increments fell, or they stopped falling at the level of round-off.
+   pure logical function has_converged(change, previous, length, tolerance)
+      !> Largest entry of the present and of the previous increment, and of z.
+      real(wp), intent(in) :: change, previous, length
+      !> 0: until the increment stops falling.
+      real(wp), intent(in) :: tolerance
+      if (tolerance > 0.0_wp) then
+         has_converged = change <= tolerance*length
+      else if (change <= slow*previous .and. previous < huge(1.0_wp)) then
+         has_converged = change*(change/previous) <= 0.25_wp*eps*length
+      else
+         has_converged = change <= round_off*length .or. (change > 0.5_wp*previous .and. change <= floor_level*length)
+      end if
+   end function has_converged
+
+   !> A new Jacobian at z, its inverse from the LU factors, and the sign of its determinant.
+   subroutine factorize(self, system, z, status)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(8)
+      type(status_t), intent(inout) :: status
+      real(wp) :: lu(8, 8)
+      integer :: pivots(8), info, i
+      call self%equations%jacobian(system, z, lu)
+      call dgetrf(8, 8, lu, 8, pivots, info)
+      if (info /= 0) then
+         status = handle_info('dgetrf', info)
+         return
+      end if
+      self%positive = .true.
+      do i = 1, 8
+         if (pivots(i) /= i) self%positive = .not. self%positive
+         if (lu(i, i) < 0.0_wp) self%positive = .not. self%positive
+      end do
+      self%inverse = 0.0_wp
+      do i = 1, 8
+         self%inverse(i, i) = 1.0_wp
+      end do
+      call dgetrs('N', 8, 8, lu, 8, pivots, self%inverse, 8, info)
+      self%inverse_dt = self%equations%dt
+   end subroutine factorize
+
+end module nutate_nielsen_krenk

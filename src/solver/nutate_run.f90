@@ -1,0 +1,285 @@
+!> A run: steps from a state to an end time, an observer shown the rows asked for, and what it took.
+module nutate_run
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp, long
+   use nutate_state, only: state_t, add_increment
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
+      NUTATE_SINGULAR, NUTATE_STEP_LIMIT
+   use nutate_stepper, only: stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: run_plan_t, run_record_t, run_summary_t, observer_t, integrate, count_steps
+
+   !> A time within this fraction of a step of a step's end is that end.
+   real(wp), parameter :: same_time = 1e-9_wp
+   !> A step that fails is cut into up to 2**deepest_cut parts.
+   integer, parameter :: deepest_cut = 10
+   !> Steps between two calls of the observer's `poll`.
+   integer(long), parameter :: poll_every = 1024
+
+   !> How far to go, and how often to show the state.
+   type :: run_plan_t
+      !> Nominal step, s; of the sign of the way to go.
+      real(wp) :: time_step = 0.0_wp
+      !> s.
+      real(wp) :: end_time = 0.0_wp
+      !> Nominal steps between the rows shown to the observer.
+      integer(long) :: every = 1
+      !> A run that needs more steps ends there.
+      integer(long) :: max_steps = huge(1_long)
+   end type run_plan_t
+
+   !> What belongs to a row beside the state.
+   type :: run_record_t
+      !> Nominal steps done.
+      integer(long) :: step = 0
+      !> Newton iterations of the last nominal step, and its largest last relative increment.
+      integer :: iterations = 0
+      real(wp) :: residual = 0.0_wp
+      !> Work of all torques so far, J.
+      real(wp) :: work = 0.0_wp
+   end type run_record_t
+
+   !> What a run took.
+   type :: run_summary_t
+      !> Nominal steps done.
+      integer(long) :: steps = 0
+      !> Nominal steps that had to be cut into parts because they failed.
+      integer(long) :: cut_steps = 0
+      !> Steps of the method, parts included.
+      integer(long) :: parts = 0
+      !> Newton iterations, all and the most in one nominal step.
+      integer(long) :: iterations = 0
+      integer :: most_iterations = 0
+      !> Work of each torque, J; shape (number of torques).
+      real(wp), allocatable :: work(:)
+   end type run_summary_t
+
+   !> Someone who is shown the rows of a run.
+   type, abstract :: observer_t
+      !> `watch` is to be called.
+      logical :: sees_every_step = .false.
+   contains
+      !> Called with the first state, every `every` steps, and with the last state.
+      procedure(observe_row), deferred :: observe
+      !> Called now and then, rows or not: the place for a progress bar or a request to stop.
+      procedure :: poll => ignore_poll
+      !> Called after every step, before `observe`, if `sees_every_step`: for what must be followed from step to step.
+      procedure :: watch => ignore_watch
+   end type observer_t
+
+   abstract interface
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      subroutine observe_row(self, system, state, record, status)
+         import :: observer_t, system_t, state_t, run_record_t, status_t
+         class(observer_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         type(run_record_t), intent(in) :: record
+         type(status_t), intent(out) :: status
+      end subroutine observe_row
+   end interface
+
+   !> A run under way.
+   type :: progress_t
+      !> First time of the run and of the present nominal step, s.
+      real(wp) :: t_first = 0.0_wp
+      !> Times inside the run at which steps must end, in the order they are reached, s; the next one.
+      real(wp), allocatable :: breaks(:)
+      integer :: next_break = 1
+      !> Digits of the work that its sum cannot hold, J.
+      real(wp), allocatable :: work_carry(:)
+   end type progress_t
+
+contains
+
+   !> Integrates from `state` to the plan's end time. The k-th step ends at t0 + kΔt, computed as such; the last one, shortened
+   !> if need be, ends exactly at `end_time`. A step that fails is cut into parts as short as need be.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end; `NUTATE_STEP_LIMIT`; what the observer returned; why a
+   !> step failed in its shortest part. `state` is then the last state reached.
+   subroutine integrate(system, stepper, state, plan, observer, summary, status)
+      type(system_t), intent(in) :: system
+      !> Prepared for `system`.
+      class(stepper_t), intent(inout) :: stepper
+      type(state_t), intent(inout) :: state
+      type(run_plan_t), intent(in) :: plan
+      class(observer_t), intent(inout) :: observer
+      type(run_summary_t), intent(out) :: summary
+      type(status_t), intent(out) :: status
+      type(progress_t) :: progress
+      type(run_record_t) :: record
+      integer(long) :: n_steps
+
+      call begin(system%effects, state%t, plan, progress, summary, status)
+      if (.not. status%ok()) return
+      n_steps = count_steps(state%t, plan)
+      call observer%observe(system, state, record, status)
+      do while (status%ok() .and. summary%steps < n_steps)
+         if (summary%parts >= plan%max_steps) then
+            status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+            exit
+         end if
+         call advance(system, stepper, state, plan, progress, summary, record, summary%steps + 1 == n_steps, status)
+         if (.not. status%ok()) exit
+         if (observer%sees_every_step) call observer%watch(state)
+         if (modulo(summary%steps, plan%every) == 0 .or. summary%steps == n_steps) then
+            record%work = sum(summary%work)
+            call observer%observe(system, state, record, status)
+         end if
+         if (modulo(summary%steps, poll_every) == 0 .and. status%ok()) &
+            call observer%poll(real(summary%steps, wp)/real(n_steps, wp), status)
+      end do
+   end subroutine integrate
+
+   !> Number of nominal steps from a time to the plan's end, the shortened last one included; for more than can be counted,
+   !> the largest count there is.
+   pure integer(long) function count_steps(t, plan) result(n)
+      !> s.
+      real(wp), intent(in) :: t
+      type(run_plan_t), intent(in) :: plan
+      real(wp) :: ratio
+      ratio = (plan%end_time - t)/plan%time_step
+      if (ratio >= real(huge(n), wp)) then
+         n = huge(n)
+      else
+         n = int(ratio, long)
+         if (ratio - real(n, wp) > same_time) n = n + 1
+      end if
+   end function count_steps
+
+   !> Tests the plan and finds the times on which steps must end.
+   subroutine begin(effects, t, plan, progress, summary, status)
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(in) :: t
+      type(run_plan_t), intent(in) :: plan
+      type(progress_t), intent(out) :: progress
+      type(run_summary_t), intent(inout) :: summary
+      type(status_t), intent(out) :: status
+      if (plan%every < 1 .or. plan%time_step == 0.0_wp .or. (plan%end_time - t)*sign(1.0_wp, plan%time_step) < 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time')
+         return
+      end if
+      allocate (summary%work(effects%n_torques), progress%work_carry(effects%n_torques), source=0.0_wp)
+      progress%t_first = t
+      call find_breaks(effects, t, plan, progress%breaks)
+   end subroutine begin
+
+   !> Ends of the torques' windows inside the run, in the order they are reached.
+   subroutine find_breaks(effects, t, plan, breaks)
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(in) :: t
+      type(run_plan_t), intent(in) :: plan
+      real(wp), allocatable, intent(out) :: breaks(:)
+      real(wp) :: window(2), earliest
+      integer :: i, k
+      allocate (breaks(0))
+      do i = 1, effects%n_torques
+         call effects%torques(i)%item%window(window(1), window(2))
+         breaks = [breaks, pack(window, window > min(t, plan%end_time) .and. window < max(t, plan%end_time))]
+      end do
+      do i = 1, size(breaks) - 1
+         k = i - 1 + minloc(sign(1.0_wp, plan%time_step)*breaks(i:), 1)
+         earliest = breaks(k)
+         breaks(k) = breaks(i)
+         breaks(i) = earliest
+      end do
+   end subroutine find_breaks
+
+   !> One nominal step: in one piece, or in several where times lie inside it on which steps must end.
+   subroutine advance(system, stepper, state, plan, progress, summary, record, is_last, status)
+      type(system_t), intent(in) :: system
+      class(stepper_t), intent(inout) :: stepper
+      type(state_t), intent(inout) :: state
+      type(run_plan_t), intent(in) :: plan
+      type(progress_t), intent(inout) :: progress
+      type(run_summary_t), intent(inout) :: summary
+      type(run_record_t), intent(inout) :: record
+      logical, intent(in) :: is_last
+      type(status_t), intent(out) :: status
+      real(wp) :: t_end, margin, length
+      logical :: cut
+
+      t_end = progress%t_first + real(summary%steps + 1, wp)*plan%time_step
+      if (is_last) t_end = plan%end_time
+      margin = same_time*abs(plan%time_step)
+      record%iterations = 0
+      record%residual = 0.0_wp
+      cut = .false.
+      do while (progress%next_break <= size(progress%breaks))
+         associate (next => progress%breaks(progress%next_break))
+            if ((t_end - next)*sign(1.0_wp, plan%time_step) <= margin) exit
+            if (abs(next - state%t) > margin) &
+               call travel(system, stepper, state, next - state%t, next, progress, summary, record, cut, status)
+         end associate
+         progress%next_break = progress%next_break + 1
+         if (.not. status%ok()) return
+      end do
+      length = t_end - state%t
+      if (abs(length - plan%time_step) <= margin) length = plan%time_step
+      call travel(system, stepper, state, length, t_end, progress, summary, record, cut, status)
+      if (.not. status%ok()) return
+      summary%steps = summary%steps + 1
+      if (cut) summary%cut_steps = summary%cut_steps + 1
+      summary%iterations = summary%iterations + record%iterations
+      summary%most_iterations = max(summary%most_iterations, record%iterations)
+      record%step = summary%steps
+   end subroutine advance
+
+   !> Moves the state by `length` to the time `t_end`, in halves, quarters, ... where a step of that length fails.
+   subroutine travel(system, stepper, state, length, t_end, progress, summary, record, cut, status)
+      type(system_t), intent(in) :: system
+      class(stepper_t), intent(inout) :: stepper
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: length, t_end
+      type(progress_t), intent(inout) :: progress
+      type(run_summary_t), intent(inout) :: summary
+      type(run_record_t), intent(inout) :: record
+      logical, intent(inout) :: cut
+      type(status_t), intent(out) :: status
+      integer :: level, done, i
+      real(wp) :: t_start
+
+      t_start = state%t
+      level = 0
+      done = 0
+      do while (done < 2**level)
+         call stepper%step(system, state, length/2**level, status)
+         record%iterations = record%iterations + stepper%iterations
+         if (status%ok()) then
+            done = done + 1
+            state%t = t_start + length*(real(done, wp)/2**level)
+            summary%parts = summary%parts + 1
+            record%residual = max(record%residual, stepper%residual)
+            do i = 1, size(summary%work)
+               call add_increment(summary%work(i), progress%work_carry(i), stepper%work(i))
+            end do
+         else
+            if (level == deepest_cut .or. all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) &
+               return
+            cut = .true.
+            level = level + 1
+            done = 2*done
+         end if
+      end do
+      state%t = t_end
+   end subroutine travel
+
+   !> Does nothing.
+   subroutine ignore_poll(self, fraction, status)
+      class(observer_t), intent(inout) :: self
+      !> How much of the run is done, 0 to 1.
+      real(wp), intent(in) :: fraction
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      type(status_t), intent(out) :: status
+   end subroutine ignore_poll
+
+   !> Does nothing.
+   subroutine ignore_watch(self, state)
+      class(observer_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+   end subroutine ignore_watch
+
+end module nutate_run

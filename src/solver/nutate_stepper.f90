@@ -1,0 +1,64 @@
+!> What an integration method is to the layers above it: something that moves a state by one step.
+module nutate_stepper
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: stepper_t, integrator_settings_t
+
+   !> How to integrate, as a scene's `&integrator` says it.
+   type :: integrator_settings_t
+      character(len=24) :: method = 'nielsen_krenk'
+      integer :: order = 2
+      character(len=24) :: linear_solver = 'lapack'
+      !> 1/J0, kg⁻¹ m⁻²; 0 for an infinite auxiliary inertia.
+      real(wp) :: inverse_auxiliary_inertia = 0.0_wp
+      !> Project potential forces onto the tangent of |q| = 1; `.false.` shows what that is for.
+      logical :: projection = .true.
+      !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
+      real(wp) :: tolerance = 0.0_wp
+      integer :: max_iterations = 20
+   end type integrator_settings_t
+
+   !> A method with its work space. One stepper serves one run at a time; several threads each use their own.
+   type, abstract :: stepper_t
+      !> Newton iterations of the last step.
+      integer :: iterations = 0
+      !> Last Newton increment over the step's increment (dimensionless).
+      real(wp) :: residual = 0.0_wp
+      !> Work that each torque did in the last step, J; shape (number of torques).
+      real(wp), allocatable :: work(:)
+   contains
+      !> Takes the settings and allocates the work space; must be called before the first step and after every
+      !> change of the system.
+      procedure(prepare_stepper), deferred :: prepare
+      !> Moves a state by one step.
+      procedure(take_step), deferred :: step
+   end type stepper_t
+
+   abstract interface
+      !> Errors: `NUTATE_BAD_ARGUMENT` for settings that the method cannot honour.
+      subroutine prepare_stepper(self, system, settings, status)
+         import :: stepper_t, system_t, integrator_settings_t, status_t
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(integrator_settings_t), intent(in) :: settings
+         type(status_t), intent(out) :: status
+      end subroutine prepare_stepper
+
+      !> On failure the state is as it was.
+      subroutine take_step(self, system, state, dt, status)
+         import :: stepper_t, system_t, state_t, status_t, wp
+         class(stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(inout) :: state
+         !> Step, s; negative steps go backwards in time.
+         real(wp), intent(in) :: dt
+         type(status_t), intent(out) :: status
+      end subroutine take_step
+   end interface
+
+end module nutate_stepper
