@@ -1,0 +1,94 @@
+!> What several test suites share: checks that report index, actual and expected, and reproducible random input.
+module test_support
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_kinds, only: wp, pi
+   use testdrive, only: error_type, test_failed
+   implicit none
+   private
+
+   public :: check_close, check_below, random_unit, random_vector, random_unit_quaternion
+
+   !> |actual - expected| <= tolerance, element by element.
+   interface check_close
+      module procedure check_close_scalar
+      module procedure check_close_vector
+   end interface check_close
+
+contains
+
+   subroutine check_close_scalar(error, actual, expected, tolerance, label)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in) :: actual, expected, tolerance
+      character(len=*), intent(in), optional :: label
+      call check_close_vector(error, [actual], [expected], tolerance, label)
+   end subroutine check_close_scalar
+
+   subroutine check_close_vector(error, actual, expected, tolerance, label)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in) :: actual(:), expected(:), tolerance
+      character(len=*), intent(in), optional :: label
+      character(len=160) :: text
+      integer :: i
+      if (size(actual) /= size(expected)) then
+         call test_failed(error, prefix(label)//"arrays of different length")
+         return
+      end if
+      do i = 1, size(actual)
+         ! Written so that a NaN on either side fails.
+         if (.not. abs(actual(i) - expected(i)) <= tolerance) then
+            write (text, '("index ",i0,": actual ",es23.16,", expected ",es23.16,", difference ",es9.2," > ",es9.2)') &
+               i, actual(i), expected(i), actual(i) - expected(i), tolerance
+            call test_failed(error, prefix(label)//trim(text))
+            return
+         end if
+      end do
+   end subroutine check_close_vector
+
+   !> value <= bound; a NaN fails.
+   subroutine check_below(error, value, bound, label)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in) :: value, bound
+      character(len=*), intent(in), optional :: label
+      character(len=80) :: text
+      if (value <= bound) return
+      write (text, '(es12.5," is not below ",es12.5)') value, bound
+      call test_failed(error, prefix(label)//trim(text))
+   end subroutine check_below
+
+   pure function prefix(label) result(text)
+      character(len=*), intent(in), optional :: label
+      character(len=:), allocatable :: text
+      text = ""
+      if (present(label)) text = label//": "
+   end function prefix
+
+   !> Uniform in (0, 1): a 64-bit xorshift generator, the same on every compiler.
+   real(wp) function random_unit(seed)
+      integer(int64), intent(inout) :: seed
+      seed = ieor(seed, ishft(seed, 13))
+      seed = ieor(seed, ishft(seed, -7))
+      seed = ieor(seed, ishft(seed, 17))
+      random_unit = (real(ishft(seed, -11), wp) + 0.5_wp)*2.0_wp**(-53)
+   end function random_unit
+
+   !> Each component uniform in (-1, 1).
+   function random_vector(seed) result(v)
+      integer(int64), intent(inout) :: seed
+      real(wp) :: v(3)
+      integer :: i
+      do i = 1, 3
+         v(i) = 2.0_wp*random_unit(seed) - 1.0_wp
+      end do
+   end function random_vector
+
+   !> Uniform over the rotations (Shoemake 1992).
+   function random_unit_quaternion(seed) result(q)
+      integer(int64), intent(inout) :: seed
+      real(wp) :: q(4), u, a, b
+      u = random_unit(seed)
+      a = 2*pi*random_unit(seed)
+      b = 2*pi*random_unit(seed)
+      q = [sqrt(1 - u)*sin(a), sqrt(1 - u)*cos(a), sqrt(u)*sin(b), sqrt(u)*cos(b)]
+   end function random_unit_quaternion
+
+end module test_support
