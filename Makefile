@@ -1,0 +1,52 @@
+# What to do with nutate, in one word. `make run` and `make test` work on a fresh machine: they set up what is missing.
+
+# Optimisation. No unsafe flags: the conservation laws hold to round-off only if the compiler keeps the arithmetic.
+# To tune for the machine at hand: make FFLAGS='-O3 -march=native'
+FFLAGS ?= -O3
+SCENE ?= scenes/box.nml
+PREFIX ?=
+BENCH ?=
+
+export FFLAGS
+
+.DEFAULT_GOAL := build
+.PHONY: help setup build run test bench figures lint docs install clean
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
+
+setup: ## install what is missing and let fpm fetch test-drive; afterwards plain fpm works, without a network too
+	@bash tools/setup.sh build test
+
+build: ## build the program: build/nutate (FFLAGS='-O3 -march=native' tunes it for this machine)
+	@bash tools/setup.sh build
+	@bash tools/build.sh
+
+run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
+	@bash tools/run.sh '$(SCENE)'
+
+test: setup ## run the unit tests and the command-line tests
+	@bash tools/test.sh
+
+bench: ## measure costs (BENCH=bench_step selects)
+	@bash tools/setup.sh build
+	@bash tools/bench.sh $(BENCH)
+
+figures: build ## draw the figures of the documentation
+	@bash tools/setup.sh figures
+	@bash tools/figures.sh
+
+lint: ## check the style of the sources
+	@bash tools/setup.sh lint
+	@bash tools/lint.sh
+
+docs: ## write the reference of all modules to build/docs/index.html
+	@bash tools/setup.sh docs
+	@bash tools/docs.sh
+
+install: ## install program, library, .mod files and header in PREFIX=FOLDER
+	@bash tools/setup.sh build
+	@bash tools/install.sh '$(PREFIX)'
+
+clean: ## remove what was built; the tools in .venv and the fetched test-drive stay
+	@[ ! -d build ] || find build -mindepth 1 -maxdepth 1 ! -name dependencies ! -name cache.toml -exec rm -rf {} +

@@ -1,0 +1,96 @@
+!> Runs the unit tests: all of them, one suite (`fpm test -- SUITE`) or one test (`fpm test -- SUITE "TEST"`).
+!>
+!> Ends with a line `N passed, N failed`; a failure makes the exit status 1.
+program unit
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
+      unittest_type
+   use test_attitude, only: collect_attitude
+   use test_body, only: collect_body
+   use test_conservation, only: collect_conservation
+   use test_discrete_states, only: collect_discrete_states
+   use test_euler, only: collect_euler
+   use test_hamiltonian, only: collect_hamiltonian
+   use test_literature, only: collect_literature
+   use test_paper, only: collect_paper
+   use test_quaternion, only: collect_quaternion
+   use test_rotation, only: collect_rotation
+   use test_step, only: collect_step
+   implicit none
+
+   type(testsuite_type), allocatable :: suites(:)
+   character(len=:), allocatable :: suite_name, test_name
+   integer :: tests, failures, i
+
+   tests = 0
+   failures = 0
+   suites = all_suites()
+   call get_argument(1, suite_name)
+   call get_argument(2, test_name)
+
+   if (.not. allocated(suite_name)) then
+      do i = 1, size(suites)
+         call run_suite(suites(i), tests, failures)
+      end do
+   else
+      i = select_suite(suites, suite_name)
+      if (i == 0) call stop_listing(suites, suite_name)
+      if (allocated(test_name)) then
+         tests = 1
+         call run_selected(suites(i)%collect, test_name, error_unit, failures)
+         if (failures < 0) call stop_with("no test '"//test_name//"' in suite '"//suite_name//"'")
+      else
+         call run_suite(suites(i), tests, failures)
+      end if
+   end if
+
+   write (output_unit, '(i0," passed, ",i0," failed")') tests - failures, failures
+   flush (output_unit)
+   if (failures > 0) call stop_with("unit tests failed")
+
+contains
+
+   !> The list of suites: one line for each.
+   function all_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("attitude", collect_attitude), &
+         new_testsuite("body", collect_body), &
+         new_testsuite("conservation", collect_conservation), &
+         new_testsuite("discrete_states", collect_discrete_states), &
+         new_testsuite("euler", collect_euler), &
+         new_testsuite("hamiltonian", collect_hamiltonian), &
+         new_testsuite("literature", collect_literature), &
+         new_testsuite("paper", collect_paper), &
+         new_testsuite("quaternion", collect_quaternion), &
+         new_testsuite("rotation", collect_rotation), &
+         new_testsuite("step", collect_step) &
+         ]
+   end function all_suites
+
+   !> Runs one suite, adds its size to `tests` and what failed to `failures`.
+   subroutine run_suite(suite, tests, failures)
+      type(testsuite_type), intent(in) :: suite
+      integer, intent(inout) :: tests, failures
+      type(unittest_type), allocatable :: members(:)
+      write (error_unit, '("# ",a)') suite%name
+      call suite%collect(members)
+      tests = tests + size(members)
+      call run_testsuite(suite%collect, error_unit, failures, parallel=.false.)
+   end subroutine run_suite
+
+   subroutine stop_listing(suites, name)
+      type(testsuite_type), intent(in) :: suites(:)
+      character(len=*), intent(in) :: name
+      integer :: i
+      write (error_unit, '("The suites are:",*(1x,a))') (suites(i)%name, i=1, size(suites))
+      call stop_with("no suite '"//name//"'")
+   end subroutine stop_listing
+
+   subroutine stop_with(message)
+      character(len=*), intent(in) :: message
+      write (error_unit, '(a)') message
+      stop 1, quiet=.true.
+   end subroutine stop_with
+
+end program unit

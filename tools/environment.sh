@@ -1,0 +1,41 @@
+# Sourced by the other scripts: goes to the top of the project, puts its tools on PATH, and holds what they share.
+
+top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd) || exit 1
+cd "$top" || exit 1
+
+venv=$top/.venv
+program=$top/build/nutate
+logs=$top/build/logs
+# The flags of everything but the strict and the flang build. To tune for the machine at hand:
+#    make FFLAGS='-O3 -march=native'
+FFLAGS=${FFLAGS:--O3}
+
+# Tools that are already on PATH come first; `tools/setup.sh` fills the two folders with those that are not.
+PATH=$PATH:$venv/bin:$venv/links
+export PATH
+
+say() { printf '%s\n' "$*"; }
+die() { printf 'nutate: %s\n' "$*" >&2; exit 1; }
+has() { command -v "$1" >/dev/null 2>&1; }
+# A tool of a .venv/ that was moved is there, but does not start.
+works() { "$1" --version >/dev/null 2>&1; }
+
+# What fpm said, but for its progress.
+without_progress() { grep -v -e '^\[ *[0-9]*%\]' -e '^ar: creating' -e '^Project is' "$1" | sed '/./,$!d'; }
+
+# quietly NAME COMMAND...: runs it with its output in build/logs/NAME.log, which is shown only on failure.
+quietly() {
+   local log=$logs/$1.log status
+   shift
+   mkdir -p "$logs"
+   "$@" >"$log" 2>&1 </dev/null
+   status=$?
+   [ $status -eq 0 ] || { without_progress "$log" >&2; say "nutate: failed: $*" >&2; }
+   return $status
+}
+
+# The fpm of Fortran; another program of that name exists.
+has_fpm() { has fpm && fpm --version 2>/dev/null | grep -qi fortran; }
+
+# fpm_path run|test NAME: builds that program with $FFLAGS and prints its path.
+fpm_path() { fpm "$1" "$2" --flag "$FFLAGS" --runner echo 2>/dev/null | sed -n "s:^build/.*/$2\$:&:p" | tail -n 1; }

@@ -1,0 +1,36 @@
+"""Runs the command-line tests (test/cli/test_*.py) against the program that $NUTATE names.
+
+Reports failures only and ends with a line `N passed, N failed`, where a test with several failing parts counts once.
+"""
+
+import os
+import sys
+import unittest
+
+FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "test", "cli")
+
+
+def main():
+    if not os.access(os.environ.get("NUTATE", ""), os.X_OK):
+        sys.exit("NUTATE does not name a program")
+    result = unittest.TestResult()
+    unittest.defaultTestLoader.discover(FOLDER).run(result)
+
+    bad = result.errors + result.failures
+    for test, report in bad:
+        print(f"{test}\n{report}")
+    for test in result.unexpectedSuccesses:
+        print(f"{test}\nunexpected success")
+    for test, reason in result.skipped:
+        print(f"{test} skipped: {reason}")
+
+    # A subtest's failure belongs to its test.
+    failed = {getattr(test, "test_case", test).id() for test, _ in bad}
+    failed |= {test.id() for test in result.unexpectedSuccesses}
+    passed = max(result.testsRun - len(failed) - len(result.skipped), 0)
+    print(f"{passed} passed, {len(failed)} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|lint|docs|figures|flang]...
+# System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
+set -u
+. "$(dirname "$0")/environment.sh"
+
+packages=()     # apt packages to install
+pip_packages=() # into .venv/
+
+want() { # TOOL PACKAGE...: the packages if the tool is not there
+   local tool=$1
+   shift
+   has "$tool" || packages+=("$@")
+}
+
+links_lapack() {
+   local folder status
+   folder=$(mktemp -d) || return 1
+   printf 'external :: dgesv, dgemm\ncall dgesv()\ncall dgemm()\nend\n' >"$folder/probe.f90"
+   gfortran "$folder/probe.f90" -o "$folder/probe" -llapack -lblas >/dev/null 2>&1
+   status=$?
+   rm -rf "$folder"
+   return $status
+}
+
+has_venv() { "$venv/bin/python" -c 'import pip' >/dev/null 2>&1; }
+
+need_pip() { # PACKAGE: into .venv/, which needs Python with venv and pip
+   pip_packages+=("$1")
+   has_venv || python3 -c 'import ensurepip, venv' >/dev/null 2>&1 || packages+=(python3-venv)
+}
+
+need_build() {
+   want gfortran gfortran
+   want ar binutils
+   want git git ca-certificates
+   links_lapack || packages+=(liblapack-dev libblas-dev)
+   has_fpm || need_pip fpm==0.12.0
+}
+
+need_test() { want python3 python3; }
+need_lint() { works fortitude || need_pip fortitude-lint==0.10.0; }
+need_docs() { works ford || need_pip ford==7.0.13; }
+need_figures() { want gnuplot gnuplot-nox; }
+need_flang() { has flang-new || want flang-22 flang-22; }
+
+install_packages() {
+   local list
+   [ ${#packages[@]} -gt 0 ] || return 0
+   list=$(printf '%s\n' "${packages[@]}" | sort -u | tr '\n' ' ')
+   list=${list% }
+   if [ "$(id -u)" -ne 0 ] || ! has apt-get; then
+      say "nutate: these packages are missing (names as in Debian and Ubuntu): $list" >&2
+      say "nutate: have them installed, for example by   sudo apt-get install $list" >&2
+      exit 1
+   fi
+   say "Installing packages: $list"
+   export DEBIAN_FRONTEND=noninteractive
+   # Lists that cannot be refreshed may still do.
+   mkdir -p "$logs" && apt-get update -qq >"$logs/apt-update.log" 2>&1
+   # shellcheck disable=SC2086
+   quietly apt-install apt-get install -y -qq --no-install-recommends $list || exit 1
+}
+
+install_python_tools() {
+   [ ${#pip_packages[@]} -gt 0 ] || return 0
+   say "Installing into .venv: ${pip_packages[*]}"
+   has_venv || quietly venv python3 -m venv --clear "$venv" || exit 1
+   quietly pip "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --force-reinstall \
+      "${pip_packages[@]}" || exit 1
+}
+
+# fpm knows flang only as flang-new.
+link_flang() {
+   has flang-new && return 0
+   mkdir -p "$venv/links" && ln -sf "$(command -v flang-22)" "$venv/links/flang-new"
+}
+
+[ $# -gt 0 ] || set -- build
+for need; do
+   case $need in
+      build | test | lint | docs | figures | flang) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, lint, docs, figures, flang)" ;;
+   esac
+done
+install_packages
+install_python_tools
+for need; do
+   case $need in
+      build) bash tools/fetch-testdrive.sh || exit 1 ;;
+      flang) link_flang || exit 1 ;;
+   esac
+done

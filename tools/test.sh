@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# Builds with $FFLAGS and runs the unit tests, then the command-line tests of test/cli/; the last line is the total.
+#    tools/test.sh [unit|cli]... [as NAME]      NAME tells the logs of one build from those of another
+set -u
+. "$(dirname "$0")/environment.sh"
+
+parts=() name=release
+while [ $# -gt 0 ]; do
+   case $1 in
+      unit | cli) parts+=("$1") ;;
+      as) name=${2:?} && shift ;;
+      *) die "test: unknown argument '$1'" ;;
+   esac
+   shift
+done
+[ ${#parts[@]} -gt 0 ] || parts=(unit cli)
+
+passed=0 failed=0
+
+count() { # LINE: adds its `N passed, N failed`; a part that ended without that line counts as one failure
+   if [[ $1 =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+      passed=$((passed + BASH_REMATCH[1])) failed=$((failed + BASH_REMATCH[2]))
+   else
+      failed=$((failed + 1))
+   fi
+}
+
+run_unit() {
+   local path log=$logs/unit-$name.log status
+   path=$(fpm_path test unit)
+   [ -n "$path" ] || { count "no program"; return; }
+   say "Unit tests ($path)"
+   "$path" 2>&1 </dev/null | tee "$log" | grep --line-buffered -v -e '^ *Starting .*/[0-9]*)$' -e '\[PASSED\]$'
+   status=${PIPESTATUS[0]}
+   if [ "$status" -ne 0 ] && ! tail -n 2 "$log" | grep -q '^[0-9]* passed,'; then
+      say "The unit tests broke off with exit status $status in:$(grep 'Starting' "$log" | tail -n 1)"
+      count "broke off"
+   else
+      count "$(grep '^[0-9]* passed, [0-9]* failed$' "$log" | tail -n 1)"
+   fi
+}
+
+run_cli() {
+   local path log=$logs/cli-$name.log
+   path=$(fpm_path run nutate)
+   [ -n "$path" ] || { count "no program"; return; }
+   say "Command-line tests ($path)"
+   NUTATE=$top/$path python3 tools/run_cli_tests.py 2>&1 </dev/null | tee "$log"
+   count "$(tail -n 1 "$log")"
+}
+
+say "Building the tests with ${FPM_FC:-gfortran} $FFLAGS"
+if quietly "build-$name" fpm build --tests --flag "$FFLAGS"; then
+   without_progress "$logs/build-$name.log" # warnings
+   for part in "${parts[@]}"; do "run_$part"; done
+else
+   count "no build"
+fi
+say "$passed passed, $failed failed"
+[ $failed -eq 0 ]
