@@ -204,7 +204,8 @@ contains
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call check(error, status%ok() .and. body%idealised, "not accepted, or not noted")
       if (allocated(error)) return
-      call make_shape_body('cone', [1.0_wp, 1.0_wp], body, status, mass=1.0_wp, center_of_mass=[0.0_wp, 0.0_wp, 0.75_wp])
+      call make_shape_body('cone', [1.0_wp, 1.0_wp], body, status, mass=1.0_wp, &
+                           center_of_mass=[0.0_wp, 0.0_wp, 0.75_wp])
       call check(error, status%ok() .and. .not. body%idealised, "a cone is a real body")
    end subroutine idealised_top_is_noticed
 

@@ -1,5 +1,5 @@
-!> What the scheme promises: invariants to round-off at any step, in any units, forward and back; and what breaks without
-!> the projection.
+!> What the scheme promises: invariants to round-off at any step, in any units, forward and back; and what breaks
+!> without the projection.
 module test_conservation
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state
@@ -66,7 +66,8 @@ contains
       call check_invariants(error, fast_top(), 0.001_wp, 2000, 0.0_wp, 1e-13_wp)
    end subroutine tops_keep_energy_and_l3
 
-   !> H, conserved momentum, |L| of a free body, norm and orthogonality within `bound`, relative, over the run; the norm within
+   !> H, conserved momentum, |L| of a free body, norm and orthogonality within `bound`, relative, over the run; the
+   !> norm within
    !> `norm_bound` where it is given: with a finite J0 round-off drives it.
    subroutine check_invariants(error, problem, dt, n, inverse_j0, bound, norm_bound)
       type(error_type), allocatable, intent(out) :: error

@@ -4,9 +4,9 @@ module test_hamiltonian
    use nutate_body, only: body_t, make_body
    use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, bilinear_form, body_momentum, hamilton_equations, inverse_mass_matrix, &
-      kinetic_energy, make_state, mass_matrix, momentum_from_rate, potential_energy, potential_gradient, potential_torque, &
-      space_momentum, total_energy
+   use nutate_hamiltonian, only: angular_velocity, bilinear_form, body_momentum, hamilton_equations, &
+      inverse_mass_matrix, kinetic_energy, make_state, mass_matrix, momentum_from_rate, potential_energy, &
+      potential_gradient, potential_torque, space_momentum, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: cross, quat_left_matrix, quat_product, rotate_to_space
    use nutate_state, only: state_t
@@ -32,7 +32,7 @@ contains
                   new_unittest("mass matrix times its inverse is one", mass_matrix_has_its_inverse), &
                   new_unittest("kinetic energy in its three forms", kinetic_energy_in_three_forms), &
                   new_unittest("momentum from rate, rate from momentum", momentum_and_rate_agree), &
-                  new_unittest("w is the constraint and twice the momentum", bilinear_form_is_constraint_and_momentum), &
+                  new_unittest("w is the constraint and twice the momentum", w_is_constraint_and_momentum), &
                   new_unittest("space momentum is the rotated body momentum", space_momentum_is_rotated), &
                   new_unittest("gravity potential is m g h", gravity_is_m_g_h), &
                   new_unittest("potential gradient against differences", gradient_matches_differences), &
@@ -64,8 +64,9 @@ contains
       end do
       do i = 1, trials
          q = random_unit_quaternion(seed)
-         call check_close(error, pack(matmul(mass_matrix(system%body, j0, q), inverse_mass_matrix(system%body, 1/j0, q)), &
-                                      .true.), pack(unit, .true.), 64*eps)
+         call check_close(error, pack(matmul(mass_matrix(system%body, j0, q), &
+                                             inverse_mass_matrix(system%body, 1/j0, q)), .true.), &
+                          pack(unit, .true.), 64*eps)
          if (allocated(error)) return
       end do
    end subroutine mass_matrix_has_its_inverse
@@ -111,7 +112,7 @@ contains
       end do
    end subroutine momentum_and_rate_agree
 
-   subroutine bilinear_form_is_constraint_and_momentum(error)
+   subroutine w_is_constraint_and_momentum(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
       type(state_t) :: state
@@ -129,7 +130,7 @@ contains
       state%p = state%p + 0.25_wp*state%q
       w = bilinear_form(state%q, state%p)
       call check_close(error, w(1), 0.25_wp, 16*eps*norm2(w), "q.p")
-   end subroutine bilinear_form_is_constraint_and_momentum
+   end subroutine w_is_constraint_and_momentum
 
    subroutine space_momentum_is_rotated(error)
       type(error_type), allocatable, intent(out) :: error
@@ -172,7 +173,8 @@ contains
       do i = 1, 4
          shift = 0.0_wp
          shift(i) = h
-         differences(i) = (potential_energy(system%effects, q + shift) - potential_energy(system%effects, q - shift))/(2*h)
+         differences(i) = (potential_energy(system%effects, q + shift) &
+                           - potential_energy(system%effects, q - shift))/(2*h)
       end do
       ! V is quadratic in q: central differences are exact to round-off, ε|V|/h.
       call check_close(error, potential_gradient(system%effects, q), differences, 100*eps/h)

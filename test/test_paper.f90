@@ -116,7 +116,8 @@ contains
       call check_precession(error, fast_top(), 200.0_wp, 4.998774_wp, 0.86_wp)
    end subroutine precession_of_nutating_top
 
-   !> Relative period error factor·(Ω₃Δt)²/12 with the factor in [0.6, 1.6] and as published within 0.02, of order 2.00 ± 0.05.
+   !> Relative period error factor·(Ω₃Δt)²/12 with the factor in [0.6, 1.6] and as published within 0.02, of order
+   !> 2.00 ± 0.05.
    subroutine check_precession(error, problem, omega3, exact, factor)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
@@ -135,7 +136,8 @@ contains
       call check_close(error, log(errors(1:2)/errors(2:3))/log(2.0_wp), [2.0_wp, 2.0_wp], 0.05_wp, "order")
    end subroutine check_precession
 
-   !> Mean rate over 8 s at which the top's axis turns about the vertical, weighted by a window (1 - cos)² that suppresses nutation.
+   !> Mean rate over 8 s at which the top's axis turns about the vertical, weighted by a window (1 - cos)² that
+   !> suppresses nutation.
    real(wp) function mean_precession(problem, dt)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: dt

@@ -67,7 +67,8 @@ contains
       call make_body(diagonal([5.0_wp, 5.0_wp, 1.0_wp]), problem%system%body, status, mass=20.0_wp, &
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -1.0_wp]))
-      problem%start = make_state(problem%system, [cos(0.025_wp), sin(0.025_wp), 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 50.0_wp])
+      problem%start = make_state(problem%system, [cos(0.025_wp), sin(0.025_wp), 0.0_wp, 0.0_wp], &
+                                 [0.0_wp, 0.0_wp, 50.0_wp])
    end function simo_top
 
    !> A free body of given moments (triangle rule not tested) and body angular momentum.

@@ -1,4 +1,5 @@
-!> One step: it solves the paper's equations, its Jacobian is the derivative of its residual, and failure leaves no trace.
+!> One step: it solves the paper's equations, its Jacobian is the derivative of its residual, and failure leaves no
+!> trace.
 module test_step
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: make_body
@@ -10,9 +11,9 @@ module test_step
    use nutate_quaternion, only: cross, quat_left_matrix, quat_right_matrix, rotate_to_body
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t
-   use nutate_step_equations, only: step_equations_t
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
+   use test_jacobian, only: check_jacobian
    use test_problems, only: box, march, precessing_top, problem_t
    use test_support, only: check_below, check_close, random_unit_quaternion, random_vector
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -81,8 +82,8 @@ contains
                      system%body, status, mass=2.0_wp, center_of_mass=[0.3_wp, -0.2_wp, 0.5_wp])
    end function asymmetric_body
 
-   !> q1 - q0 = ¼Δt Q(q̄)a, p1 - p0 = -¼Δt Q(p̄)Ca - Δt(I - q̄q̄ᵀ/q̄ᵀq̄)∂V*/∂q, written in q and p with explicit matrices, as in
-   !> the paper; for gravity V is quadratic in q and ∂V*/∂q = ∂V/∂q at q̄.
+   !> q1 - q0 = ¼Δt Q(q̄)a, p1 - p0 = -¼Δt Q(p̄)Ca - Δt(I - q̄q̄ᵀ/q̄ᵀq̄)∂V*/∂q, written in q and p with explicit
+   !> matrices, as in the paper; for gravity V is quadratic in q and ∂V*/∂q = ∂V/∂q at q̄.
    subroutine step_solves_the_papers_equations(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
@@ -187,38 +188,6 @@ contains
       call check_jacobian(error, system, 0.3_wp, .true.)
    end subroutine jacobian_with_torque_and_rotor
 
-   !> Analytic Jacobian against central differences of the residual, at a point that is no solution. The differences err
-   !> by h² of third derivatives and ε/h, h = ε^(1/3).
-   subroutine check_jacobian(error, system, inverse_j0, projection)
-      type(error_type), allocatable, intent(out) :: error
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: inverse_j0
-      logical, intent(in) :: projection
-      type(step_equations_t) :: equations
-      type(state_t) :: state
-      integer(int64) :: seed
-      real(wp) :: z(8), shift(8), above(8), below(8), matrix(8, 8), h
-      integer :: i
-      seed = 271828_int64
-      state = make_state(system, random_unit_quaternion(seed), 2*random_vector(seed))
-      state%q = 1.05_wp*state%q
-      state%p = state%p + 0.5_wp*random_unit_quaternion(seed)
-      call equations%forces%prepare(system%effects, projection)
-      call equations%set_unit(system, inverse_j0, 8.0_wp)
-      call equations%start(system, state, 0.2_wp)
-      z = 0.2_wp*[random_vector(seed), random_vector(seed), random_vector(seed)]
-      call equations%jacobian(system, z, matrix)
-      h = eps**(1.0_wp/3)
-      do i = 1, 8
-         shift = 0.0_wp
-         shift(i) = h
-         call equations%residual(system, z + shift, above)
-         call equations%residual(system, z - shift, below)
-         call check_close(error, matrix(:, i), (above - below)/(2*h), 2e-9_wp, "column")
-         if (allocated(error)) return
-      end do
-   end subroutine check_jacobian
-
    subroutine failed_step_leaves_the_state(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -237,7 +206,8 @@ contains
                        [0.0_wp, problem%start%q, problem%start%p, spread(0.0_wp, 1, 8)], 0.0_wp, "state")
    end subroutine failed_step_leaves_the_state
 
-   !> The box on its unstable axis: the branch of the true motion ends at Δt|Ω| = 2.27, beyond it Newton finds other roots.
+   !> The box on its unstable axis: the branch of the true motion ends at Δt|Ω| = 2.27, beyond it Newton finds other
+   !> roots.
    subroutine step_off_the_branch_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -254,7 +224,8 @@ contains
       if (allocated(error)) return
       state = problem%start
       call stepper%step(problem%system, state, 0.24_wp, status)
-      call check(error, status%code == NUTATE_OFF_BRANCH .or. status%code == NUTATE_NOT_CONVERGED, "Δt|Ω| = 2.4 accepted")
+      call check(error, status%code == NUTATE_OFF_BRANCH .or. status%code == NUTATE_NOT_CONVERGED, &
+                 "Δt|Ω| = 2.4 accepted")
       if (allocated(error)) return
       call stepper%step(problem%system, state, 0.5_wp, status)
       call check(error,.not. status%ok(), "Δt|Ω| = 5 accepted")
@@ -300,7 +271,8 @@ contains
       call march(system, stepper, state, 0.1_wp, 10, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
-      call check_close(error, [state%q, state%p], [0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp)
+      call check_close(error, [state%q, state%p], &
+                       [0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp)
    end subroutine body_at_rest_stays
 
 end module test_step

@@ -189,7 +189,8 @@ contains
       body%axes = right_handed(vectors(:, order))
    end subroutine find_principal_axes
 
-   !> Which eigenvector lies nearest to each body axis: the permutation with the largest product of cosines' squares' sum.
+   !> Which eigenvector lies nearest to each body axis: the permutation with the largest sum of squared
+   !> cosines.
    pure function nearest_order(vectors) result(best)
       real(wp), intent(in) :: vectors(3, 3)
       integer :: best(3)
@@ -235,13 +236,13 @@ contains
 
       largest = maxval(body%moments)
       if (largest <= 0.0_wp .or. any(body%moments < -8*eps*largest)) then
-         status = fail(NUTATE_BAD_BODY, 'the inertia is not positive definite: every principal moment must be positive', &
-                       'inertia')
+         status = fail(NUTATE_BAD_BODY, 'the inertia is not positive definite: every principal moment must be '// &
+                       'positive', 'inertia')
          return
       end if
       if (any(body%moments <= 8*eps*largest)) then
-         status = fail(NUTATE_BAD_BODY, 'a principal moment of inertia is zero: an infinitely thin rod has no inertia '// &
-                       'about its axis, so its spin is undefined', 'inertia')
+         status = fail(NUTATE_BAD_BODY, 'a principal moment of inertia is zero: an infinitely thin rod has no '// &
+                       'inertia about its axis, so its spin is undefined', 'inertia')
          return
       end if
       body%breaks_triangle = triangle_excess(body%moments) > triangle_tolerance

@@ -68,7 +68,7 @@ contains
       case ('cone')
          volume = pi*a(1)**2*a(2)/3
          gyration = 3*[(4*a(1)**2 + a(2)**2)/80, (4*a(1)**2 + a(2)**2)/80, a(1)**2/10]
-      case ('sphere', 'ellipsoid')
+      case default ! sphere and ellipsoid
          volume = 4*pi/3*a(1)*a(2)*a(3)
          gyration = ellipsoidal(a)/5
       end select

@@ -48,7 +48,7 @@ module nutate_keys
       !> The group is incomplete without it.
       logical :: required = .false.
       !> Admissible texts, comma separated, for a key that names a choice; blank: any text.
-      character(len=240) :: choices = ''
+      character(len=320) :: choices = ''
    end type key_t
 
    !> One value: the component of the key's kind is set.

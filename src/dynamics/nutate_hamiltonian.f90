@@ -1,7 +1,8 @@
-!> The Hamiltonian of a rigid body in quaternions and conjugate momenta (Nielsen & Krenk 2012), and what follows from it.
+!> The Hamiltonian of a rigid body in quaternions and conjugate momenta (Nielsen & Krenk 2012), and what follows from
+!> it.
 !>
-!> `J = diag(J0, inertia)` is the extended inertia; only `1/J0` ever enters (`inverse_j0`, 0 for an infinite J0), so that
-!> the physical body is its default.
+!> `J = diag(J0, inertia)` is the extended inertia; only `1/J0` ever enters (`inverse_j0`, 0 for an infinite J0), so
+!> that the physical body is its default.
 module nutate_hamiltonian
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
@@ -85,8 +86,8 @@ contains
       matrix = sandwich(x, 4*extended(j0, body%inertia))
    end function mass_matrix
 
-   !> M⁻¹(x,x) = ¼ Q(x) J⁻¹ Q(x)ᵀ/|x|⁴: for x = q the inverse of the mass matrix, for x = p (without the division)
-   !> the matrix of T = ½ qᵀM⁻¹(p,p)q. `unit` leaves the division out; shape (4,4), kg⁻¹ m⁻².
+   !> M⁻¹(x,x) = ¼ Q(x) J⁻¹ Q(x)ᵀ; shape (4,4). With x = q, a unit quaternion, it is the inverse of the mass matrix and
+   !> T = ½ pᵀM⁻¹(q,q)p; with x = p it is the matrix of T = ½ qᵀM⁻¹(p,p)q.
    pure function inverse_mass_matrix(body, inverse_j0, x) result(matrix)
       type(body_t), intent(in) :: body
       !> 1/J0, kg⁻¹ m⁻².
@@ -187,8 +188,8 @@ contains
       end do
    end function potential_torque
 
-   !> The equations of motion: q̇ = ¼Q(q)J⁻¹(w-2h), ṗ = -¼Q(p)CJ⁻¹(w-2h) - (I - qqᵀ/qᵀq)∂V/∂q + f, f = 2q∘[0,τ]/|q|² from the
-   !> torques (the paper's equations with projection).
+   !> The equations of motion: q̇ = ¼Q(q)J⁻¹(w-2h), ṗ = -¼Q(p)CJ⁻¹(w-2h) - (I - qqᵀ/qᵀq)∂V/∂q + f, f = 2q∘[0,τ]/|q|²
+   !> from the torques (the paper's equations with projection).
    pure subroutine hamilton_equations(system, state, q_rate, p_rate, inverse_j0)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

@@ -87,12 +87,11 @@ contains
       self%worst_energy = max(self%worst_energy, abs(residual))
       change = space_momentum(state) - self%momentum
       self%momentum_scale = max(self%momentum_scale, norm2(self%momentum + change))
-      select case (self%components)
-      case (ALL_COMPONENTS)
+      if (self%components == ALL_COMPONENTS) then
          self%worst_momentum = max(self%worst_momentum, norm2(change))
-      case (ALONG_AXIS)
+      else if (self%components == ALONG_AXIS) then
          self%worst_momentum = max(self%worst_momentum, abs(dot_product(self%axis, change)))
-      end select
+      end if
       self%norm_error = max(self%norm_error, abs(dot_product(state%q, state%q) - 1))
       self%orthogonality = max(self%orthogonality, abs(dot_product(state%q, state%p)))
    end subroutine measure

@@ -2,8 +2,8 @@
 !>
 !> A step is seen from the frame `u` of its start: q = u∘x, so that x0 = (|q0|, 0, 0, 0). Every effect then enters as a
 !> body quantity `s = [s0, τ]` at mid step with the force `f = 2 x̄∘s/|x̄|²` (design: torques do exact work):
-!> a torque as τ, a projected potential as τ = γ(x̄)×∇̄U, since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²` and the projection takes
-!> away exactly the scalar part, which is s0 = -γ(x̄)·∇̄U where it is left in.
+!> a torque as τ, a projected potential as τ = γ(x̄)×∇̄U, since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²` and the projection
+!> takes away exactly the scalar part, which is s0 = -γ(x̄)·∇̄U where it is left in.
 module nutate_mid_forces
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp

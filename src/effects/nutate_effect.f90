@@ -1,8 +1,8 @@
 !> What an effect is: the abstract types that every physical effect extends, one file each.
 !>
-!> A **potential** is a function `U(γ)` of the body components `γ = R(q)ᵀ n` of a direction `n` fixed in space. It supplies
-!> `U` and `∇U`; the discrete gradient that conserves energy and the momentum about `n` is derived from them here.
-!> A **torque** acts in body axes and does work. A **rotor** adds a constant body momentum.
+!> A **potential** is a function `U(γ)` of the body components `γ = R(q)ᵀ n` of a direction `n` fixed in space. It
+!> supplies `U` and `∇U`; the discrete gradient that conserves energy and the momentum about `n` is derived from them
+!> here. A **torque** acts in body axes and does work. A **rotor** adds a constant body momentum.
 module nutate_effect
    use nutate_kinds, only: wp, eps
    implicit none
@@ -169,7 +169,8 @@ contains
          do i = 1, 3
             shift = 0.0_wp
             shift(i) = 0.5_wp*h
-            by_rotation(:, i) = (self%torque(t, turned(q, shift), omega) - self%torque(t, turned(q, -shift), omega))/(2*h)
+            by_rotation(:, i) = (self%torque(t, turned(q, shift), omega) &
+                                 - self%torque(t, turned(q, -shift), omega))/(2*h)
          end do
       end if
       h = h*max(norm2(omega), 1.0_wp)

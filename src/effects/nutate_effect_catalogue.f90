@@ -1,9 +1,15 @@
 !> The effects a scene can name: one line each. A new effect is its own file and a line here.
 module nutate_effect_catalogue
+   use nutate_applied_torque, only: applied_torque_keys, build_applied_torque
    use nutate_body, only: body_t
+   use nutate_damping, only: build_damping, damping_keys
+   use nutate_dipole, only: build_dipole, dipole_keys
    use nutate_effect, only: effect_t
-   use nutate_gravity, only: gravity_keys, build_gravity
+   use nutate_gravity, only: build_gravity, gravity_keys
+   use nutate_gravity_gradient, only: build_gravity_gradient, gravity_gradient_keys
    use nutate_keys, only: group_kind_t, group_t, key_t
+   use nutate_rotor, only: build_rotor, rotor_keys
+   use nutate_spring, only: build_spring, spring_keys
    use nutate_status, only: status_t
    implicit none
    private
@@ -34,7 +40,14 @@ contains
    !> Every effect that a scene can name.
    function effect_kinds() result(kinds)
       type(effect_kind_t), allocatable :: kinds(:)
-      kinds = [effect_kind('gravity', gravity_keys, build_gravity, repeatable=.false.)]
+      kinds = [ &
+              effect_kind('gravity', gravity_keys, build_gravity, repeatable=.false.), &
+              effect_kind('dipole', dipole_keys, build_dipole), &
+              effect_kind('gravity_gradient', gravity_gradient_keys, build_gravity_gradient), &
+              effect_kind('spring', spring_keys, build_spring), &
+              effect_kind('damping', damping_keys, build_damping), &
+              effect_kind('torque', applied_torque_keys, build_applied_torque), &
+              effect_kind('rotor', rotor_keys, build_rotor)]
    end function effect_kinds
 
    function effect_kind(name, keys, build, repeatable) result(kind)

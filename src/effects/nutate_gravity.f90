@@ -1,9 +1,10 @@
 !> Uniform gravity on a body whose centre of mass is not at the reference point: V = -m g·(R c).
 module nutate_gravity
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, potential_t
+   use nutate_effect, only: effect_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
+   use nutate_linear_potential, only: linear_potential_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_BODY
    implicit none
    private
@@ -16,16 +17,8 @@ module nutate_gravity
    !> Keys of the scene group `&gravity`.
    type(key_t), parameter :: gravity_keys(1) = [key_t(name='acceleration', least=3, most=3)]
 
-   !> U(γ) = -m c·γ with γ = Rᵀ g: linear, so its discrete gradient is its gradient.
-   type, extends(potential_t) :: gravity_t
-      !> m c: mass times centre of mass, body axes, kg m; shape (3).
-      real(wp) :: first_moment(3) = 0.0_wp
-   contains
-      procedure :: energy => gravity_energy
-      procedure :: gradient => gravity_gradient
-      procedure :: hessian => gravity_hessian
-      procedure :: discrete_gradient => gravity_discrete_gradient
-      procedure :: discrete_hessian => gravity_discrete_hessian
+   !> U(γ) = -m c·γ with γ = Rᵀg.
+   type, extends(linear_potential_t) :: gravity_t
    end type gravity_t
 
    !> Gravity on a body.
@@ -35,7 +28,7 @@ module nutate_gravity
 
 contains
 
-   !> Gravity of an acceleration (space axes, m/s²) on a body.
+   !> Gravity of an acceleration on a body.
    pure function new_gravity(body, acceleration) result(gravity)
       !> Its mass and centre of mass count.
       type(body_t), intent(in) :: body
@@ -44,7 +37,7 @@ contains
       type(gravity_t) :: gravity
       gravity%name = 'gravity'
       gravity%direction = acceleration
-      gravity%first_moment = body%mass*body%center_of_mass
+      gravity%moment = body%mass*body%center_of_mass
    end function new_gravity
 
    !> Gravity as a scene's group asks for it. Errors: `NUTATE_BAD_BODY` where the body has no mass.
@@ -59,39 +52,5 @@ contains
       end if
       allocate (effect, source=gravity_t(body, group%vector('acceleration', standard_gravity)))
    end subroutine build_gravity
-
-   pure real(wp) function gravity_energy(self, gamma)
-      class(gravity_t), intent(in) :: self
-      real(wp), intent(in) :: gamma(3)
-      gravity_energy = -dot_product(self%first_moment, gamma)
-   end function gravity_energy
-
-   pure function gravity_gradient(self, gamma) result(gradient)
-      class(gravity_t), intent(in) :: self
-      real(wp), intent(in) :: gamma(3)
-      real(wp) :: gradient(3)
-      gradient = -self%first_moment
-   end function gravity_gradient
-
-   pure function gravity_hessian(self, gamma) result(hessian)
-      class(gravity_t), intent(in) :: self
-      real(wp), intent(in) :: gamma(3)
-      real(wp) :: hessian(3, 3)
-      hessian = 0.0_wp
-   end function gravity_hessian
-
-   pure function gravity_discrete_gradient(self, gamma0, gamma1) result(gradient)
-      class(gravity_t), intent(in) :: self
-      real(wp), intent(in) :: gamma0(3), gamma1(3)
-      real(wp) :: gradient(3)
-      gradient = -self%first_moment
-   end function gravity_discrete_gradient
-
-   pure function gravity_discrete_hessian(self, gamma0, gamma1) result(hessian)
-      class(gravity_t), intent(in) :: self
-      real(wp), intent(in) :: gamma0(3), gamma1(3)
-      real(wp) :: hessian(3, 3)
-      hessian = 0.0_wp
-   end function gravity_discrete_hessian
 
 end module nutate_gravity

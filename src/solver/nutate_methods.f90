@@ -34,7 +34,8 @@ contains
       type(status_t), intent(out) :: status
       if (.not. any(methods%name == settings%method .and. methods%linear_solver == settings%linear_solver .and. &
                     methods%order == settings%order)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)//"' of this order and solver", 'method')
+         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)//"' of this order and solver", &
+                       'method')
          return
       end if
       allocate (nielsen_krenk_t :: stepper)

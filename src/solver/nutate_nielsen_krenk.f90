@@ -1,13 +1,14 @@
-!> The conserving step of Nielsen & Krenk (2012): eight equations in q and p, Newton's method with the analytic Jacobian,
-!> LAPACK.
+!> The conserving step of Nielsen & Krenk (2012): eight equations in q and p, Newton's method with the analytic
+!> Jacobian, LAPACK.
 !>
 !> The inverse of the Jacobian is kept as long as the iteration converges fast with it, over many steps if need be; the
 !> first guess continues the increments of the last steps. By default the iteration goes on until the increments stop
 !> falling, since every digit left on the table is a drift of the invariants.
 module nutate_nielsen_krenk
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_kinds, only: wp, eps
+   use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
+   use nutate_newton, only: degree, has_converged, remember, too_slow
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
@@ -20,16 +21,8 @@ module nutate_nielsen_krenk
 
    public :: nielsen_krenk_t
 
-   !> Increments that fall by less than this per iteration call for a new Jacobian.
-   real(wp), parameter :: slow = 0.1_wp
    !> Iterations of a step above which the next one starts with a new Jacobian: it costs about as much as 15 iterations.
    integer, parameter :: many = 7
-   !> The first guess continues the increments by a polynomial of this degree.
-   integer, parameter :: degree = 3
-   !> Relative increment that is round-off of the residual whatever came before.
-   real(wp), parameter :: round_off = 2*eps
-   !> Relative increment below which an iteration that no longer falls has reached round-off.
-   real(wp), parameter :: floor_level = 1e4_wp*eps
    !> A step longer than this many times the unit sphere's radius has gone astray.
    real(wp), parameter :: astray = 1e3_wp
 
@@ -74,8 +67,8 @@ contains
    end subroutine prepare
 
    !> One step. Errors, with the state as it was: `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`;
-   !> `NUTATE_OFF_BRANCH` where the root found is not the continuation of the true motion from short steps: |b| >= 1 or the
-   !> determinant of the Jacobian is not positive, b = ⅛Δt J⁻¹(w̄ - 2h).
+   !> `NUTATE_OFF_BRANCH` where the root found is not the continuation of the true motion from short steps: |b| >= 1
+   !> or the determinant of the Jacobian is not positive, b = ⅛Δt J⁻¹(w̄ - 2h).
    subroutine step(self, system, state, dt, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -115,28 +108,13 @@ contains
       state%t = state%t + dt
       if (dt /= self%last_dt) self%known = 0
       self%last_dt = dt
-      call remember(self, z)
+      call remember(z, self%differences, self%known)
       if (self%iterations > many) self%inverse_dt = 0.0_wp
    end subroutine accept
 
-   !> Puts an increment and its differences to the earlier ones in place of the last ones.
-   pure subroutine remember(self, z)
-      class(nielsen_krenk_t), intent(inout) :: self
-      real(wp), intent(in) :: z(8)
-      real(wp) :: new(8), old(8)
-      integer :: k
-      self%known = min(self%known + 1, degree + 1)
-      new = z
-      do k = 0, self%known - 1
-         old = self%differences(:, k)
-         self%differences(:, k) = new
-         new = new - old
-      end do
-   end subroutine remember
-
-   !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p by the forces in a step; for
-   !> a body at rest without forces, the momentum that turns it by about 1 rad in a step. Called when the factors belong to
-   !> another step or have been dropped.
+   !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p by the forces in a
+   !> step; for a body at rest without forces, the momentum that turns it by about 1 rad in a step. Called when the
+   !> factors belong to another step or have been dropped.
    pure subroutine choose_unit(self, system, state, dt)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -199,7 +177,7 @@ contains
          self%residual = 0.0_wp
          if (length > 0.0_wp) self%residual = change/length
          if (has_converged(change, previous, length, self%settings%tolerance)) return
-         if (change > slow*previous) self%inverse_dt = 0.0_wp
+         if (change > too_slow*previous) self%inverse_dt = 0.0_wp
          previous = change
       end do
       if (.not. ieee_is_finite(sum(z))) then
@@ -208,22 +186,6 @@ contains
          status = fail(NUTATE_NOT_CONVERGED, 'the Newton iteration of the step did not converge')
       end if
    end subroutine iterate
-
-   !> True if a further increment would change nothing: it is below the tolerance, or, by default, below round-off as judged
-   !> from how the increments fell, or they stopped falling at the level of round-off.
-   pure logical function has_converged(change, previous, length, tolerance)
-      !> Largest entry of the present and of the previous increment, and of z.
-      real(wp), intent(in) :: change, previous, length
-      !> 0: until the increment stops falling.
-      real(wp), intent(in) :: tolerance
-      if (tolerance > 0.0_wp) then
-         has_converged = change <= tolerance*length
-      else if (change <= slow*previous .and. previous < huge(1.0_wp)) then
-         has_converged = change*(change/previous) <= 0.25_wp*eps*length
-      else
-         has_converged = change <= round_off*length .or. (change > 0.5_wp*previous .and. change <= floor_level*length)
-      end if
-   end function has_converged
 
    !> A new Jacobian at z, its inverse from the LU factors, and the sign of its determinant.
    subroutine factorize(self, system, z, status)

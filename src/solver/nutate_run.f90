@@ -95,11 +95,11 @@ module nutate_run
 
 contains
 
-   !> Integrates from `state` to the plan's end time. The k-th step ends at t0 + kΔt, computed as such; the last one, shortened
-   !> if need be, ends exactly at `end_time`. A step that fails is cut into parts as short as need be.
+   !> Integrates from `state` to the plan's end time. The k-th step ends at t0 + kΔt, computed as such; the last one,
+   !> shortened if need be, ends exactly at `end_time`. A step that fails is cut into parts as short as need be.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end; `NUTATE_STEP_LIMIT`; what the observer returned; why a
-   !> step failed in its shortest part. `state` is then the last state reached.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end; `NUTATE_STEP_LIMIT`; what the observer
+   !> returned; why a step failed in its shortest part. `state` is then the last state reached.
    subroutine integrate(system, stepper, state, plan, observer, summary, status)
       type(system_t), intent(in) :: system
       !> Prepared for `system`.
@@ -134,8 +134,8 @@ contains
       end do
    end subroutine integrate
 
-   !> Number of nominal steps from a time to the plan's end, the shortened last one included; for more than can be counted,
-   !> the largest count there is.
+   !> Number of nominal steps from a time to the plan's end, the shortened last one included; for more than can be
+   !> counted, the largest count there is.
    pure integer(long) function count_steps(t, plan) result(n)
       !> s.
       real(wp), intent(in) :: t
@@ -158,7 +158,8 @@ contains
       type(progress_t), intent(out) :: progress
       type(run_summary_t), intent(inout) :: summary
       type(status_t), intent(out) :: status
-      if (plan%every < 1 .or. plan%time_step == 0.0_wp .or. (plan%end_time - t)*sign(1.0_wp, plan%time_step) < 0.0_wp) then
+      if (plan%every < 1 .or. plan%time_step == 0.0_wp .or. &
+          (plan%end_time - t)*sign(1.0_wp, plan%time_step) < 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time')
          return
       end if
@@ -257,8 +258,8 @@ contains
                call add_increment(summary%work(i), progress%work_carry(i), stepper%work(i))
             end do
          else
-            if (level == deepest_cut .or. all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) &
-               return
+            if (level == deepest_cut .or. &
+                all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
             cut = .true.
             level = level + 1
             done = 2*done

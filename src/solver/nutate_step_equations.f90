@@ -1,7 +1,8 @@
 !> The eight equations of one step (Nielsen & Krenk 2012) and their analytic Jacobian.
 !>
 !> With q = u∘x, p = μ u∘y they read the same for x and y whatever the unit quaternion u: the scheme is symmetric under
-!> rotations of space. u is taken as the attitude at the start of the step and μ as the power of two nearest |p|, so that
+!> rotations of space. u is taken as the attitude at the start of the step and μ as the power of two nearest |p|, so
+!> that
 !>
 !> * all eight unknowns are of order one, for a molecule as for a planet, and no digit depends on the units;
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.

@@ -18,6 +18,8 @@ module nutate_stepper
       real(wp) :: inverse_auxiliary_inertia = 0.0_wp
       !> Project potential forces onto the tangent of |q| = 1; `.false.` shows what that is for.
       logical :: projection = .true.
+      !> Integrate the attitude; `.false.` only where neither an effect nor the output depends on it.
+      logical :: attitude = .true.
       !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
       real(wp) :: tolerance = 0.0_wp
       integer :: max_iterations = 20

@@ -1,0 +1,115 @@
+!> A torque applied along axes of the body or of space, harmonic in time, within a window of time:
+!> τ = τ₀ cos(2πft + phase) from start to stop.
+module nutate_applied_torque
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t, torque_t
+   use nutate_keys, only: group_t, key_t
+   use nutate_kinds, only: wp, pi
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: applied_torque_t, applied_torque_keys, build_applied_torque
+
+   !> Keys of the scene group `&torque`.
+   type(key_t), parameter :: applied_torque_keys(6) = [ &
+      key_t(name='body', least=3, most=3), &
+      key_t(name='space', least=3, most=3), &
+      key_t(name='frequency'), &
+      key_t(name='phase'), &
+      key_t(name='start'), &
+      key_t(name='stop')]
+
+   !> τ₀ cos(2πft + phase) from start to stop.
+   type, extends(torque_t) :: applied_torque_t
+      !> τ₀, N m; shape (3).
+      real(wp) :: amplitude(3) = 0.0_wp
+      !> τ₀ stands in space axes; else in body axes.
+      logical :: in_space = .false.
+      !> f, Hz.
+      real(wp) :: frequency = 0.0_wp
+      !> rad.
+      real(wp) :: phase = 0.0_wp
+      !> s.
+      real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
+   contains
+      procedure :: torque => applied_torque
+      procedure :: derivatives => applied_derivatives
+      procedure :: window => applied_window
+      procedure :: needs_attitude => attitude_in_space
+   end type applied_torque_t
+
+contains
+
+   !> A torque as a scene's group asks for it.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` where not exactly one of body and space is given, or the window is empty.
+   subroutine build_applied_torque(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      type(applied_torque_t) :: torque
+      real(wp), parameter :: none(3) = 0.0_wp
+      torque%name = 'torque'
+      if (group%has('body') .and. group%has('space')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'body and space say the same thing (expected one of the two)', 'space')
+         return
+      else if (.not. (group%has('body') .or. group%has('space'))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the torque is missing (expected body or space)')
+         return
+      end if
+      torque%in_space = group%has('space')
+      torque%amplitude = group%vector('body', group%vector('space', none))
+      torque%frequency = group%number('frequency', torque%frequency)
+      torque%phase = group%number('phase', torque%phase)
+      torque%start = group%number('start', torque%start)
+      torque%stop = group%number('stop', torque%stop)
+      if (torque%stop <= torque%start) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the torque stops before it starts (expected stop > start)', 'stop')
+         return
+      end if
+      allocate (effect, source=torque)
+   end subroutine build_applied_torque
+
+   pure function applied_torque(self, t, q, omega) result(tau)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+      if (t < self%start .or. t > self%stop) return
+      tau = self%amplitude
+      if (self%in_space) tau = rotate_to_body(q, tau)
+      ! The whole turns are taken off first: they would cost digits of the cosine.
+      tau = cos(2*pi*modulo(self%frequency*t, 1.0_wp) + self%phase)*tau
+   end function applied_torque
+
+   !> δ(R(q)ᵀτ) = (R(q)ᵀτ)×δθ for a torque in space axes.
+   pure subroutine applied_derivatives(self, t, q, omega, by_rotation, by_rate)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
+      real(wp) :: tau(3)
+      by_rotation = 0.0_wp
+      by_rate = 0.0_wp
+      if (.not. self%in_space) return
+      tau = self%torque(t, q, omega)
+      by_rotation(:, 1) = [0.0_wp, tau(3), -tau(2)]
+      by_rotation(:, 2) = [-tau(3), 0.0_wp, tau(1)]
+      by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
+   end subroutine applied_derivatives
+
+   pure subroutine applied_window(self, start, stop)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = self%start
+      stop = self%stop
+   end subroutine applied_window
+
+   pure logical function attitude_in_space(self)
+      class(applied_torque_t), intent(in) :: self
+      attitude_in_space = self%in_space
+   end function attitude_in_space
+
+end module nutate_applied_torque

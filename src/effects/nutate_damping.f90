@@ -1,0 +1,75 @@
+!> Viscous damping in body axes: τ = -diag(c) Ω.
+module nutate_damping
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t, torque_t
+   use nutate_keys, only: group_t, key_t
+   use nutate_kinds, only: wp
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: damping_t, damping_keys, build_damping
+
+   !> Keys of the scene group `&damping`.
+   type(key_t), parameter :: damping_keys(1) = [key_t(name='coefficient', least=3, most=3, required=.true.)]
+
+   !> τ = -diag(c) Ω; negative coefficients drive.
+   type, extends(torque_t) :: damping_t
+      !> c, body axes, N m s; shape (3).
+      real(wp) :: coefficient(3) = 0.0_wp
+   contains
+      procedure :: torque => damping_torque
+      procedure :: derivatives => damping_derivatives
+      procedure :: needs_attitude => no_attitude
+   end type damping_t
+
+   !> Damping.
+   interface damping_t
+      module procedure new_damping
+   end interface damping_t
+
+contains
+
+   !> Damping along the body axes.
+   pure function new_damping(coefficient) result(damping)
+      !> c, body axes, N m s; shape (3).
+      real(wp), intent(in) :: coefficient(3)
+      type(damping_t) :: damping
+      damping%name = 'damping'
+      damping%coefficient = coefficient
+   end function new_damping
+
+   !> Damping as a scene's group asks for it. No errors of its own.
+   subroutine build_damping(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      allocate (effect, source=damping_t(group%vector('coefficient', [0.0_wp, 0.0_wp, 0.0_wp])))
+   end subroutine build_damping
+
+   pure function damping_torque(self, t, q, omega) result(tau)
+      class(damping_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = -self%coefficient*omega
+   end function damping_torque
+
+   pure subroutine damping_derivatives(self, t, q, omega, by_rotation, by_rate)
+      class(damping_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
+      integer :: i
+      by_rotation = 0.0_wp
+      by_rate = 0.0_wp
+      do i = 1, 3
+         by_rate(i, i) = -self%coefficient(i)
+      end do
+   end subroutine damping_derivatives
+
+   pure logical function no_attitude(self)
+      class(damping_t), intent(in) :: self
+      no_attitude = .false.
+   end function no_attitude
+
+end module nutate_damping

@@ -1,0 +1,111 @@
+!> The gradient of a central gravity field over an orbiting body: V = ½·3(μ/r³) γᵀJγ, γ = Rᵀn.
+module nutate_gravity_gradient
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t, potential_t
+   use nutate_keys, only: group_t, key_t, NOT_ZERO
+   use nutate_kinds, only: wp
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: gravity_gradient_t, gravity_gradient_keys, build_gravity_gradient
+
+   !> Keys of the scene group `&gravity_gradient`.
+   type(key_t), parameter :: gravity_gradient_keys(2) = [ &
+      key_t(name='direction', least=3, most=3, range=NOT_ZERO, required=.true.), &
+      key_t(name='strength', required=.true.)]
+
+   !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the
+   !> effect's V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient.
+   !>
+   !> The isotropic part of J turns nothing, but would be felt at finite steps. Without it a body with three equal
+   !> moments feels no torque, and one with two none about its axis, at any step.
+   type, extends(potential_t) :: gravity_gradient_t
+      !> A, body axes, J; shape (3,3).
+      real(wp) :: stiffness(3, 3) = 0.0_wp
+      !> U₀, J.
+      real(wp) :: offset = 0.0_wp
+   contains
+      procedure :: energy => quadratic_energy
+      procedure :: gradient => quadratic_gradient
+      procedure :: hessian => quadratic_hessian
+      procedure :: discrete_gradient => midpoint_gradient
+      procedure :: discrete_hessian => half_hessian
+   end type gravity_gradient_t
+
+   !> A gravity gradient on a body.
+   interface gravity_gradient_t
+      module procedure new_gravity_gradient
+   end interface gravity_gradient_t
+
+contains
+
+   !> The gravity gradient along a direction.
+   pure function new_gravity_gradient(body, direction, strength) result(gradient)
+      !> Its inertia about the reference point counts.
+      type(body_t), intent(in) :: body
+      !> To the centre of attraction, space axes, of any length but zero; shape (3).
+      real(wp), intent(in) :: direction(3)
+      !> μ/r³, s⁻².
+      real(wp), intent(in) :: strength
+      type(gravity_gradient_t) :: gradient
+      real(wp) :: scaled(3), middle
+      integer :: i
+      gradient%name = 'gravity_gradient'
+      ! Scaled first: the squares of a long or short vector would leave the range of numbers.
+      scaled = direction/maxval(abs(direction))
+      gradient%direction = scaled/norm2(scaled)
+      middle = max(min(body%moments(1), body%moments(2)), min(max(body%moments(1), body%moments(2)), body%moments(3)))
+      gradient%stiffness = body%inertia
+      do i = 1, 3
+         gradient%stiffness(i, i) = gradient%stiffness(i, i) - middle
+      end do
+      gradient%stiffness = 3*strength*gradient%stiffness
+      gradient%offset = 1.5_wp*strength*middle
+   end function new_gravity_gradient
+
+   !> A gravity gradient as a scene's group asks for it. No errors of its own.
+   subroutine build_gravity_gradient(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      allocate (effect, source=gravity_gradient_t(body, group%vector('direction', [0.0_wp, 0.0_wp, 1.0_wp]), &
+                                                  group%number('strength', 0.0_wp)))
+   end subroutine build_gravity_gradient
+
+   pure real(wp) function quadratic_energy(self, gamma)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      quadratic_energy = 0.5_wp*dot_product(gamma, self%gradient(gamma)) + self%offset
+   end function quadratic_energy
+
+   pure function quadratic_gradient(self, gamma) result(gradient)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: gradient(3)
+      gradient = self%stiffness(:, 1)*gamma(1) + self%stiffness(:, 2)*gamma(2) + self%stiffness(:, 3)*gamma(3)
+   end function quadratic_gradient
+
+   pure function quadratic_hessian(self, gamma) result(hessian)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: hessian(3, 3)
+      hessian = self%stiffness
+   end function quadratic_hessian
+
+   pure function midpoint_gradient(self, gamma0, gamma1) result(gradient)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = self%gradient(0.5_wp*(gamma0 + gamma1))
+   end function midpoint_gradient
+
+   pure function half_hessian(self, gamma0, gamma1) result(hessian)
+      class(gravity_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: hessian(3, 3)
+      hessian = 0.5_wp*self%stiffness
+   end function half_hessian
+
+end module nutate_gravity_gradient

@@ -1,0 +1,58 @@
+!> Potentials linear in a direction, U = -m·γ: what weight and a magnetic dipole have in common.
+module nutate_linear_potential
+   use nutate_effect, only: potential_t
+   use nutate_kinds, only: wp
+   implicit none
+   private
+
+   public :: linear_potential_t
+
+   !> U(γ) = -m·γ, γ = Rᵀn. Its gradient is constant and thus its own discrete gradient.
+   type, extends(potential_t) :: linear_potential_t
+      !> m, body axes; its unit times that of n is J; shape (3).
+      real(wp) :: moment(3) = 0.0_wp
+   contains
+      procedure :: energy => linear_energy
+      procedure :: gradient => constant_gradient
+      procedure :: hessian => no_hessian
+      procedure :: discrete_gradient => constant_discrete_gradient
+      procedure :: discrete_hessian => no_discrete_hessian
+   end type linear_potential_t
+
+contains
+
+   pure real(wp) function linear_energy(self, gamma)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      linear_energy = -dot_product(self%moment, gamma)
+   end function linear_energy
+
+   pure function constant_gradient(self, gamma) result(gradient)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: gradient(3)
+      gradient = -self%moment
+   end function constant_gradient
+
+   pure function no_hessian(self, gamma) result(hessian)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: hessian(3, 3)
+      hessian = 0.0_wp
+   end function no_hessian
+
+   pure function constant_discrete_gradient(self, gamma0, gamma1) result(gradient)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = -self%moment
+   end function constant_discrete_gradient
+
+   pure function no_discrete_hessian(self, gamma0, gamma1) result(hessian)
+      class(linear_potential_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: hessian(3, 3)
+      hessian = 0.0_wp
+   end function no_discrete_hessian
+
+end module nutate_linear_potential

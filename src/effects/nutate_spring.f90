@@ -1,0 +1,158 @@
+!> A spring between a point of the body and an anchor fixed in space: V = ½k(|Rx - a| - l₀)².
+module nutate_spring
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t, potential_t
+   use nutate_keys, only: group_t, key_t, NON_NEGATIVE
+   use nutate_kinds, only: wp
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: spring_t, spring_keys, build_spring
+
+   !> Keys of the scene group `&spring`.
+   type(key_t), parameter :: spring_keys(4) = [ &
+      key_t(name='body_point', least=3, most=3, required=.true.), &
+      key_t(name='anchor', least=3, most=3, required=.true.), &
+      key_t(name='stiffness', required=.true.), &
+      key_t(name='rest_length', range=NON_NEGATIVE)]
+
+   !> The ends of the spring can meet if |x| and |a| differ by less than this fraction of them.
+   real(wp), parameter :: nearly = 1e-2_wp
+   !> Lengths below this fraction of l₀ have no direction.
+   real(wp), parameter :: negligible = 1e-100_wp
+
+   !> U(γ) = ½k(ℓ - l₀)², γ = Rᵀa, with ℓ² = |x|² + |a|² - 2x·γ, the square of |x - γ| wherever |γ| = |a|.
+   !>
+   !> So written, the gradient has no part along γ, which turns nothing but would be felt at finite steps: a spring held
+   !> at the reference point exerts no torque at all, one without rest length is a uniform field. Where the ends can
+   !> meet, ℓ would lose its digits; there ℓ² = |x - γ|².
+   type, extends(potential_t) :: spring_t
+      !> x, body axes, m; shape (3).
+      real(wp) :: body_point(3) = 0.0_wp
+      !> k, N/m.
+      real(wp) :: stiffness = 0.0_wp
+      !> l₀, m.
+      real(wp) :: rest_length = 0.0_wp
+      !> c: ℓ² = |x|² + |a|² - 2x·γ + c(|γ|² - |a|²); 1 where the ends can meet, else 0.
+      real(wp), private :: closeness = 1.0_wp
+   contains
+      procedure :: energy => spring_energy
+      procedure :: gradient => spring_gradient
+      procedure :: hessian => spring_hessian
+      procedure :: discrete_gradient => spring_discrete_gradient
+      procedure :: discrete_hessian => spring_discrete_hessian
+   end type spring_t
+
+   !> A spring.
+   interface spring_t
+      module procedure new_spring
+   end interface spring_t
+
+contains
+
+   !> A spring between a point of the body and an anchor.
+   pure function new_spring(body_point, anchor, stiffness, rest_length) result(spring)
+      !> x, body axes, m; shape (3).
+      real(wp), intent(in) :: body_point(3)
+      !> a, space axes, m; shape (3).
+      real(wp), intent(in) :: anchor(3)
+      !> k, N/m.
+      real(wp), intent(in) :: stiffness
+      !> l₀, m; default 0.
+      real(wp), intent(in), optional :: rest_length
+      type(spring_t) :: spring
+      spring%name = 'spring'
+      spring%direction = anchor
+      spring%body_point = body_point
+      spring%stiffness = stiffness
+      if (present(rest_length)) spring%rest_length = rest_length
+      spring%closeness = 0.0_wp
+      if (spring%rest_length > 0.0_wp .and. &
+          abs(norm2(body_point) - norm2(anchor)) <= nearly*norm2(anchor)) spring%closeness = 1.0_wp
+   end function new_spring
+
+   !> A spring as a scene's group asks for it. No errors of its own.
+   subroutine build_spring(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      real(wp), parameter :: origin(3) = 0.0_wp
+      allocate (effect, source=spring_t(group%vector('body_point', origin), group%vector('anchor', origin), &
+                                        group%number('stiffness', 0.0_wp), group%number('rest_length', 0.0_wp)))
+   end subroutine build_spring
+
+   pure real(wp) function spring_energy(self, gamma)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      spring_energy = 0.5_wp*self%stiffness*(length(self, gamma) - self%rest_length)**2
+   end function spring_energy
+
+   !> -k(1 - l₀/ℓ) (x - cγ); without the term in l₀ where the ends coincide and the direction is undefined.
+   pure function spring_gradient(self, gamma) result(gradient)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: gradient(3)
+      gradient = self%discrete_gradient(gamma, gamma)
+   end function spring_gradient
+
+   !> ck(1 - l₀/ℓ) I + k l₀/ℓ³ (x - cγ)(x - cγ)ᵀ
+   pure function spring_hessian(self, gamma) result(hessian)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: hessian(3, 3)
+      hessian = 2*self%discrete_hessian(gamma, gamma)
+   end function spring_hessian
+
+   !> -k(1 - 2l₀/(ℓ0 + ℓ1)) (x - cγ̄): ℓ² falls by 2(x - cγ̄)·Δγ between the ends, and ℓ by that over ℓ0 + ℓ1.
+   pure function spring_discrete_gradient(self, gamma0, gamma1) result(gradient)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      gradient = -self%stiffness*slackness(self%rest_length, 0.5_wp*(length(self, gamma0) + length(self, gamma1))) &
+                 *(self%body_point - (0.5_wp*self%closeness)*(gamma0 + gamma1))
+   end function spring_discrete_gradient
+
+   !> ½ck(1 - 2l₀/s) I + 2k l₀/s² (x - cγ̄)(x - cγ1)ᵀ/ℓ1, s = ℓ0 + ℓ1.
+   pure function spring_discrete_hessian(self, gamma0, gamma1) result(hessian)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: hessian(3, 3), mean(3), end(3), l1, s
+      integer :: j
+      l1 = length(self, gamma1)
+      s = length(self, gamma0) + l1
+      hessian = 0.0_wp
+      do j = 1, 3
+         hessian(j, j) = 0.5_wp*self%closeness*self%stiffness*slackness(self%rest_length, 0.5_wp*s)
+      end do
+      if (self%rest_length <= 0.0_wp .or. l1 <= negligible*self%rest_length) return
+      mean = (self%body_point - (0.5_wp*self%closeness)*(gamma0 + gamma1))/s
+      end = (self%body_point - self%closeness*gamma1)/l1
+      do j = 1, 3
+         hessian(:, j) = hessian(:, j) + (2*self%stiffness*(self%rest_length/s)*end(j))*mean
+      end do
+   end function spring_discrete_hessian
+
+   !> ℓ, m.
+   pure real(wp) function length(self, gamma)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: square
+      if (self%closeness > 0.0_wp) then
+         length = norm2(self%body_point - gamma)
+      else
+         square = dot_product(self%body_point, self%body_point) + dot_product(self%direction, self%direction) &
+                  - 2*dot_product(self%body_point, gamma)
+         length = sqrt(max(square, 0.0_wp))
+      end if
+   end function length
+
+   !> 1 - l₀/ℓ, without the second term where ℓ vanishes.
+   pure real(wp) function slackness(rest_length, length)
+      real(wp), intent(in) :: rest_length, length
+      slackness = 1.0_wp
+      if (length > negligible*rest_length) slackness = 1.0_wp - rest_length/length
+   end function slackness
+
+end module nutate_spring

@@ -1,0 +1,45 @@
+!> Rotation of rigid bodies, integrated with quaternions so that energy, momentum and the unit norm hold to round-off at
+!> any step size (Nielsen & Krenk 2012).
+!>
+!> This module is all that a program needs to `use`. A body and what acts on it make a **system**; an attitude and an
+!> angular velocity make a **state**; a **stepper** moves the state:
+!>
+!>     type(system_t) :: system
+!>     type(state_t) :: state
+!>     class(stepper_t), allocatable :: stepper
+!>     type(status_t) :: status
+!>
+!>     call make_shape_body('box', [4.0_wp, 1.0_wp, 2.0_wp], system%body, status, mass=12.0_wp)
+!>     state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 0.0_wp, 10.0_wp])
+!>     call make_stepper(system, integrator_settings_t(), stepper, status)
+!>     call stepper%step(system, state, 0.01_wp, status)
+!>
+!> `angular_velocity`, `body_momentum`, `space_momentum`, `total_energy` read the state. Effects are added with
+!> `system%effects%add(...)`: built-in ones such as `gravity_t`, or a program's own extension of `potential_t` or
+!> `torque_t`.
+!> `integrate` runs to an end time and shows rows to an `observer_t`; `read_scene` does all of this from a file.
+!>
+!> Quaternions have their scalar first and take body components to space components. SI units, radians.
+module nutate
+   use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
+      quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
+   use nutate_body, only: body_t, diagonal, make_body, make_shape_body
+   use nutate_effect, only: effect_t, potential_t, rotor_t, torque_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_gravity, only: gravity_t, standard_gravity
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, potential_energy, &
+      space_momentum, total_energy
+   use nutate_invariants, only: invariants_t
+   use nutate_kinds, only: long, pi, wp
+   use nutate_methods, only: make_stepper
+   use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
+      quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, rotate_to_space, rotation_matrix
+   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_state, only: state_t
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NOT_CONVERGED, &
+      NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   public
+end module nutate
