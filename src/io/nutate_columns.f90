@@ -1,0 +1,194 @@
+!> The columns of a history: which sets there are, and what stands in them. A new set is a line of the table and a
+!> case of `write_set`.
+module nutate_columns
+   use nutate_attitude, only: euler_from_quat, follow_euler
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
+      total_energy
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: quat_normalized, rotate_to_space
+   use nutate_run, only: run_record_t
+   use nutate_spelling, only: nearest_name
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: columns_t, column_set_t, column_sets
+
+   !> One set of columns.
+   type :: column_set_t
+      character(len=24) :: name = ''
+      !> Number of its columns.
+      integer :: width = 0
+      !> Their names, comma separated.
+      character(len=48) :: headers = ''
+   end type column_set_t
+
+   !> Positions in the table.
+   integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
+      MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10
+
+   !> All sets of columns, in the order in which they stand in a history.
+   type(column_set_t), parameter :: column_sets(10) = [ &
+      column_set_t('quaternion', 4, 'q0,q1,q2,q3'), &
+      column_set_t('conjugate_momentum', 4, 'p0,p1,p2,p3'), &
+      column_set_t('angular_velocity', 3, 'omega1,omega2,omega3'), &
+      column_set_t('angular_velocity_space', 3, 'omega_x,omega_y,omega_z'), &
+      column_set_t('angular_momentum', 3, 'L1,L2,L3'), &
+      column_set_t('angular_momentum_space', 3, 'l_x,l_y,l_z'), &
+      column_set_t('euler', 3, 'phi,theta,psi'), &
+      column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual'), &
+      column_set_t('constraints', 2, 'norm_error,orthogonality'), &
+      column_set_t('solver', 2, 'iterations,step_residual')]
+
+   !> What several sets share, and what is remembered from earlier states.
+   type :: shared_t
+      !> Ω, body axes, rad/s; shape (3). Only where a set needs it.
+      real(wp) :: omega(3) = 0.0_wp
+      !> φ, θ, ψ, rad, followed from the first state on. Only where a set needs them.
+      real(wp) :: phi = 0.0_wp, theta = 0.0_wp, psi = 0.0_wp
+      !> H of the first state, J. Only where a set needs it.
+      real(wp) :: first_energy = 0.0_wp
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp) :: inverse_j0 = 0.0_wp
+   end type shared_t
+
+   !> The sets of a history. What no set asks for is never evaluated.
+   type :: columns_t
+      !> The sets asked for, as positions in the table.
+      integer, allocatable :: chosen(:)
+      !> Number of columns, that of t included.
+      integer :: width = 1
+      !> The state must be shown to `follow` after every step.
+      logical :: follows_steps = .false.
+      logical, private :: needs_rate = .false.
+      type(shared_t), private :: shared
+   contains
+      !> Takes the names of the sets.
+      procedure :: choose
+      !> The header row.
+      procedure :: header
+      !> Takes the first state.
+      procedure :: start
+      !> Follows angles that must not lose turns between rows.
+      procedure :: follow
+      !> One row.
+      procedure :: evaluate
+   end type columns_t
+
+contains
+
+   !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table.
+   subroutine choose(self, names, status)
+      class(columns_t), intent(inout) :: self
+      character(len=*), intent(in) :: names(:)
+      type(status_t), intent(out) :: status
+      integer :: i
+
+      do i = 1, size(names)
+         if (any(column_sets%name == names(i))) cycle
+         status = fail(NUTATE_BAD_ARGUMENT, "no set of columns is called '"//trim(names(i))//"' (nearest: "// &
+                       nearest_name(names(i), column_sets%name)//')', 'columns')
+         return
+      end do
+      self%chosen = pack([(i, i=1, size(column_sets))], [(any(names == column_sets(i)%name), i=1, size(column_sets))])
+      self%width = 1 + sum(column_sets(self%chosen)%width)
+      self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
+      self%follows_steps = any(self%chosen == EULER)
+   end subroutine choose
+
+   !> The header row: the names of all columns, comma separated.
+   pure function header(self) result(line)
+      class(columns_t), intent(in) :: self
+      character(len=:), allocatable :: line
+      integer :: i
+      line = 't'
+      do i = 1, size(self%chosen)
+         line = line//','//trim(column_sets(self%chosen(i))%headers)
+      end do
+   end function header
+
+   !> Takes the first state.
+   pure subroutine start(self, system, state, inverse_j0)
+      class(columns_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp), intent(in) :: inverse_j0
+      self%shared%inverse_j0 = inverse_j0
+      if (any(self%chosen == ENERGY)) self%shared%first_energy = total_energy(system, state, inverse_j0)
+      if (self%follows_steps) &
+         call euler_from_quat(state%q, self%shared%phi, self%shared%theta, self%shared%psi)
+   end subroutine start
+
+   !> Follows angles that must not lose turns between rows: to be called after every step if `follows_steps`.
+   pure subroutine follow(self, state)
+      class(columns_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      call follow_euler(state%q, self%shared%phi, self%shared%theta, self%shared%psi)
+   end subroutine follow
+
+   !> One row: t, then the values of the sets.
+   pure subroutine evaluate(self, system, state, record, values)
+      class(columns_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      !> Shape (width).
+      real(wp), intent(out) :: values(:)
+      integer :: i, first, last
+
+      if (self%needs_rate) self%shared%omega = angular_velocity(system, state)
+      values(1) = state%t
+      first = 2
+      do i = 1, size(self%chosen)
+         last = first + column_sets(self%chosen(i))%width - 1
+         call write_set(self%chosen(i), system, state, record, self%shared, values(first:last))
+         first = last + 1
+      end do
+   end subroutine evaluate
+
+   !> The values of one set.
+   pure subroutine write_set(set, system, state, record, shared, values)
+      !> Position in the table.
+      integer, intent(in) :: set
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(shared_t), intent(in) :: shared
+      !> Shape (width of the set).
+      real(wp), intent(out) :: values(:)
+
+      select case (set)
+      case (QUATERNION)
+         values = state%q
+      case (CONJUGATE_MOMENTUM)
+         values = state%p
+      case (RATE)
+         values = shared%omega
+      case (RATE_SPACE)
+         ! Normalised, since a rotation keeps the length of Ω.
+         values = rotate_to_space(quat_normalized(state%q), shared%omega)
+      case (MOMENTUM)
+         values = body_momentum(state)
+      case (MOMENTUM_SPACE)
+         values = space_momentum(state)
+      case (EULER)
+         values = [shared%phi, shared%theta, shared%psi]
+      case (ENERGY)
+         values(1) = kinetic_energy(system, state, shared%inverse_j0)
+         values(2) = potential_energy(system%effects, state%q)
+         values(3) = values(1) + values(2)
+         values(4) = record%work
+         values(5) = values(3) - shared%first_energy - record%work
+      case (CONSTRAINTS)
+         values = [dot_product(state%q, state%q) - 1, dot_product(state%q, state%p)]
+      case (SOLVER)
+         values = [real(record%iterations, wp), record%residual]
+      case default
+         values = 0.0_wp
+      end select
+   end subroutine write_set
+
+end module nutate_columns

@@ -1,0 +1,173 @@
+/* What Fortran cannot say about files: the reason of an error, locks, atomic renaming, terminals.
+ *
+ * Called by the module nutate_files only. Functions that can fail return 0 or an errno value. No state is kept. */
+#ifndef _DEFAULT_SOURCE
+#define _DEFAULT_SOURCE
+#endif
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* What a name stands for; the same numbers stand in nutate_files.f90. */
+enum { KIND_ABSENT = 0, KIND_REGULAR = 1, KIND_FOLDER = 2, KIND_OTHER = 3 };
+
+/* Not an errno value: somebody else holds the lock. */
+enum { LOCKED = -1 };
+
+int nutate_file_kind(const char *path);
+int nutate_file_target(const char *path, char *target, int size);
+int nutate_file_same(const char *a, const char *b);
+int nutate_file_replaceable(const char *path);
+int nutate_file_open(const char *path, int *descriptor);
+int nutate_file_open_locked(const char *path, int *descriptor);
+int nutate_file_write(int descriptor, const char *bytes, long long count, long long *written);
+int nutate_file_truncate(int descriptor, long long size);
+int nutate_file_settle(int descriptor);
+int nutate_file_close(int descriptor);
+int nutate_file_rename(const char *from, const char *to);
+int nutate_file_is_terminal(int descriptor);
+void nutate_file_error_text(int error, char *text, int size);
+void nutate_file_prepare_process(void);
+
+/* What a path stands for, links followed. */
+int nutate_file_kind(const char *path)
+{
+    struct stat info;
+    if (stat(path, &info) != 0) return KIND_ABSENT;
+    if (S_ISREG(info.st_mode)) return KIND_REGULAR;
+    if (S_ISDIR(info.st_mode)) return KIND_FOLDER;
+    return KIND_OTHER;
+}
+
+/* The file that a path stands for: where a link leads, if there is something; otherwise the path itself. */
+int nutate_file_target(const char *path, char *target, int size)
+{
+    struct stat info;
+    char *real = lstat(path, &info) == 0 && S_ISLNK(info.st_mode) ? realpath(path, NULL) : NULL;
+    int length = snprintf(target, (size_t)size, "%s", real ? real : path);
+    free(real);
+    return length < size ? 0 : ENAMETOOLONG;
+}
+
+/* 1 if two paths stand for the same existing file. */
+int nutate_file_same(const char *a, const char *b)
+{
+    struct stat first, second;
+    if (stat(a, &first) != 0 || stat(b, &second) != 0) return 0;
+    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
+
+/* A file marked read-only is not to be replaced, though rename() would. */
+int nutate_file_replaceable(const char *path)
+{
+    return access(path, W_OK) == 0 ? 0 : errno;
+}
+
+/* Opens a pipe or device for writing. */
+int nutate_file_open(const char *path, int *descriptor)
+{
+    do {
+        *descriptor = open(path, O_WRONLY | O_NOCTTY | O_CLOEXEC);
+    } while (*descriptor < 0 && errno == EINTR);
+    return *descriptor < 0 ? errno : 0;
+}
+
+/* Creates or empties a file that nobody else may write until it is closed; LOCKED if somebody does.
+ * It is emptied only after it is locked, and only if the name still means the file that was locked. */
+int nutate_file_open_locked(const char *path, int *descriptor)
+{
+    struct stat held, named;
+    int error = LOCKED;
+    for (int attempt = 0; attempt < 100; attempt++) {
+        *descriptor = open(path, O_WRONLY | O_CREAT | O_NOCTTY | O_CLOEXEC, 0666);
+        if (*descriptor < 0) return errno;
+        error = flock(*descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+        if (error == EWOULDBLOCK) {
+            error = LOCKED;
+            break;
+        }
+        /* Any other error: a file system without locks, on which one works without. */
+        error = fstat(*descriptor, &held) == 0 ? 0 : errno;
+        if (error) break;
+        if (stat(path, &named) == 0 && held.st_dev == named.st_dev && held.st_ino == named.st_ino) {
+            if (!S_ISREG(held.st_mode)) error = EEXIST;
+            else error = ftruncate(*descriptor, 0) == 0 ? 0 : errno;
+            if (!error) return 0;
+            break;
+        }
+        close(*descriptor);
+        error = LOCKED;
+        *descriptor = -1;
+    }
+    if (*descriptor >= 0) close(*descriptor);
+    *descriptor = -1;
+    return error;
+}
+
+/* Writes all bytes; on failure `written` tells how many were. */
+int nutate_file_write(int descriptor, const char *bytes, long long count, long long *written)
+{
+    *written = 0;
+    while (*written < count) {
+        ssize_t n = write(descriptor, bytes + *written, (size_t)(count - *written));
+        if (n > 0) *written += n;
+        else if (n == 0) return EIO;
+        else if (errno != EINTR) return errno;
+    }
+    return 0;
+}
+
+int nutate_file_truncate(int descriptor, long long size)
+{
+    return ftruncate(descriptor, (off_t)size) == 0 ? 0 : errno;
+}
+
+/* Asks for the errors that closing the file would report, without giving up its lock. */
+int nutate_file_settle(int descriptor)
+{
+    int copy = dup(descriptor);
+    if (copy < 0) return errno;
+    return close(copy) == 0 || errno == EINTR ? 0 : errno;
+}
+
+int nutate_file_close(int descriptor)
+{
+    return close(descriptor) == 0 || errno == EINTR ? 0 : errno;
+}
+
+int nutate_file_rename(const char *from, const char *to)
+{
+    return rename(from, to) == 0 ? 0 : errno;
+}
+
+/* For a program, not a library. A limit on the size of files is to be an error of write(); a signal that ends the
+ * program is to end it without the backtrace that Fortran runtimes print; no file that is opened later is to take the
+ * number of a standard stream that the caller has closed, for messages would end up in it. */
+void nutate_file_prepare_process(void)
+{
+    signal(SIGXFSZ, SIG_IGN);
+    signal(SIGXCPU, SIG_DFL);
+    signal(SIGQUIT, SIG_DFL);
+    for (int descriptor = 0; descriptor <= 2; descriptor++) {
+        /* Read-only, so that writing to a closed stream stays an error. */
+        if (fcntl(descriptor, F_GETFD) < 0 && open("/dev/null", O_RDONLY) < 0) return;
+    }
+}
+
+int nutate_file_is_terminal(int descriptor)
+{
+    return isatty(descriptor);
+}
+
+/* The system's words for an error, cut to `size` with the terminating null. */
+void nutate_file_error_text(int error, char *text, int size)
+{
+    snprintf(text, (size_t)size, "%s", strerror(error));
+}

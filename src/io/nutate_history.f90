@@ -1,0 +1,121 @@
+!> Time histories: one CSV row for each state shown.
+!>
+!> RFC 4180 fields, lines ended by LF. Each number is as short as reads back exactly; a number that is not finite is
+!> an error, never a field.
+module nutate_history
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_columns, only: columns_t
+   use nutate_decimal, only: decimal_t, decimal_length
+   use nutate_files, only: output_file_t
+   use nutate_kinds, only: wp, long
+   use nutate_run, only: observer_t, run_record_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: history_t
+
+   !> A history being written: show it to `integrate`, or call `observe` for each row.
+   type, extends(observer_t) :: history_t
+      !> Rows so far, the header not counted.
+      integer(long) :: rows = 0
+      type(output_file_t) :: file
+      type(columns_t) :: columns
+      type(decimal_t), private :: decimal
+      !> One row; shape (number of columns).
+      real(wp), allocatable, private :: values(:)
+      character(len=:), allocatable, private :: line
+   contains
+      !> Opens the file and writes the header.
+      procedure :: open => open_history
+      !> Writes a row.
+      procedure :: observe => write_row
+      !> Follows what must be followed between rows.
+      procedure :: watch => follow_state
+      !> Ends a complete history: the file gets its name.
+      procedure :: finish
+      !> Ends a history that is not complete: the rows written so far stay in the partial file.
+      procedure :: abandon
+   end type history_t
+
+contains
+
+   !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for a set of columns that does not exist;
+   !> `NUTATE_IO`.
+   subroutine open_history(self, name, columns, system, state, inverse_j0, status)
+      class(history_t), intent(inout) :: self
+      !> Path, or `-` for standard output.
+      character(len=*), intent(in) :: name
+      !> Names of the sets of columns.
+      character(len=*), intent(in) :: columns(:)
+      type(system_t), intent(in) :: system
+      !> The first state of the run; it is written by the first `observe`.
+      type(state_t), intent(in) :: state
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp), intent(in) :: inverse_j0
+      type(status_t), intent(out) :: status
+
+      call self%columns%choose(columns, status)
+      if (.not. status%ok()) return
+      call self%file%open(name, status)
+      if (.not. status%ok()) return
+      self%sees_every_step = self%columns%follows_steps
+      self%rows = 0
+      if (allocated(self%values)) deallocate (self%values, self%line)
+      allocate (self%values(self%columns%width))
+      allocate (character(len=(decimal_length + 1)*self%columns%width) :: self%line)
+      call self%decimal%prepare()
+      call self%columns%start(system, state, inverse_j0)
+      call self%file%put_line(self%columns%header(), status)
+   end subroutine open_history
+
+   !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
+   subroutine write_row(self, system, state, record, status)
+      class(history_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      integer :: i, used
+
+      call self%columns%evaluate(system, state, record, self%values)
+      if (.not. all(ieee_is_finite(self%values))) then
+         status = fail(NUTATE_NOT_FINITE, 'a value of the history is not finite')
+         return
+      end if
+      used = 0
+      do i = 1, size(self%values)
+         if (i > 1) then
+            used = used + 1
+            self%line(used:used) = ','
+         end if
+         call self%decimal%append(self%line, used, self%values(i))
+      end do
+      call self%file%put_line(self%line(1:used), status)
+      if (status%ok()) self%rows = self%rows + 1
+   end subroutine write_row
+
+   !> Follows what must be followed between rows.
+   subroutine follow_state(self, state)
+      class(history_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      call self%columns%follow(state)
+   end subroutine follow_state
+
+   !> Ends a complete history: the file gets its name. Errors: `NUTATE_IO`; the partial file stays.
+   subroutine finish(self, status)
+      class(history_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      call self%file%finish(status)
+   end subroutine finish
+
+   !> Ends a history that is not complete. Errors: `NUTATE_IO`.
+   subroutine abandon(self, status)
+      class(history_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      call self%file%abandon(status)
+   end subroutine abandon
+
+end module nutate_history

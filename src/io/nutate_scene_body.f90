@@ -1,0 +1,166 @@
+!> `&body`: the rigid body from its moments, its tensor or its shape.
+module nutate_scene_body
+   use nutate_body, only: body_t, diagonal, make_body, make_shape_body
+   use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT, POSITIVE
+   use nutate_kinds, only: wp
+   use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
+   use nutate_shapes, only: shape_kinds
+   use nutate_spelling, only: joined
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: body_keys, build_body
+
+   !> Moments of inertia of a scene lie between these, kg m², so that what is computed from them stays finite.
+   real(wp), parameter :: least_moment = 1e-100_wp, greatest_moment = 1e100_wp
+   !> Lengths of a shape lie between these, m.
+   real(wp), parameter :: least_length = 1e-30_wp, greatest_length = 1e30_wp
+
+contains
+
+   !> Keys of the scene group `&body`.
+   pure function body_keys() result(keys)
+      type(key_t) :: keys(9)
+      character(len=*), parameter :: shapes(*) = shape_kinds%name
+
+      keys = [key_t(name='inertia', least=3, most=3), &
+              key_t(name='inertia_tensor', least=6, most=6), &
+              key_t(name='shape', kind=KEY_TEXT, choices=joined(shapes)), &
+              key_t(name='size', most=maxval(shape_kinds%sizes), range=POSITIVE), &
+              key_t(name='mass', range=POSITIVE), &
+              key_t(name='density', range=POSITIVE), &
+              key_t(name='center_of_mass', least=3, most=3), &
+              key_t(name='inertia_about', kind=KEY_TEXT, choices='reference,center_of_mass'), &
+              key_t(name='check_triangle', kind=KEY_LOGICAL)]
+   end function body_keys
+
+   !> The body of a scene.
+   subroutine build_body(group, body, shape, error)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(out) :: body
+      !> Name of the shape; blank where the inertia is given.
+      character(len=:), allocatable, intent(out) :: shape
+      type(scene_error_t), intent(inout) :: error
+      type(status_t) :: status
+
+      shape = trim(group%text('shape', ''))
+      call check_keys(group, error)
+      if (error%raised) return
+      if (group%has('shape')) then
+         call build_shape(group, shape, body, status, error)
+      else
+         call build_inertia(group, body, status, error)
+      end if
+      if (error%raised) return
+      if (.not. status%ok()) then
+         call error%raise(line_at_fault(group, trim(status%subject)), trim(status%message))
+      else if (any(body%moments < least_moment) .or. any(body%moments > greatest_moment)) then
+         call error%raise(line_at_fault(group, 'inertia'), 'a moment of inertia is beyond all scales', &
+                          expected='1e-100 to 1e100 kg m2')
+      end if
+   end subroutine build_body
+
+   !> Keys that exclude or need each other.
+   subroutine check_keys(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+
+      call allow_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'shape'], error)
+      call allow_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'size'], error)
+      call allow_one_of(group, [character(len=name_length) :: 'mass', 'density'], error)
+      call demand_with(group, 'shape', 'size', error)
+      call demand_with(group, 'size', 'shape', error)
+      call demand_one_of(group, [character(len=name_length) :: 'inertia', 'inertia_tensor', 'shape'], error)
+      if (group%has('shape')) then
+         call demand_one_of(group, [character(len=name_length) :: 'mass', 'density'], error)
+         if (group%text('inertia_about', 'center_of_mass') /= 'center_of_mass') &
+            call error%raise(group%line_of('inertia_about'), 'the inertia of a shape is about its centre of mass', &
+                             expected="inertia_about = 'center_of_mass', or none")
+      else if (group%has('density')) then
+         call error%raise(group%line_of('density'), 'density without a shape', expected='mass, or a shape')
+      end if
+   end subroutine check_keys
+
+   !> A body of a homogeneous shape.
+   subroutine build_shape(group, shape, body, status, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: shape
+      type(body_t), intent(out) :: body
+      type(status_t), intent(out) :: status
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: lengths(group%count_of('size')), center(3)
+
+      lengths = group%vector('size', lengths)
+      if (any(lengths < least_length) .or. any(lengths > greatest_length)) then
+         call error%raise(group%line_of('size'), 'a length is beyond all scales', expected='1e-30 to 1e30 m')
+         return
+      end if
+      center = group%vector('center_of_mass', [0.0_wp, 0.0_wp, 0.0_wp])
+      if (group%has('mass')) then
+         call make_shape_body(shape, lengths, body, status, mass=group%number('mass', 0.0_wp), center_of_mass=center)
+      else
+         call make_shape_body(shape, lengths, body, status, density=group%number('density', 0.0_wp), &
+                              center_of_mass=center)
+      end if
+   end subroutine build_shape
+
+   !> A body from moments or a tensor.
+   subroutine build_inertia(group, body, status, error)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(out) :: body
+      type(status_t), intent(out) :: status
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: tensor(3, 3), center(3)
+      real(wp), allocatable :: mass
+      logical :: about_center
+
+      tensor = given_tensor(group)
+      if (maxval(abs(tensor)) < least_moment .and. any(abs(tensor) > 0.0_wp)) then
+         call error%raise(line_at_fault(group, 'inertia'), 'the inertia is beyond all scales', &
+                          expected='1e-100 to 1e100 kg m2')
+         return
+      end if
+      center = group%vector('center_of_mass', [0.0_wp, 0.0_wp, 0.0_wp])
+      about_center = group%text('inertia_about', 'reference') == 'center_of_mass'
+      ! An allocatable that is not there counts as an argument that is absent.
+      if (group%has('mass')) mass = group%number('mass', 0.0_wp)
+      call make_body(tensor, body, status, mass=mass, center_of_mass=center, about_center_of_mass=about_center, &
+                     check_triangle=group%flag('check_triangle', .true.))
+   end subroutine build_inertia
+
+   !> The tensor that `inertia` or `inertia_tensor` gives, body axes, kg m².
+   pure function given_tensor(group) result(tensor)
+      type(group_t), intent(in) :: group
+      real(wp) :: tensor(3, 3)
+      real(wp) :: j(6)
+
+      j = 0.0_wp
+      if (group%has('inertia')) then
+         tensor = diagonal(group%vector('inertia', j(1:3)))
+         return
+      end if
+      j = group%vector('inertia_tensor', j)
+      tensor = reshape([j(1), j(4), j(5), j(4), j(2), j(6), j(5), j(6), j(3)], [3, 3])
+   end function given_tensor
+
+   !> Line of the key that a body's error is about: of what gave the inertia, or of the key itself.
+   pure integer function line_at_fault(group, subject) result(line)
+      type(group_t), intent(in) :: group
+      !> `inertia`, `mass`, ...; blank for the whole group.
+      character(len=*), intent(in) :: subject
+
+      line = group%line_of(subject)
+      if (group%has(subject)) return
+      select case (subject)
+      case ('inertia')
+         if (group%has('inertia_tensor')) line = group%line_of('inertia_tensor')
+         if (group%has('size')) line = group%line_of('size')
+      case ('mass')
+         line = group%line_of('density')
+      case default
+         line = group%line
+      end select
+   end function line_at_fault
+
+end module nutate_scene_body

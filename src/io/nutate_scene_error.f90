@@ -1,0 +1,118 @@
+!> The first thing wrong with a scene, and the rules about keys that exclude or need each other.
+module nutate_scene_error
+   use nutate_keys, only: group_t
+   use nutate_printable, only: printable_path
+   implicit none
+   private
+
+   public :: scene_error_t, error_line, allow_one_of, demand_one_of, demand_with
+
+   !> What is wrong and where. The first error stays; what is raised after it is not heard.
+   type :: scene_error_t
+      logical :: raised = .false.
+      !> Line of the file; 0 for a setting on the command line.
+      integer :: line = 0
+      character(len=:), allocatable :: text
+   contains
+      procedure :: raise
+   end type scene_error_t
+
+contains
+
+   !> Records an error as `what (expected; nearest: name)` unless there is one already.
+   pure subroutine raise(self, line, what, expected, nearest)
+      class(scene_error_t), intent(inout) :: self
+      !> 0 for a setting on the command line.
+      integer, intent(in) :: line
+      !> What is wrong.
+      character(len=*), intent(in) :: what
+      !> What would be right.
+      character(len=*), intent(in), optional :: expected
+      !> The known name that is nearest to an unknown one; blank if there is none.
+      character(len=*), intent(in), optional :: nearest
+
+      if (self%raised) return
+      self%raised = .true.
+      self%line = line
+      self%text = what
+      if (.not. present(expected)) return
+      self%text = what//' (expected '//expected
+      if (present(nearest)) then
+         if (nearest /= '') self%text = self%text//'; nearest: '//nearest
+      end if
+      self%text = self%text//')'
+   end subroutine raise
+
+   !> The error as a line for a person: `FILE:LINE: text`, or `--set: text`.
+   pure function error_line(path, error) result(line)
+      character(len=*), intent(in) :: path
+      type(scene_error_t), intent(in) :: error
+      character(len=:), allocatable :: line
+      character(len=12) :: number
+      if (error%line == 0) then
+         line = '--set: '//error%text
+      else
+         write (number, '(i0)') error%line
+         line = printable_path(path)//':'//trim(number)//': '//error%text
+      end if
+   end function error_line
+
+   !> Raises an error on the second of several keys that say the same thing.
+   subroutine allow_one_of(group, names, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: names(:)
+      type(scene_error_t), intent(inout) :: error
+      integer :: i, first
+
+      if (.not. allocated(group%settings)) return
+      first = 0
+      do i = 1, size(group%settings)
+         if (.not. any(names == group%settings(i)%name)) cycle
+         if (first == 0) then
+            first = i
+            cycle
+         end if
+         call error%raise(group%settings(i)%line, trim(group%settings(first)%name)//' and '// &
+                          trim(group%settings(i)%name)//' in &'//trim(group%name)//' say the same thing', &
+                          expected='one of '//listed(names))
+         return
+      end do
+   end subroutine allow_one_of
+
+   !> Raises an error on the group if none of several keys is there.
+   subroutine demand_one_of(group, names, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: names(:)
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(names)
+         if (group%has(trim(names(i)))) return
+      end do
+      call error%raise(group%line, '&'//trim(group%name)//' is incomplete', expected=listed(names))
+   end subroutine demand_one_of
+
+   !> Raises an error on the group if a key is there without another that it needs.
+   subroutine demand_with(group, name, needed, error)
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: name, needed
+      type(scene_error_t), intent(inout) :: error
+      if (.not. group%has(name) .or. group%has(needed)) return
+      call error%raise(group%line, name//' in &'//trim(group%name)//' stands alone', expected=needed//' with it')
+   end subroutine demand_with
+
+   !> Names as `a, b or c`.
+   pure function listed(names) result(text)
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: text
+      integer :: i
+      text = trim(names(1))
+      do i = 2, size(names)
+         if (i < size(names)) then
+            text = text//', '//trim(names(i))
+         else
+            text = text//' or '//trim(names(i))
+         end if
+      end do
+   end function listed
+
+end module nutate_scene_error

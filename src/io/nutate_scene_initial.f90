@@ -1,0 +1,148 @@
+!> `&initial`: attitude and angular velocity at t = 0.
+module nutate_scene_initial
+   use nutate_attitude, only: angular_velocity_from_euler_rates, quat_from_axis_angle, quat_from_euler
+   use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT, NOT_ZERO
+   use nutate_kinds, only: wp, pi
+   use nutate_quaternion, only: quat_norm, quat_normalized, rotate_to_body
+   use nutate_run, only: run_plan_t
+   use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: initial_keys, build_initial, check_motion
+
+   !> How far from 1 the norm of a given quaternion may be.
+   real(wp), parameter :: norm_tolerance = 1e-6_wp
+   !> Bound of momentum (N m s) and energy (J) in a scene: their squares stay finite.
+   real(wp), parameter :: greatest = 1e100_wp
+   !> Bound of the angle that the body turns in a step, rad: with more than that a step says nothing.
+   real(wp), parameter :: greatest_turn = 1e8_wp
+
+   !> Keys of the scene group `&initial`.
+   type(key_t), parameter :: initial_keys(8) = [ &
+      key_t(name='quaternion', least=4, most=4, range=NOT_ZERO), &
+      key_t(name='axis', least=3, most=3, range=NOT_ZERO), &
+      key_t(name='angle'), &
+      key_t(name='euler', least=3, most=3), &
+      key_t(name='angular_velocity', least=3, most=3), &
+      key_t(name='euler_rates', least=3, most=3), &
+      key_t(name='frame', kind=KEY_TEXT, choices='body,space'), &
+      key_t(name='degrees', kind=KEY_LOGICAL)]
+
+contains
+
+   !> Attitude and angular velocity at the start.
+   subroutine build_initial(group, q, omega, error)
+      type(group_t), intent(in) :: group
+      !> Unit quaternion, body→space; shape (4).
+      real(wp), intent(out) :: q(4)
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(out) :: omega(3)
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: unit
+
+      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      omega = 0.0_wp
+      call check_keys(group, error)
+      if (error%raised) return
+      unit = 1.0_wp
+      if (group%flag('degrees', .false.)) unit = pi/180
+      call build_attitude(group, unit, q, error)
+      if (error%raised) return
+      call build_rate(group, unit, q, omega)
+   end subroutine build_initial
+
+   !> Keys that exclude or need each other.
+   subroutine check_keys(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+
+      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'axis', 'euler'], error)
+      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'angle', 'euler'], error)
+      call allow_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
+      call demand_with(group, 'axis', 'angle', error)
+      call demand_with(group, 'angle', 'axis', error)
+      call demand_with(group, 'euler_rates', 'euler', error)
+      call demand_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
+      if (group%has('euler_rates') .and. group%has('frame')) &
+         call error%raise(group%line_of('frame'), 'frame has no meaning with euler_rates', &
+                          expected='frame with angular_velocity only')
+   end subroutine check_keys
+
+   !> The attitude, from whichever form is given; unchanged where none is.
+   subroutine build_attitude(group, unit, q, error)
+      type(group_t), intent(in) :: group
+      !> Unit of angles, rad.
+      real(wp), intent(in) :: unit
+      real(wp), intent(inout) :: q(4)
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: angles(3)
+      type(status_t) :: status
+      character(len=12) :: norm
+
+      angles = 0.0_wp
+      if (group%has('quaternion')) then
+         q = group%vector('quaternion', q)
+         if (abs(quat_norm(q) - 1) > norm_tolerance) then
+            write (norm, '(g0.8)') quat_norm(q)
+            call error%raise(group%line_of('quaternion'), 'the norm of quaternion is '//trim(norm), &
+                             expected='1 to within 1e-6')
+            return
+         end if
+         q = quat_normalized(q)
+      else if (group%has('axis')) then
+         call quat_from_axis_angle(group%vector('axis', angles), unit*group%number('angle', 0.0_wp), q, status)
+         if (.not. status%ok()) call error%raise(group%line_of('axis'), trim(status%message))
+      else if (group%has('euler')) then
+         angles = unit*group%vector('euler', angles)
+         q = quat_from_euler(angles(1), angles(2), angles(3))
+      end if
+   end subroutine build_attitude
+
+   !> The angular velocity in body axes, rad/s.
+   subroutine build_rate(group, unit, q, omega)
+      type(group_t), intent(in) :: group
+      !> Unit of angles, rad.
+      real(wp), intent(in) :: unit
+      real(wp), intent(in) :: q(4)
+      real(wp), intent(inout) :: omega(3)
+      real(wp) :: angles(3), rates(3)
+
+      if (group%has('euler_rates')) then
+         angles = unit*group%vector('euler', omega)
+         rates = unit*group%vector('euler_rates', omega)
+         omega = angular_velocity_from_euler_rates(angles(2), angles(3), rates(1), rates(2), rates(3))
+      else
+         omega = unit*group%vector('angular_velocity', omega)
+         if (group%text('frame', 'body') == 'space') omega = rotate_to_body(q, omega)
+      end if
+   end subroutine build_rate
+
+   !> Raises an error for a motion whose momentum, energy or turn per step is beyond all scales.
+   subroutine check_motion(system, omega, plan, initial, integrator, error)
+      type(system_t), intent(in) :: system
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      type(run_plan_t), intent(in) :: plan
+      !> The groups `&initial` and `&integrator`.
+      type(group_t), intent(in) :: initial, integrator
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: momentum, rate
+      integer :: line
+
+      line = initial%line_of('angular_velocity')
+      if (initial%has('euler_rates')) line = initial%line_of('euler_rates')
+      rate = maxval(abs(omega))
+      momentum = maxval(abs(matmul(system%body%inertia, omega) + system%effects%rotor_momentum))
+      if (momentum > greatest .or. momentum*rate > greatest) then
+         call error%raise(line, 'the rotation is beyond all scales', &
+                          expected='momentum and energy below 1e100 in SI units')
+      else if (abs(plan%time_step)*rate > greatest_turn) then
+         call error%raise(integrator%line_of('time_step'), 'the body turns by more than 1e8 rad in one time_step', &
+                          expected='a shorter step')
+      end if
+   end subroutine check_motion
+
+end module nutate_scene_initial

@@ -1,0 +1,120 @@
+!> `&integrator`: method, step and end.
+module nutate_scene_integrator
+   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT, NOT_ZERO, POSITIVE, &
+      POSITIVE_OR_INFINITE
+   use nutate_kinds, only: wp
+   use nutate_methods, only: methods
+   use nutate_run, only: run_plan_t
+   use nutate_scene_error, only: scene_error_t
+   use nutate_spelling, only: distinct, joined
+   use nutate_stepper, only: integrator_settings_t
+   implicit none
+   private
+
+   public :: integrator_keys, build_integrator
+
+   !> More steps than a double can count make no run.
+   real(wp), parameter :: most_steps = 2.0_wp**53
+   !> Time steps of a scene lie between these, s.
+   real(wp), parameter :: least_step = 1e-50_wp, greatest_step = 1e50_wp
+
+contains
+
+   !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods.
+   pure function integrator_keys() result(keys)
+      type(key_t) :: keys(9)
+      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+
+      keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct(names))), &
+              key_t(name='order', kind=KEY_INTEGER), &
+              key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(solvers))), &
+              key_t(name='time_step', range=NOT_ZERO, required=.true.), &
+              key_t(name='end_time', range=NOT_ZERO, required=.true.), &
+              key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
+              key_t(name='projection', kind=KEY_LOGICAL), &
+              key_t(name='tolerance', range=POSITIVE), &
+              key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
+   end function integrator_keys
+
+   !> Integrator settings, and the plan's step and end.
+   subroutine build_integrator(group, settings, plan, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(out) :: settings
+      type(run_plan_t), intent(inout) :: plan
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: j0
+
+      settings%method = group%text('method', settings%method)
+      settings%order = group%whole('order', settings%order)
+      settings%linear_solver = group%text('linear_solver', settings%linear_solver)
+      settings%projection = group%flag('projection', settings%projection)
+      settings%tolerance = group%number('tolerance', settings%tolerance)
+      settings%max_iterations = group%whole('max_iterations', settings%max_iterations)
+      if (group%has('auxiliary_inertia')) then
+         j0 = group%number('auxiliary_inertia', 1.0_wp)
+         if (j0 <= huge(j0)) settings%inverse_auxiliary_inertia = 1/j0
+      end if
+      call check_method(group, settings, error)
+      if (settings%tolerance >= 1.0_wp) &
+         call error%raise(group%line_of('tolerance'), 'tolerance is 1 or more', expected='a number between 0 and 1')
+      if (.not. settings%projection) call check_projection(group, settings, error)
+      if (.not. error%raised) call build_times(group, plan, error)
+   end subroutine build_integrator
+
+   !> Raises an error for a combination of method, solver and order that there is not.
+   subroutine check_method(group, settings, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(scene_error_t), intent(inout) :: error
+      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      integer, parameter :: orders(*) = methods%order
+      logical :: fits(size(methods))
+      character(len=name_length) :: numbers(size(methods))
+      character(len=12) :: order
+
+      fits = names == settings%method .and. solvers == settings%linear_solver
+      if (.not. any(fits)) then
+         call error%raise(group%line_of('linear_solver'), trim(settings%method)//' has no linear_solver '// &
+                          trim(settings%linear_solver), expected=joined(pack(solvers, names == settings%method)))
+      else if (.not. any(fits .and. orders == settings%order)) then
+         write (order, '(i0)') settings%order
+         write (numbers, '(i0)') orders
+         call error%raise(group%line_of('order'), 'order '//trim(order)//' is not available', &
+                          expected=joined(distinct(pack(numbers, fits))))
+      end if
+   end subroutine check_method
+
+   !> Without the projection something must hold q·p: a finite auxiliary inertia, which only the 8×8 system has.
+   subroutine check_projection(group, settings, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(scene_error_t), intent(inout) :: error
+      if (settings%inverse_auxiliary_inertia <= 0.0_wp) then
+         call error%raise(group%line_of('projection'), 'projection = .false. with an infinite auxiliary_inertia', &
+                          expected='a finite auxiliary_inertia with it')
+      else if (settings%linear_solver /= 'lapack') then
+         call error%raise(group%line_of('projection'), 'projection = .false. with linear_solver = '// &
+                          trim(settings%linear_solver), expected="linear_solver = 'lapack' with it")
+      end if
+   end subroutine check_projection
+
+   !> Step and end: of one sign, and not too many steps.
+   subroutine build_times(group, plan, error)
+      type(group_t), intent(in) :: group
+      type(run_plan_t), intent(inout) :: plan
+      type(scene_error_t), intent(inout) :: error
+
+      plan%time_step = group%number('time_step', 1.0_wp)
+      plan%end_time = group%number('end_time', 1.0_wp)
+      if ((plan%time_step > 0.0_wp) .neqv. (plan%end_time > 0.0_wp)) then
+         call error%raise(group%line_of('end_time'), 'end_time has not the sign of time_step', &
+                          expected='both positive, or both negative to go back in time')
+      else if (abs(plan%time_step) < least_step .or. abs(plan%time_step) > greatest_step) then
+         call error%raise(group%line_of('time_step'), 'time_step is beyond all scales', expected='1e-50 to 1e50 s')
+      else if (abs(plan%end_time)/most_steps > abs(plan%time_step)) then
+         call error%raise(group%line_of('time_step'), 'time_step is too small for end_time', &
+                          expected='less than 9e15 steps')
+      end if
+   end subroutine build_times
+
+end module nutate_scene_integrator

@@ -1,0 +1,103 @@
+!> Names of groups and keys looked up in the tables of what a scene can say.
+module nutate_scene_names
+   use nutate_keys, only: group_kind_t, name_length
+   use nutate_printable, only: quoted
+   use nutate_scene_error, only: scene_error_t
+   use nutate_spelling, only: lower_case, nearest_name
+   implicit none
+   private
+
+   public :: find_kind, find_key
+
+contains
+
+   !> Place of a group's name among the kinds. Errors: unknown.
+   subroutine find_kind(name, kinds, line, kind, error)
+      character(len=*), intent(in) :: name
+      type(group_kind_t), intent(in) :: kinds(:)
+      integer, intent(in) :: line
+      integer, intent(out) :: kind
+      type(scene_error_t), intent(inout) :: error
+
+      kind = 0
+      if (len(name) <= name_length) then
+         do kind = size(kinds), 1, -1
+            if (kinds(kind)%name == lower_case(name)) return
+         end do
+      end if
+      call error%raise(line, 'unknown group '//quoted(name), expected=comma_list(group_names(kinds)), &
+                       nearest=nearest_name(name, group_names(kinds)))
+   end subroutine find_kind
+
+   !> Place of a key among those of a kind of group. Errors: a subscript, unknown.
+   subroutine find_key(name, kinds, kind, line, key, error)
+      character(len=*), intent(in) :: name
+      type(group_kind_t), intent(in) :: kinds(:)
+      integer, intent(in) :: kind, line
+      integer, intent(out) :: key
+      type(scene_error_t), intent(inout) :: error
+
+      if (len(name) <= name_length) then
+         do key = size(kinds(kind)%keys), 1, -1
+            if (kinds(kind)%keys(key)%name == lower_case(name)) return
+         end do
+      end if
+      key = 0
+      if (index(name, '(') > 0) then
+         call error%raise(line, quoted(name)//' has a subscript', expected='all values of a key at once')
+      else
+         call error%raise(line, 'unknown key '//quoted(name)//' in &'//trim(kinds(kind)%name)//elsewhere(name, kinds), &
+                          expected=comma_list(key_names(kinds(kind))), &
+                          nearest=nearest_name(name, key_names(kinds(kind))))
+      end if
+   end subroutine find_key
+
+   !> `, a key of &group` for a name that another group knows.
+   pure function elsewhere(name, kinds) result(hint)
+      character(len=*), intent(in) :: name
+      type(group_kind_t), intent(in) :: kinds(:)
+      character(len=:), allocatable :: hint
+      integer :: i
+      hint = ''
+      if (len(name) > name_length) return
+      do i = 1, size(kinds)
+         if (any(key_names(kinds(i)) == lower_case(name))) then
+            hint = ', a key of &'//trim(kinds(i)%name)
+            return
+         end if
+      end do
+   end function elsewhere
+
+   !> Names of all kinds of group; shape (number of kinds).
+   pure function group_names(kinds) result(names)
+      type(group_kind_t), intent(in) :: kinds(:)
+      character(len=name_length) :: names(size(kinds))
+      integer :: i
+      do i = 1, size(kinds)
+         names(i) = kinds(i)%name
+      end do
+   end function group_names
+
+   !> Names of all keys of a kind of group; shape (number of keys).
+   pure function key_names(kind) result(names)
+      type(group_kind_t), intent(in) :: kind
+      character(len=name_length) :: names(size(kind%keys))
+      integer :: i
+      do i = 1, size(kind%keys)
+         names(i) = kind%keys(i)%name
+      end do
+   end function key_names
+
+   !> Names as `a, b, c`.
+   pure function comma_list(names) result(text)
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(names)
+         if (i > 1) text = text//', '
+         text = text//trim(names(i))
+      end do
+   end function comma_list
+
+end module nutate_scene_names

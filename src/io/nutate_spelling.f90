@@ -1,0 +1,110 @@
+!> Names as people write them: lower case, lists of names, and which known name is nearest to a misspelt one.
+module nutate_spelling
+   use nutate_keys, only: name_length
+   implicit none
+   private
+
+   public :: lower_case, split_list, joined, distinct, is_listed, nearest_name, edit_distance
+
+contains
+
+   !> ASCII letters in lower case.
+   pure function lower_case(text) result(lower)
+      character(len=*), intent(in) :: text
+      character(len=len(text)) :: lower
+      integer :: i
+      lower = text
+      do i = 1, len(text)
+         if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') lower(i:i) = achar(iachar(text(i:i)) + 32)
+      end do
+   end function lower_case
+
+   !> The names in a comma separated list; shape (number of names).
+   pure function split_list(list) result(names)
+      character(len=*), intent(in) :: list
+      character(len=name_length), allocatable :: names(:)
+      integer :: i, first, width
+
+      allocate (names(count([(list(i:i) == ',', i=1, len(list))]) + merge(1, 0, list /= '')))
+      first = 1
+      do i = 1, size(names)
+         width = index(list(first:)//',', ',') - 1
+         names(i) = list(first:first + width - 1)
+         first = first + width + 1
+      end do
+   end function split_list
+
+   !> Names as a comma separated list, without blanks.
+   pure function joined(names) result(list)
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: list
+      integer :: i
+      list = ''
+      do i = 1, size(names)
+         if (i > 1) list = list//','
+         list = list//trim(names(i))
+      end do
+   end function joined
+
+   !> The names of a list, each once, in the order of their first place.
+   pure function distinct(names) result(once)
+      character(len=*), intent(in) :: names(:)
+      character(len=len(names)), allocatable :: once(:)
+      logical :: new(size(names))
+      integer :: i
+      do i = 1, size(names)
+         new(i) = .not. any(names(1:i - 1) == names(i))
+      end do
+      once = pack(names, new)
+   end function distinct
+
+   !> True if a name is one of a comma separated list's.
+   pure logical function is_listed(name, list)
+      character(len=*), intent(in) :: name, list
+      is_listed = .false.
+      if (len_trim(name) <= name_length) is_listed = any(split_list(list) == name)
+   end function is_listed
+
+   !> The known name that a misspelt one probably means; blank where none is near.
+   pure function nearest_name(name, known) result(nearest)
+      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: known(:)
+      character(len=:), allocatable :: nearest
+      character(len=len_trim(name)) :: word
+      integer :: i, distance, least
+
+      nearest = ''
+      if (len(word) > 2*name_length) return
+      word = lower_case(trim(name))
+      ! A third of the letters may be wrong, and always one.
+      least = max(2, (len(word) + 2)/3 + 1)
+      do i = 1, size(known)
+         distance = edit_distance(word, trim(known(i)))
+         if (distance >= least .or. distance >= len_trim(known(i))) cycle
+         least = distance
+         nearest = trim(known(i))
+      end do
+   end function nearest_name
+
+   !> Letters to insert, delete, replace or swap with their neighbour to turn one word into another (optimal string
+   !> alignment).
+   pure integer function edit_distance(a, b) result(distance)
+      character(len=*), intent(in) :: a, b
+      integer :: table(-1:len(b), -1:len(a)), i, j, cost
+
+      table = len(a) + len(b)
+      table(0:, 0) = [(i, i=0, len(b))]
+      table(0, 0:) = [(i, i=0, len(a))]
+      do j = 1, len(a)
+         do i = 1, len(b)
+            cost = merge(0, 1, a(j:j) == b(i:i))
+            table(i, j) = min(table(i - 1, j) + 1, table(i, j - 1) + 1, table(i - 1, j - 1) + cost)
+            if (i == 1 .or. j == 1) cycle
+            if (a(j:j) == b(i - 1:i - 1) .and. a(j - 1:j - 1) == b(i:i)) &
+               table(i, j) = min(table(i, j), table(i - 2, j - 2) + 1)
+         end do
+      end do
+      distance = table(len(b), len(a))
+   end function edit_distance
+
+end module nutate_spelling
