@@ -21,12 +21,16 @@
 !>
 !> Quaternions have their scalar first and take body components to space components. SI units, radians.
 module nutate
+   use nutate_applied_torque, only: applied_torque_t
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
+   use nutate_damping, only: damping_t
+   use nutate_dipole, only: dipole_t
    use nutate_effect, only: effect_t, potential_t, rotor_t, torque_t
    use nutate_effect_list, only: effect_list_t
    use nutate_gravity, only: gravity_t, standard_gravity
+   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, potential_energy, &
       space_momentum, total_energy
    use nutate_invariants, only: invariants_t
@@ -35,6 +39,7 @@ module nutate
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
       quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, rotate_to_space, rotation_matrix
    use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NOT_CONVERGED, &
       NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, status_t

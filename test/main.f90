@@ -7,6 +7,7 @@ program unit
       unittest_type
    use test_attitude, only: collect_attitude
    use test_body, only: collect_body
+   use test_composition, only: collect_composition
    use test_conservation, only: collect_conservation
    use test_discrete_states, only: collect_discrete_states
    use test_euler, only: collect_euler
@@ -14,7 +15,12 @@ program unit
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
    use test_quaternion, only: collect_quaternion
+   use test_reduced, only: collect_reduced
    use test_rotation, only: collect_rotation
+   use test_run, only: collect_run
+   use test_scene, only: collect_scene
+   use test_scene_errors, only: collect_scene_errors
+   use test_scene_notation, only: collect_scene_notation
    use test_step, only: collect_step
    implicit none
 
@@ -56,6 +62,7 @@ contains
       suites = [ &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("body", collect_body), &
+         new_testsuite("composition", collect_composition), &
          new_testsuite("conservation", collect_conservation), &
          new_testsuite("discrete_states", collect_discrete_states), &
          new_testsuite("euler", collect_euler), &
@@ -63,7 +70,12 @@ contains
          new_testsuite("literature", collect_literature), &
          new_testsuite("paper", collect_paper), &
          new_testsuite("quaternion", collect_quaternion), &
+         new_testsuite("reduced", collect_reduced), &
          new_testsuite("rotation", collect_rotation), &
+         new_testsuite("run", collect_run), &
+         new_testsuite("scene", collect_scene), &
+         new_testsuite("scene_errors", collect_scene_errors), &
+         new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("step", collect_step) &
          ]
    end function all_suites

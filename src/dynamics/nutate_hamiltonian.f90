@@ -207,7 +207,9 @@ contains
       a(2:4) = matmul(system%body%inverse_inertia, w(2:4) - 2*system%effects%rotor_momentum)
       tau = potential_torque(system%effects, state%q)
       do i = 1, system%effects%n_torques
-         tau = tau + system%effects%torques(i)%item%torque(state%t, state%q, 0.5_wp*a(2:4))
+         associate (torque => system%effects%torques(i)%item)
+            if (torque%acts_at(state%t)) tau = tau + torque%torque(state%t, state%q, 0.5_wp*a(2:4))
+         end associate
       end do
       q_rate = 0.25_wp*quat_product(state%q, a)
       p_rate = -0.25_wp*quat_product(state%p, quat_conjugate(a)) &

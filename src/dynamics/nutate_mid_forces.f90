@@ -27,6 +27,8 @@ module nutate_mid_forces
       real(wp), allocatable :: direction(:, :)
       !> γ at the start of the step; shape (3, number of potentials).
       real(wp), allocatable :: gamma0(:, :)
+      !> The torque acts in this step; shape (number of torques).
+      logical, allocatable :: acts(:)
    contains
       !> Allocates for the effects of a system.
       procedure :: prepare
@@ -49,12 +51,13 @@ contains
       logical, intent(in) :: projection
       self%active = effects%n_potentials + effects%n_torques > 0
       self%projection = projection
-      if (allocated(self%direction)) deallocate (self%direction, self%gamma0)
+      if (allocated(self%direction)) deallocate (self%direction, self%gamma0, self%acts)
+      allocate (self%acts(effects%n_torques), source=.true.)
       allocate (self%direction(3, effects%n_potentials), self%gamma0(3, effects%n_potentials), source=0.0_wp)
    end subroutine prepare
 
    !> Starts a step at the attitude q0 = |q0| u.
-   pure subroutine start(self, effects, t, frame, norm)
+   pure subroutine start(self, effects, t, frame, norm, decisive)
       class(mid_forces_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Middle of the step, s.
@@ -63,7 +66,15 @@ contains
       real(wp), intent(in) :: frame(4)
       !> |q0|
       real(wp), intent(in) :: norm
+      !> Time that decides which torques act, s; default: `t`.
+      real(wp), intent(in), optional :: decisive
+      real(wp) :: moment
       integer :: i
+      moment = t
+      if (present(decisive)) moment = decisive
+      do i = 1, effects%n_torques
+         self%acts(i) = effects%torques(i)%item%acts_at(moment)
+      end do
       self%t = t
       self%frame = frame
       do i = 1, effects%n_potentials
@@ -95,7 +106,7 @@ contains
       if (effects%n_torques == 0) return
       attitude = mid_attitude(self%frame, xm)
       do i = 1, effects%n_torques
-         s(2:4) = s(2:4) + effects%torques(i)%item%torque(self%t, attitude, omega)
+         if (self%acts(i)) s(2:4) = s(2:4) + effects%torques(i)%item%torque(self%t, attitude, omega)
       end do
    end subroutine evaluate
 
@@ -126,6 +137,7 @@ contains
       ! The small rotation of x̄ + ½δx against x̄ is θ = vec(x̄*∘δx)/|x̄|², body axes.
       turn = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
       do i = 1, effects%n_torques
+         if (.not. self%acts(i)) cycle
          call effects%torques(i)%item%derivatives(self%t, attitude, omega, rotation, rate)
          by_x(2:4, :) = by_x(2:4, :) + matmul(rotation, turn(2:4, :))
          by_rate = by_rate + rate
@@ -172,7 +184,8 @@ contains
       integer :: i
       attitude = mid_attitude(self%frame, xm)
       do i = 1, effects%n_torques
-         work(i) = dt*dot_product(omega, effects%torques(i)%item%torque(self%t, attitude, omega))
+         work(i) = 0.0_wp
+         if (self%acts(i)) work(i) = dt*dot_product(omega, effects%torques(i)%item%torque(self%t, attitude, omega))
       end do
    end subroutine get_work
 

@@ -77,8 +77,6 @@ contains
       class(applied_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
-      tau = 0.0_wp
-      if (t < self%start .or. t > self%stop) return
       tau = self%amplitude
       if (self%in_space) tau = rotate_to_body(q, tau)
       ! The whole turns are taken off first: they would cost digits of the cosine.

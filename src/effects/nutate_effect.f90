@@ -40,8 +40,10 @@ module nutate_effect
       procedure(body_torque), deferred :: torque
       !> ∂τ/∂θ (θ a small body rotation) and ∂τ/∂Ω; by differences unless overridden.
       procedure :: derivatives => difference_derivatives
-      !> Times in which the torque acts, s; steps end on them.
+      !> The torque acts from one time to another, s; steps end on them. Outside of it `torque` is not called.
       procedure :: window => always
+      !> The torque acts at a time.
+      procedure :: acts_at
       !> The torque depends on the attitude; `.true.` unless overridden.
       procedure :: needs_attitude => attitude_needed
    end type torque_t
@@ -200,6 +202,16 @@ contains
       start = -huge(1.0_wp)
       stop = huge(1.0_wp)
    end subroutine always
+
+   !> True inside the window and on its ends.
+   pure logical function acts_at(self, t)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: start, stop
+      call self%window(start, stop)
+      acts_at = t >= start .and. t <= stop
+   end function acts_at
 
    pure logical function attitude_needed(self)
       class(torque_t), intent(in) :: self

@@ -40,28 +40,28 @@ contains
    !> Every effect that a scene can name.
    function effect_kinds() result(kinds)
       type(effect_kind_t), allocatable :: kinds(:)
-      kinds = [ &
-              effect_kind('gravity', gravity_keys, build_gravity, repeatable=.false.), &
-              effect_kind('dipole', dipole_keys, build_dipole), &
-              effect_kind('gravity_gradient', gravity_gradient_keys, build_gravity_gradient), &
-              effect_kind('spring', spring_keys, build_spring), &
-              effect_kind('damping', damping_keys, build_damping), &
-              effect_kind('torque', applied_torque_keys, build_applied_torque), &
-              effect_kind('rotor', rotor_keys, build_rotor)]
+      allocate (kinds(7))
+      call set_kind(kinds(1), 'gravity', gravity_keys, build_gravity, repeatable=.false.)
+      call set_kind(kinds(2), 'dipole', dipole_keys, build_dipole)
+      call set_kind(kinds(3), 'gravity_gradient', gravity_gradient_keys, build_gravity_gradient)
+      call set_kind(kinds(4), 'spring', spring_keys, build_spring)
+      call set_kind(kinds(5), 'damping', damping_keys, build_damping)
+      call set_kind(kinds(6), 'torque', applied_torque_keys, build_applied_torque)
+      call set_kind(kinds(7), 'rotor', rotor_keys, build_rotor)
    end function effect_kinds
 
-   function effect_kind(name, keys, build, repeatable) result(kind)
+   subroutine set_kind(kind, name, keys, build, repeatable)
+      type(effect_kind_t), intent(out) :: kind
       character(len=*), intent(in) :: name
       type(key_t), intent(in) :: keys(:)
       procedure(build_effect) :: build
       !> Several groups of the name may stand in a scene; default `.true.`.
       logical, intent(in), optional :: repeatable
-      type(effect_kind_t) :: kind
       kind%group%name = name
       kind%group%keys = keys
       kind%group%repeatable = .true.
       if (present(repeatable)) kind%group%repeatable = repeatable
       kind%build => build
-   end function effect_kind
+   end subroutine set_kind
 
 end module nutate_effect_catalogue

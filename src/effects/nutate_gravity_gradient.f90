@@ -19,7 +19,7 @@ module nutate_gravity_gradient
    !> effect's V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient.
    !>
    !> The isotropic part of J turns nothing, but would be felt at finite steps. Without it a body with three equal
-   !> moments feels no torque, and one with two none about its axis, at any step.
+   !> moments feels no torque at all.
    type, extends(potential_t) :: gravity_gradient_t
       !> A, body axes, J; shape (3,3).
       real(wp) :: stiffness(3, 3) = 0.0_wp

@@ -68,7 +68,7 @@ contains
       spring%stiffness = stiffness
       if (present(rest_length)) spring%rest_length = rest_length
       spring%closeness = 0.0_wp
-      if (spring%rest_length > 0.0_wp .and. &
+      if (spring%rest_length /= 0.0_wp .and. &
           abs(norm2(body_point) - norm2(anchor)) <= nearly*norm2(anchor)) spring%closeness = 1.0_wp
    end function new_spring
 
@@ -86,7 +86,11 @@ contains
    pure real(wp) function spring_energy(self, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
-      spring_energy = 0.5_wp*self%stiffness*(length(self, gamma) - self%rest_length)**2
+      if (self%rest_length == 0.0_wp) then
+         spring_energy = 0.5_wp*self%stiffness*square(self, gamma)
+      else
+         spring_energy = 0.5_wp*self%stiffness*(length(self, gamma) - self%rest_length)**2
+      end if
    end function spring_energy
 
    !> -k(1 - l₀/ℓ) (x - cγ); without the term in l₀ where the ends coincide and the direction is undefined.
@@ -126,7 +130,7 @@ contains
       do j = 1, 3
          hessian(j, j) = 0.5_wp*self%closeness*self%stiffness*slackness(self%rest_length, 0.5_wp*s)
       end do
-      if (self%rest_length <= 0.0_wp .or. l1 <= negligible*self%rest_length) return
+      if (self%rest_length == 0.0_wp .or. l1 <= negligible*abs(self%rest_length)) return
       mean = (self%body_point - (0.5_wp*self%closeness)*(gamma0 + gamma1))/s
       end = (self%body_point - self%closeness*gamma1)/l1
       do j = 1, 3
@@ -134,17 +138,26 @@ contains
       end do
    end function spring_discrete_hessian
 
+   !> ℓ², m²; may be negative by round-off where c = 0.
+   pure real(wp) function square(self, gamma)
+      class(spring_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      if (self%closeness > 0.0_wp) then
+         square = sum((self%body_point - gamma)**2)
+      else
+         square = dot_product(self%body_point, self%body_point) + dot_product(self%direction, self%direction) &
+                  - 2*dot_product(self%body_point, gamma)
+      end if
+   end function square
+
    !> ℓ, m.
    pure real(wp) function length(self, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
-      real(wp) :: square
       if (self%closeness > 0.0_wp) then
          length = norm2(self%body_point - gamma)
       else
-         square = dot_product(self%body_point, self%body_point) + dot_product(self%direction, self%direction) &
-                  - 2*dot_product(self%body_point, gamma)
-         length = sqrt(max(square, 0.0_wp))
+         length = sqrt(max(square(self, gamma), 0.0_wp))
       end if
    end function length
 
@@ -152,7 +165,7 @@ contains
    pure real(wp) function slackness(rest_length, length)
       real(wp), intent(in) :: rest_length, length
       slackness = 1.0_wp
-      if (length > negligible*rest_length) slackness = 1.0_wp - rest_length/length
+      if (length > negligible*abs(rest_length)) slackness = 1.0_wp - rest_length/length
    end function slackness
 
 end module nutate_spring

@@ -1,6 +1,8 @@
 !> The integration methods a scene can name: one line each. A new method is its own file and a line here.
 module nutate_methods
+   use nutate_composition, only: composition_t
    use nutate_nielsen_krenk, only: nielsen_krenk_t
+   use nutate_reduced, only: reduced_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
@@ -19,8 +21,15 @@ module nutate_methods
    end type method_t
 
    !> Every combination of method, linear solver and order that there is.
-   type(method_t), parameter :: methods(1) = [ &
-      method_t('nielsen_krenk', 'lapack', 2, '8 equations in q and p (LAPACK)')]
+   type(method_t), parameter :: methods(8) = [ &
+      method_t('nielsen_krenk', 'lapack', 2, '8 equations in q and p (LAPACK)'), &
+      method_t('nielsen_krenk', 'lapack', 4, '8 equations in q and p (LAPACK), 5 times'), &
+      method_t('nielsen_krenk', 'lapack', 6, '8 equations in q and p (LAPACK), 9 times'), &
+      method_t('nielsen_krenk', 'lapack', 8, '8 equations in q and p (LAPACK), 17 times'), &
+      method_t('nielsen_krenk', 'reduced', 2, '3 equations in the turn of the step'), &
+      method_t('nielsen_krenk', 'reduced', 4, '3 equations in the turn of the step, 5 times'), &
+      method_t('nielsen_krenk', 'reduced', 6, '3 equations in the turn of the step, 9 times'), &
+      method_t('nielsen_krenk', 'reduced', 8, '3 equations in the turn of the step, 17 times')]
 
 contains
 
@@ -38,8 +47,24 @@ contains
                        'method')
          return
       end if
-      allocate (nielsen_krenk_t :: stepper)
-      call stepper%prepare(system, settings, status)
+      if (settings%linear_solver == 'reduced') then
+         allocate (reduced_t :: stepper)
+      else
+         allocate (nielsen_krenk_t :: stepper)
+      end if
+      if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
+      if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
+
+   !> Puts the composition of a stepper in its place.
+   subroutine compose_stepper(order, stepper, status)
+      integer, intent(in) :: order
+      class(stepper_t), allocatable, intent(inout) :: stepper
+      type(status_t), intent(out) :: status
+      type(composition_t), allocatable :: composition
+      allocate (composition)
+      call composition%compose(stepper, order, status)
+      call move_alloc(composition, stepper)
+   end subroutine compose_stepper
 
 end module nutate_methods

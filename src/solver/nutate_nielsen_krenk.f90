@@ -75,10 +75,12 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: z(8), a(4)
+      real(wp) :: z(8), a(4), decisive
 
-      call self%equations%start(system, state, dt)
-      if (dt /= self%inverse_dt) call choose_unit(self, system, state, dt)
+      decisive = state%t + 0.5_wp*dt
+      if (self%is_part) decisive = self%whole_middle
+      call self%equations%start(system, state, dt, decisive)
+      if (dt /= self%inverse_dt) call choose_unit(self, system, state, dt, decisive)
       call guess(self, dt, z)
       call iterate(self, system, z, status)
       if (status%code == 0) then
@@ -115,11 +117,12 @@ contains
    !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p by the forces in a
    !> step; for a body at rest without forces, the momentum that turns it by about 1 rad in a step. Called when the
    !> factors belong to another step or have been dropped.
-   pure subroutine choose_unit(self, system, state, dt)
+   pure subroutine choose_unit(self, system, state, dt, decisive)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: dt
+      !> s, and the time that decides which torques act, s.
+      real(wp), intent(in) :: dt, decisive
       real(wp) :: size, old, s(4), a(4)
       size = maxval(abs(state%p))
       if (self%equations%forces%active) then
@@ -130,7 +133,7 @@ contains
       if (size <= 0.0_wp) size = maxval(system%body%moments)/max(abs(dt), tiny(1.0_wp))
       old = self%equations%unit
       call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
-      call self%equations%start(system, state, dt)
+      call self%equations%start(system, state, dt, decisive)
       self%differences(5:8, :) = self%differences(5:8, :)*(old/self%equations%unit)
    end subroutine choose_unit
 

@@ -75,7 +75,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: b(3), change(3), old_dt
+      real(wp) :: b(3), change(3), old_dt, decisive
 
       if (self%untested) call test_manifold(self, state, status)
       if (status%code /= 0) return
@@ -86,7 +86,9 @@ contains
          if (self%known > 0) self%differences(:, 0) = (dt/old_dt)*self%differences(:, 0)
          self%known = min(self%known, 1)
       end if
-      call self%equations%start(system, state)
+      decisive = state%t + 0.5_wp*dt
+      if (self%is_part) decisive = self%whole_middle
+      call self%equations%start(system, state, decisive)
       if (self%known > 0) then
          b = sum(self%differences(:, 0:self%known - 1), 2)
       else

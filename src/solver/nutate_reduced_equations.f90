@@ -59,14 +59,17 @@ contains
    end subroutine set_step
 
    !> Starts a step from a state.
-   pure subroutine start(self, system, state)
+   pure subroutine start(self, system, state, decisive)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
+      !> Time that decides which torques act, s; default: the middle of the step.
+      real(wp), intent(in), optional :: decisive
       self%frame = state%q/norm2(state%q)
       self%half_momentum = 0.5_wp*quat_product(quat_conjugate(self%frame), state%p)
       self%momentum = self%half_momentum(2:4)
-      if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp)
+      if (self%forces%active) &
+         call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, decisive)
    end subroutine start
 
    !> F(b) = ¼Δt J⁻¹ G(b); shape (3).

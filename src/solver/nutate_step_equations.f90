@@ -65,12 +65,14 @@ contains
    end subroutine set_unit
 
    !> Starts a step of `dt` seconds from a state.
-   pure subroutine start(self, system, state, dt)
+   pure subroutine start(self, system, state, dt, decisive)
       class(step_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s.
       real(wp), intent(in) :: dt
+      !> Time that decides which torques act, s; default: the middle of the step.
+      real(wp), intent(in), optional :: decisive
       real(wp) :: norm
       norm = norm2(state%q)
       self%dt = dt
@@ -78,7 +80,7 @@ contains
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
       self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%unit
       self%w0 = norm*self%y0
-      if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm)
+      if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, decisive)
    end subroutine start
 
    !> a = J⁻¹(w̄ - 2h), w̄ = ½(w0 + w1); a = [w̄₀/J0, 2Ω̄], rad/s; shape (4).

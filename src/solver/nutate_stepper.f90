@@ -31,6 +31,10 @@ module nutate_stepper
       integer :: iterations = 0
       !> Last Newton increment over the step's increment (dimensionless).
       real(wp) :: residual = 0.0_wp
+      !> The step is a part of a longer one, the middle of which decides which torques act, s: parts may leave the
+      !> time of the whole.
+      logical :: is_part = .false.
+      real(wp) :: whole_middle = 0.0_wp
       !> Work that each torque did in the last step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
    contains

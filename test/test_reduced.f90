@@ -1,0 +1,217 @@
+!> The step in reduced form: the trajectory of the 8×8 system to round-off, its Jacobian, and what it refuses.
+module test_reduced
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_body, only: make_body
+   use nutate_effect, only: rotor_t
+   use nutate_applied_torque, only: applied_torque_t
+   use nutate_damping, only: damping_t
+   use nutate_gravity, only: gravity_t
+   use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state
+   use nutate_invariants, only: invariants_t
+   use nutate_kinds, only: wp, eps
+   use nutate_nielsen_krenk, only: nielsen_krenk_t
+   use nutate_reduced, only: reduced_t
+   use nutate_reduced_equations, only: reduced_equations_t
+   use nutate_spring, only: spring_t
+   use nutate_state, only: state_t
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   use test_problems, only: box, bruls_top, fast_top, march, precessing_top, problem_t
+   use test_support, only: check_below, check_close, random_unit_quaternion, random_vector
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_reduced
+
+contains
+
+   subroutine collect_reduced(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("box as by the 8x8 system", box_as_by_the_full_system), &
+                  new_unittest("tops as by the 8x8 system", tops_as_by_the_full_system), &
+                  new_unittest("every kind of effect as by the 8x8 system", effects_as_by_the_full_system), &
+                  new_unittest("Jacobian against differences", jacobian_matches_differences), &
+                  new_unittest("momentum does not drift", momentum_does_not_drift), &
+                  new_unittest("energy of a forced top does not drift", energy_does_not_drift), &
+                  new_unittest("momentum alone as with the attitude", momentum_alone_as_with_attitude), &
+                  new_unittest("states off the constraints are refused", states_off_the_constraints_are_refused), &
+                  new_unittest("projection cannot be left out", projection_cannot_be_left_out)]
+   end subroutine collect_reduced
+
+   subroutine box_as_by_the_full_system(error)
+      type(error_type), allocatable, intent(out) :: error
+      ! The unstable motion amplifies round-off.
+      call compare(error, box(), 0.01_wp, 1000, 1e-9_wp)
+   end subroutine box_as_by_the_full_system
+
+   subroutine tops_as_by_the_full_system(error)
+      type(error_type), allocatable, intent(out) :: error
+      call compare(error, precessing_top(), 0.001_wp, 1000, 1e-12_wp)
+      if (allocated(error)) return
+      call compare(error, fast_top(), 0.001_wp, 1000, 1e-12_wp)
+      if (allocated(error)) return
+      call compare(error, bruls_top(), 0.001_wp, 1000, 1e-12_wp)
+   end subroutine tops_as_by_the_full_system
+
+   subroutine effects_as_by_the_full_system(error)
+      type(error_type), allocatable, intent(out) :: error
+      call compare(error, forced_body(), 0.01_wp, 1000, 1e-12_wp)
+   end subroutine effects_as_by_the_full_system
+
+   !> A full tensor under potentials, torques and a rotor.
+   type(problem_t) function forced_body() result(problem)
+      type(status_t) :: status
+      call make_body(reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3]), &
+                     problem%system%body, status, mass=2.0_wp, center_of_mass=[0.3_wp, -0.2_wp, 0.5_wp])
+      associate (effects => problem%system%effects)
+         call effects%add(gravity_t(problem%system%body, [1.0_wp, -2.0_wp, -9.0_wp]))
+         call effects%add(spring_t([0.5_wp, 0.0_wp, 0.5_wp], [2.0_wp, 1.0_wp, 0.0_wp], 3.0_wp, 0.5_wp))
+         call effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
+         call effects%add(applied_torque_t(name='torque', amplitude=[0.5_wp, 1.0_wp, -1.0_wp], in_space=.true., &
+                                           frequency=0.4_wp))
+         call effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 2.0_wp, -1.0_wp]))
+      end associate
+      problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [1.0_wp, -2.0_wp, 3.0_wp])
+   end function forced_body
+
+   !> q and p of both forms after n steps, and the work of the torques in the last one.
+   subroutine compare(error, problem, dt, n, tolerance)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: dt, tolerance
+      integer, intent(in) :: n
+      type(nielsen_krenk_t) :: full
+      type(reduced_t) :: reduced
+      type(state_t) :: a, b
+      type(status_t) :: status
+      call full%prepare(problem%system, integrator_settings_t(), status)
+      call reduced%prepare(problem%system, integrator_settings_t(), status)
+      a = problem%start
+      b = problem%start
+      call march(problem%system, full, a, dt, n, status)
+      call march(problem%system, reduced, b, dt, n, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, b%q, a%q, tolerance, "q")
+      if (allocated(error)) return
+      call check_close(error, b%p, a%p, tolerance*norm2(a%p), "p")
+      if (allocated(error)) return
+      call check_close(error, reduced%work, full%work, tolerance*kinetic_energy(problem%system, a), "work")
+   end subroutine compare
+
+   !> Central differences err by h² of third derivatives and ε/h, h = ε^(1/3).
+   subroutine jacobian_matches_differences(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(reduced_equations_t) :: equations
+      integer(int64) :: seed
+      real(wp) :: b(3), shift(3), above(3), below(3), matrix(3, 3), h
+      integer :: i
+      problem = forced_body()
+      seed = 314159_int64
+      problem%start = make_state(problem%system, random_unit_quaternion(seed), 2*random_vector(seed))
+      call equations%forces%prepare(problem%system%effects, .true.)
+      call equations%set_step(problem%system, 0.2_wp)
+      call equations%start(problem%system, problem%start)
+      b = 0.4_wp*random_vector(seed)
+      call equations%jacobian(problem%system, b, matrix)
+      h = eps**(1.0_wp/3)
+      do i = 1, 3
+         shift = 0.0_wp
+         shift(i) = h
+         call equations%residual(problem%system, b + shift, above)
+         call equations%residual(problem%system, b - shift, below)
+         call check_close(error, matrix(:, i), (above - below)/(2*h), 2e-9_wp, "column")
+         if (allocated(error)) return
+      end do
+   end subroutine jacobian_matches_differences
+
+   !> The norm error that round-off leaves in q must not turn the momentum: it did by 6e-16 in every step.
+   subroutine momentum_does_not_drift(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_drift(error, box(), 0.01_wp)
+   end subroutine momentum_does_not_drift
+
+   !> An iteration that stops while its slowest direction still converges makes energy drift: it did by 6e-16 in every
+   !> step.
+   subroutine energy_does_not_drift(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_drift(error, bruls_top(), 0.001_wp)
+   end subroutine energy_does_not_drift
+
+   !> 50 000 steps.
+   subroutine check_drift(error, problem, dt)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: dt
+      type(reduced_t) :: stepper
+      type(invariants_t) :: invariants
+      type(state_t) :: state
+      type(status_t) :: status
+      call stepper%prepare(problem%system, integrator_settings_t(), status)
+      state = problem%start
+      call invariants%start(problem%system, state)
+      call march(problem%system, stepper, state, dt, 50000, status)
+      call invariants%measure(problem%system, state)
+      call check_below(error, invariants%energy_error(), 1e-13_wp, "energy")
+      if (allocated(error)) return
+      call check_below(error, invariants%momentum_error(), 1e-13_wp, "momentum")
+      if (allocated(error)) return
+      call check_below(error, invariants%norm_error, 1e-13_wp, "norm")
+   end subroutine check_drift
+
+   subroutine momentum_alone_as_with_attitude(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(reduced_t) :: with, without
+      type(state_t) :: a, b
+      type(status_t) :: status
+      problem = box()
+      call problem%system%effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
+      call problem%system%effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 2.0_wp, -1.0_wp]))
+      call with%prepare(problem%system, integrator_settings_t(), status)
+      call without%prepare(problem%system, integrator_settings_t(attitude=.false.), status)
+      a = problem%start
+      b = problem%start
+      call march(problem%system, with, a, 0.01_wp, 500, status)
+      call march(problem%system, without, b, 0.01_wp, 500, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, body_momentum(b), body_momentum(a), 1e-11_wp*norm2(body_momentum(a)), "L")
+      if (allocated(error)) return
+      call check_close(error, b%q, problem%start%q, 0.0_wp, "attitude integrated all the same")
+   end subroutine momentum_alone_as_with_attitude
+
+   subroutine states_off_the_constraints_are_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(reduced_t) :: stepper
+      type(state_t) :: state
+      type(status_t) :: status
+      problem = box()
+      call stepper%prepare(problem%system, integrator_settings_t(), status)
+      state = problem%start
+      state%q = 1.001_wp*state%q
+      call stepper%step(problem%system, state, 0.01_wp, status)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT)
+      if (allocated(error)) return
+      state = problem%start
+      state%p = state%p + state%q
+      call stepper%step(problem%system, state, 0.01_wp, status)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT)
+   end subroutine states_off_the_constraints_are_refused
+
+   subroutine projection_cannot_be_left_out(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(reduced_t) :: stepper
+      type(status_t) :: status
+      problem = box()
+      call stepper%prepare(problem%system, integrator_settings_t(projection=.false.), status)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT)
+   end subroutine projection_cannot_be_left_out
+
+end module test_reduced
