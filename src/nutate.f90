@@ -33,12 +33,15 @@ module nutate
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, potential_energy, &
       space_momentum, total_energy
+   use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: long, pi, wp
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
-      quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, rotate_to_space, rotation_matrix
+      quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
+      rotate_to_space, rotation_matrix
    use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NOT_CONVERGED, &

@@ -12,6 +12,7 @@ program unit
    use test_discrete_states, only: collect_discrete_states
    use test_euler, only: collect_euler
    use test_hamiltonian, only: collect_hamiltonian
+   use test_history, only: collect_history
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
    use test_quaternion, only: collect_quaternion
@@ -67,6 +68,7 @@ contains
          new_testsuite("discrete_states", collect_discrete_states), &
          new_testsuite("euler", collect_euler), &
          new_testsuite("hamiltonian", collect_hamiltonian), &
+         new_testsuite("history", collect_history), &
          new_testsuite("literature", collect_literature), &
          new_testsuite("paper", collect_paper), &
          new_testsuite("quaternion", collect_quaternion), &

@@ -201,7 +201,8 @@ contains
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
-      call run(box(), run_plan_t(time_step=0.01_wp, end_time=1.0_wp, max_steps=7_long), recorder, state, summary, status)
+      call run(box(), run_plan_t(time_step=0.01_wp, end_time=1.0_wp, max_steps=7_long), recorder, state, summary, &
+               status)
       call check(error, status%code, NUTATE_STEP_LIMIT)
       if (allocated(error)) return
       call check_close(error, [recorder%times(recorder%rows), state%t], [0.07_wp, 0.07_wp], eps, "last row")

@@ -9,17 +9,17 @@ module nutate_invariants
    implicit none
    private
 
-   public :: invariants_t, conserved_momentum, NO_COMPONENT, ALONG_AXIS, ALL_COMPONENTS
+   public :: invariants_t, conserved_momentum, NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
 
-   !> Which components of the space momentum are conserved.
-   integer, parameter :: NO_COMPONENT = 0, ALONG_AXIS = 1, ALL_COMPONENTS = 3
+   !> Which components of the space momentum are conserved; only its length where the attitude is not known.
+   integer, parameter :: NO_COMPONENT = 0, ALONG_AXIS = 1, ONLY_LENGTH = 2, ALL_COMPONENTS = 3
 
    !> Sines below this between two directions are round-off of their input.
    real(wp), parameter :: parallel = 1e-14_wp
 
    !> The invariants of a run: their first values, and the largest departures seen.
    type :: invariants_t
-      !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
+      !> `NO_COMPONENT`, `ALONG_AXIS`, `ONLY_LENGTH` or `ALL_COMPONENTS`.
       integer :: components = ALL_COMPONENTS
       !> Unit vector along the conserved component, space axes; shape (3).
       real(wp) :: axis(3) = 0.0_wp
@@ -51,15 +51,20 @@ module nutate_invariants
 contains
 
    !> Takes the first values from a state.
-   pure subroutine start(self, system, state, inverse_j0)
+   pure subroutine start(self, system, state, inverse_j0, attitude)
       class(invariants_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> 1/J0, kg⁻¹ m⁻²; default 0.
       real(wp), intent(in), optional :: inverse_j0
+      !> The states have an attitude; default `.true.`.
+      logical, intent(in), optional :: attitude
       self%inverse_j0 = 0.0_wp
       if (present(inverse_j0)) self%inverse_j0 = inverse_j0
       call conserved_momentum(system%effects, self%components, self%axis)
+      if (present(attitude)) then
+         if (.not. attitude .and. self%components == ALL_COMPONENTS) self%components = ONLY_LENGTH
+      end if
       self%energy = kinetic_energy(system, state, self%inverse_j0) + potential_energy(system%effects, state%q)
       self%momentum = space_momentum(state)
       self%energy_scale = 0.0_wp
@@ -89,6 +94,8 @@ contains
       self%momentum_scale = max(self%momentum_scale, norm2(self%momentum + change))
       if (self%components == ALL_COMPONENTS) then
          self%worst_momentum = max(self%worst_momentum, norm2(change))
+      else if (self%components == ONLY_LENGTH) then
+         self%worst_momentum = max(self%worst_momentum, abs(norm2(self%momentum + change) - norm2(self%momentum)))
       else if (self%components == ALONG_AXIS) then
          self%worst_momentum = max(self%worst_momentum, abs(dot_product(self%axis, change)))
       end if

@@ -32,6 +32,8 @@ module nutate_effect_list
    contains
       !> Adds a copy of an effect.
       procedure :: add
+      !> True if the motion depends on the attitude.
+      procedure :: needs_attitude
    end type effect_list_t
 
 contains
@@ -50,6 +52,16 @@ contains
          self%rotor_momentum = self%rotor_momentum + effect%momentum
       end select
    end subroutine add
+
+   !> True if there is a potential, or a torque that depends on the attitude.
+   pure logical function needs_attitude(self)
+      class(effect_list_t), intent(in) :: self
+      integer :: i
+      needs_attitude = self%n_potentials > 0
+      do i = 1, self%n_torques
+         if (self%torques(i)%item%needs_attitude()) needs_attitude = .true.
+      end do
+   end function needs_attitude
 
    subroutine add_potential(self, effect)
       class(effect_list_t), intent(inout) :: self

@@ -14,7 +14,7 @@ module nutate_columns
    implicit none
    private
 
-   public :: columns_t, column_set_t, column_sets
+   public :: columns_t, column_set_t, column_sets, need_attitude
 
    !> One set of columns.
    type :: column_set_t
@@ -23,6 +23,9 @@ module nutate_columns
       integer :: width = 0
       !> Their names, comma separated.
       character(len=48) :: headers = ''
+      !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
+      !> anyway.
+      logical :: attitude = .true.
    end type column_set_t
 
    !> Positions in the table.
@@ -33,14 +36,14 @@ module nutate_columns
    type(column_set_t), parameter :: column_sets(10) = [ &
       column_set_t('quaternion', 4, 'q0,q1,q2,q3'), &
       column_set_t('conjugate_momentum', 4, 'p0,p1,p2,p3'), &
-      column_set_t('angular_velocity', 3, 'omega1,omega2,omega3'), &
+      column_set_t('angular_velocity', 3, 'omega1,omega2,omega3', attitude=.false.), &
       column_set_t('angular_velocity_space', 3, 'omega_x,omega_y,omega_z'), &
-      column_set_t('angular_momentum', 3, 'L1,L2,L3'), &
+      column_set_t('angular_momentum', 3, 'L1,L2,L3', attitude=.false.), &
       column_set_t('angular_momentum_space', 3, 'l_x,l_y,l_z'), &
       column_set_t('euler', 3, 'phi,theta,psi'), &
-      column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual'), &
+      column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual', attitude=.false.), &
       column_set_t('constraints', 2, 'norm_error,orthogonality'), &
-      column_set_t('solver', 2, 'iterations,step_residual')]
+      column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.)]
 
    !> What several sets share, and what is remembered from earlier states.
    type :: shared_t
@@ -78,6 +81,13 @@ module nutate_columns
    end type columns_t
 
 contains
+
+   !> True if one of the named sets depends on the attitude.
+   pure logical function need_attitude(names)
+      character(len=*), intent(in) :: names(:)
+      integer :: i
+      need_attitude = any([(any(names == column_sets(i)%name) .and. column_sets(i)%attitude, i=1, size(column_sets))])
+   end function need_attitude
 
    !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table.
    subroutine choose(self, names, status)

@@ -4,6 +4,7 @@
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
+   use nutate_columns, only: need_attitude
    use nutate_keys, only: group_t, group_kind_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
@@ -148,6 +149,8 @@ contains
       if (error%raised) return
       call check_motion(scene%system, omega, scene%plan, first_group(scene%groups, 'initial'), group, error)
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
+      if (error%raised) return
+      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. need_attitude(scene%output%columns)
    end subroutine build_scene
 
    !> The first group of a name; one without keys where there is none.

@@ -9,7 +9,7 @@ module nutate_methods
    implicit none
    private
 
-   public :: method_t, methods, make_stepper
+   public :: method_t, methods, make_stepper, equations_of
 
    !> One method, as scene files and messages speak of it.
    type :: method_t
@@ -33,7 +33,22 @@ module nutate_methods
 
 contains
 
-   !> A stepper of the method that the settings name, prepared for a system.
+   !> What a step of these settings solves, in words.
+   pure function equations_of(settings) result(text)
+      type(integrator_settings_t), intent(in) :: settings
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(methods)
+         if (methods(i)%name == settings%method .and. methods(i)%linear_solver == settings%linear_solver .and. &
+             methods(i)%order == settings%order) text = trim(methods(i)%equations)
+      end do
+      if (.not. settings%attitude) &
+         text = '3 equations for the body momentum; nothing depends on the attitude, which is left out'
+   end function equations_of
+
+   !> A stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced form,
+   !> whichever the solver: the body momentum has three equations.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's `prepare`.
    subroutine make_stepper(system, settings, stepper, status)
@@ -47,7 +62,7 @@ contains
                        'method')
          return
       end if
-      if (settings%linear_solver == 'reduced') then
+      if (settings%linear_solver == 'reduced' .or. .not. settings%attitude) then
          allocate (reduced_t :: stepper)
       else
          allocate (nielsen_krenk_t :: stepper)

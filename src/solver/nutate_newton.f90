@@ -4,7 +4,7 @@ module nutate_newton
    implicit none
    private
 
-   public :: degree, too_slow, has_converged, remember
+   public :: degree, too_slow, has_converged, remember, continue_steps
 
    !> The first guess continues the increments of earlier steps by a polynomial of this degree.
    integer, parameter :: degree = 3
@@ -32,24 +32,44 @@ contains
       end if
    end function has_converged
 
-   !> Puts the unknowns of a step and their backward differences in place of the last step's. The sum of the differences
-   !> known is the guess for the next step.
-   pure subroutine remember(z, differences, known)
+   !> Puts the unknowns of a step and their backward differences in place of the last step's.
+   pure subroutine remember(n, z, differences, known)
+      !> Number of unknowns.
+      integer, intent(in) :: n
       !> Unknowns of the step just done; shape (n).
-      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: z(n)
       !> z and its backward differences of order 1 to `degree`; shape (n, 0:degree).
-      real(wp), intent(inout) :: differences(:, 0:)
+      real(wp), intent(inout) :: differences(n, 0:degree)
       !> How many of the columns are known.
       integer, intent(inout) :: known
-      real(wp) :: new(size(z)), old(size(z))
-      integer :: k
+      real(wp) :: new, old
+      integer :: i, k
       known = min(known + 1, degree + 1)
-      new = z
-      do k = 0, known - 1
-         old = differences(:, k)
-         differences(:, k) = new
-         new = new - old
+      do i = 1, n
+         new = z(i)
+         do k = 0, known - 1
+            old = differences(i, k)
+            differences(i, k) = new
+            new = new - old
+         end do
       end do
    end subroutine remember
+
+   !> The guess for the next step: the polynomial through the last ones, which is the sum of the differences.
+   pure subroutine continue_steps(n, differences, known, z)
+      !> Number of unknowns.
+      integer, intent(in) :: n
+      !> From `remember`; shape (n, 0:degree).
+      real(wp), intent(in) :: differences(n, 0:degree)
+      !> How many of the columns are known, at least 1.
+      integer, intent(in) :: known
+      !> Shape (n).
+      real(wp), intent(out) :: z(n)
+      integer :: k
+      z = differences(:, 0)
+      do k = 1, known - 1
+         z = z + differences(:, k)
+      end do
+   end subroutine continue_steps
 
 end module nutate_newton

@@ -8,7 +8,7 @@ module nutate_nielsen_krenk
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
-   use nutate_newton, only: degree, has_converged, remember, too_slow
+   use nutate_newton, only: continue_steps, degree, has_converged, remember, too_slow
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
@@ -110,7 +110,7 @@ contains
       state%t = state%t + dt
       if (dt /= self%last_dt) self%known = 0
       self%last_dt = dt
-      call remember(z, self%differences, self%known)
+      call remember(8, z, self%differences, self%known)
       if (self%iterations > many) self%inverse_dt = 0.0_wp
    end subroutine accept
 
@@ -123,10 +123,11 @@ contains
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
       real(wp), intent(in) :: dt, decisive
+      real(wp), parameter :: at_start(8) = 0.0_wp
       real(wp) :: size, old, s(4), a(4)
       size = maxval(abs(state%p))
       if (self%equations%forces%active) then
-         a = self%equations%mean_rate(spread(0.0_wp, 1, 8))
+         a = self%equations%mean_rate(at_start)
          call self%equations%forces%evaluate(system%effects, self%equations%x0, self%equations%x0, 0.5_wp*a(2:4), s)
          size = max(size, 2*abs(dt)*maxval(abs(s)))
       end if
@@ -151,7 +152,7 @@ contains
       else if (dt /= self%last_dt) then
          z = (dt/self%last_dt)*self%differences(:, 0)
       else
-         z = sum(self%differences(:, 0:self%known - 1), 2)
+         call continue_steps(8, self%differences, self%known, z)
       end if
    end subroutine guess
 
@@ -162,7 +163,7 @@ contains
       real(wp), intent(inout) :: z(8)
       type(status_t), intent(inout) :: status
       real(wp) :: r(8), d(8), change, previous, length
-      integer :: k
+      integer :: j, k
 
       previous = huge(1.0_wp)
       do k = 1, self%settings%max_iterations
@@ -172,7 +173,10 @@ contains
             if (status%code /= 0) return
          end if
          call self%equations%residual(system, z, r)
-         d = matmul(self%inverse, r)
+         d = self%inverse(:, 1)*r(1)
+         do j = 2, 8
+            d = d + self%inverse(:, j)*r(j)
+         end do
          z = z - d
          change = maxval(abs(d))
          length = maxval(abs(z))

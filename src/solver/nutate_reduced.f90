@@ -5,7 +5,7 @@
 module nutate_reduced
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
-   use nutate_newton, only: degree, has_converged, remember, too_slow
+   use nutate_newton, only: continue_steps, degree, has_converged, remember, too_slow
    use nutate_quaternion, only: cross, quat_product
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t, add_increment
@@ -90,7 +90,7 @@ contains
       if (self%is_part) decisive = self%whole_middle
       call self%equations%start(system, state, decisive)
       if (self%known > 0) then
-         b = sum(self%differences(:, 0:self%known - 1), 2)
+         call continue_steps(3, self%differences, self%known, b)
       else
          b = matmul(self%equations%to_turn, self%equations%momentum - self%equations%rotor)
       end if
@@ -138,7 +138,7 @@ contains
       end if
       call add_increment(state%p, state%p_carry, 2*quat_product(self%equations%frame, push))
       state%t = state%t + dt
-      call remember(b, self%differences, self%known)
+      call remember(3, b, self%differences, self%known)
       if (self%iterations > many) self%fresh = .false.
    end subroutine accept
 

@@ -117,19 +117,19 @@ contains
       if (.not. status%ok()) return
       n_steps = count_steps(state%t, plan)
       call observer%observe(system, state, record, status)
-      do while (status%ok() .and. summary%steps < n_steps)
+      do while (status%code == 0 .and. summary%steps < n_steps)
          if (summary%parts >= plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
             exit
          end if
          call advance(system, stepper, state, plan, progress, summary, record, summary%steps + 1 == n_steps, status)
-         if (.not. status%ok()) exit
+         if (status%code /= 0) exit
          if (observer%sees_every_step) call observer%watch(state)
          if (modulo(summary%steps, plan%every) == 0 .or. summary%steps == n_steps) then
             record%work = sum(summary%work)
             call observer%observe(system, state, record, status)
          end if
-         if (modulo(summary%steps, poll_every) == 0 .and. status%ok()) &
+         if (modulo(summary%steps, poll_every) == 0 .and. status%code == 0) &
             call observer%poll(real(summary%steps, wp)/real(n_steps, wp), status)
       end do
    end subroutine integrate
@@ -199,7 +199,8 @@ contains
       type(run_summary_t), intent(inout) :: summary
       type(run_record_t), intent(inout) :: record
       logical, intent(in) :: is_last
-      type(status_t), intent(out) :: status
+      !> Success on entry: what is passed down is not set to success again in every call.
+      type(status_t), intent(inout) :: status
       real(wp) :: t_end, margin, length
       logical :: cut
 
@@ -216,12 +217,12 @@ contains
                call travel(system, stepper, state, next - state%t, next, progress, summary, record, cut, status)
          end associate
          progress%next_break = progress%next_break + 1
-         if (.not. status%ok()) return
+         if (status%code /= 0) return
       end do
       length = t_end - state%t
       if (abs(length - plan%time_step) <= margin) length = plan%time_step
       call travel(system, stepper, state, length, t_end, progress, summary, record, cut, status)
-      if (.not. status%ok()) return
+      if (status%code /= 0) return
       summary%steps = summary%steps + 1
       if (cut) summary%cut_steps = summary%cut_steps + 1
       summary%iterations = summary%iterations + record%iterations
@@ -229,7 +230,7 @@ contains
       record%step = summary%steps
    end subroutine advance
 
-   !> Moves the state by `length` to the time `t_end`, in halves, quarters, ... where a step of that length fails.
+   !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
    subroutine travel(system, stepper, state, length, t_end, progress, summary, record, cut, status)
       type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
@@ -239,34 +240,74 @@ contains
       type(run_summary_t), intent(inout) :: summary
       type(run_record_t), intent(inout) :: record
       logical, intent(inout) :: cut
-      type(status_t), intent(out) :: status
-      integer :: level, done, i
+      type(status_t), intent(inout) :: status
+
+      call stepper%step(system, state, length, status)
+      if (status%code == 0) then
+         call count_part(stepper, progress, summary, record)
+      else
+         record%iterations = record%iterations + stepper%iterations
+         call travel_in_parts(system, stepper, state, length, progress, summary, record, cut, status)
+         if (status%code /= 0) return
+      end if
+      state%t = t_end
+   end subroutine travel
+
+   !> Moves the state by `length` in halves, quarters, ..., whatever part of it does not fail.
+   subroutine travel_in_parts(system, stepper, state, length, progress, summary, record, cut, status)
+      type(system_t), intent(in) :: system
+      class(stepper_t), intent(inout) :: stepper
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: length
+      type(progress_t), intent(inout) :: progress
+      type(run_summary_t), intent(inout) :: summary
+      type(run_record_t), intent(inout) :: record
+      logical, intent(inout) :: cut
+      !> On entry: why the step failed in one piece.
+      type(status_t), intent(inout) :: status
+      integer :: level, done
+      character(len=12) :: parts
       real(wp) :: t_start
 
       t_start = state%t
       level = 0
       done = 0
-      do while (done < 2**level)
-         call stepper%step(system, state, length/2**level, status)
-         record%iterations = record%iterations + stepper%iterations
-         if (status%ok()) then
+      do
+         if (status%code == 0) then
             done = done + 1
             state%t = t_start + length*(real(done, wp)/2**level)
-            summary%parts = summary%parts + 1
-            record%residual = max(record%residual, stepper%residual)
-            do i = 1, size(summary%work)
-               call add_increment(summary%work(i), progress%work_carry(i), stepper%work(i))
-            end do
+            call count_part(stepper, progress, summary, record)
+            if (done == 2**level) return
          else
-            if (level == deepest_cut .or. &
-                all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
+            if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
+            if (level == deepest_cut) then
+               write (parts, '(i0)') 2**deepest_cut
+               status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
+               return
+            end if
             cut = .true.
             level = level + 1
             done = 2*done
          end if
+         call stepper%step(system, state, length/2**level, status)
+         if (status%code /= 0) record%iterations = record%iterations + stepper%iterations
       end do
-      state%t = t_end
-   end subroutine travel
+   end subroutine travel_in_parts
+
+   !> Accounts for a step of the method that succeeded.
+   subroutine count_part(stepper, progress, summary, record)
+      class(stepper_t), intent(in) :: stepper
+      type(progress_t), intent(inout) :: progress
+      type(run_summary_t), intent(inout) :: summary
+      type(run_record_t), intent(inout) :: record
+      integer :: i
+      summary%parts = summary%parts + 1
+      record%iterations = record%iterations + stepper%iterations
+      record%residual = max(record%residual, stepper%residual)
+      do i = 1, size(stepper%work)
+         call add_increment(summary%work(i), progress%work_carry(i), stepper%work(i))
+      end do
+   end subroutine count_part
 
    !> Does nothing.
    subroutine ignore_poll(self, fraction, status)

@@ -1,0 +1,38 @@
+!> The command line program: finds out what is wanted, has it done, and ends with the right exit code.
+program main
+   use nutate_check_command, only: check_command
+   use nutate_cli, only: argument_t, command_t, get_arguments, parse_arguments
+   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT
+   use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
+   use nutate_help, only: help_page
+   use nutate_run_command, only: run_command
+   use nutate_version, only: version
+   implicit none
+   type(argument_t), allocatable :: arguments(:)
+   type(command_t) :: command
+   type(page_t) :: page
+   integer :: exit_code
+
+   call prepare_process()
+   call get_arguments(arguments)
+   call parse_arguments(arguments, command)
+   if (allocated(command%error)) then
+      call say_error('nutate: '//command%error)
+      stop EXIT_INPUT, quiet=.true.
+   end if
+   select case (command%verb)
+   case ('run')
+      call run_command(command, exit_code)
+   case ('check')
+      call check_command(command, exit_code)
+   case ('help')
+      call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
+   case ('version')
+      call page%line('nutate '//version)
+      call show_page(page, STANDARD_OUTPUT, exit_code)
+   case default
+      call show_page(help_page(''), STANDARD_ERROR, exit_code)
+      exit_code = EXIT_INPUT
+   end select
+   if (exit_code /= 0) stop exit_code, quiet=.true.
+end program main

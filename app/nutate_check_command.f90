@@ -1,0 +1,227 @@
+!> `nutate check SCENE`: says what would be simulated and writes nothing.
+module nutate_check_command
+   use nutate_attitude, only: axis_angle_from_quat
+   use nutate_body, only: body_t, diagonal
+   use nutate_cli, only: command_t
+   use nutate_columns, only: columns_t
+   use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_decimal, only: rounded_text
+   use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_files, only: STANDARD_OUTPUT
+   use nutate_hamiltonian, only: angular_velocity, kinetic_energy, potential_energy, space_momentum
+   use nutate_invariants, only: invariants_t
+   use nutate_keys, only: group_t, key_t, KEY_REAL
+   use nutate_kinds, only: wp, long
+   use nutate_methods, only: equations_of, make_stepper
+   use nutate_notes, only: note_t, scene_notes
+   use nutate_printable, only: printable_path
+   use nutate_run, only: count_steps
+   use nutate_scene, only: scene_t
+   use nutate_scene_loading, only: load_scene
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_summary, only: kept_momentum
+   implicit none
+   private
+
+   public :: check_command
+
+   !> Characters that a number takes in a history, its comma included; for the estimate of the file's size.
+   real(wp), parameter :: usual_field = 19.0_wp
+
+contains
+
+   !> Reads a scene as `run` would and says what it asks for.
+   subroutine check_command(command, exit_code)
+      type(command_t), intent(in) :: command
+      integer, intent(out) :: exit_code
+      type(scene_t) :: scene
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      type(page_t) :: page
+
+      call load_scene(command, scene, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      call make_stepper(scene%system, scene%integrator, stepper, status)
+      if (.not. status%ok()) then
+         call say_error(printable_path(scene%file)//': '//trim(status%message))
+         exit_code = EXIT_INPUT
+         return
+      end if
+      call page%line(printable_path(scene%file)//': '//scene%title)
+      call add_body(page, scene)
+      call add_start(page, scene)
+      call add_effects(page, scene)
+      call add_method(page, scene)
+      call add_invariants(page, scene)
+      call add_output(page, scene)
+      call add_notes(page, scene)
+      call show_page(page, STANDARD_OUTPUT, exit_code)
+   end subroutine check_command
+
+   subroutine add_body(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      call page%line('body')
+      associate (body => scene%system%body)
+         if (scene%shape /= '') call page%item('shape', scene%shape)
+         call page%item('principal moments', vector_text(body%moments)//' kg m^2, about the reference point')
+         if (any(abs(body%axes - diagonal([1.0_wp, 1.0_wp, 1.0_wp])) > 0.0_wp)) then
+            do i = 1, 3
+               call page%item('  axis '//count_text(int(i, long)), vector_text(body%axes(:, i)))
+            end do
+         end if
+         if (body%has_mass) call page%item('mass', rounded_text(body%mass)//' kg')
+         call page%item('centre of mass', vector_text(body%center_of_mass)//' m')
+      end associate
+   end subroutine add_body
+
+   subroutine add_start(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      real(wp) :: axis(3), angle, omega(3), kinetic, potential
+      call page%line('start')
+      associate (system => scene%system, state => scene%initial)
+         call axis_angle_from_quat(state%q, axis, angle)
+         call page%item('attitude', 'q = '//vector_text(state%q))
+         if (angle > 0.0_wp) call page%item('', 'turned by '//rounded_text(angle)//' rad about '//vector_text(axis))
+         omega = angular_velocity(system, state)
+         call page%item('angular velocity', vector_text(omega)//' rad/s in body axes, '// &
+                        rounded_text(norm2(omega))//' rad/s in all')
+         call page%item('angular momentum', vector_text(space_momentum(state))//' N m s in space axes')
+         kinetic = kinetic_energy(system, state, scene%integrator%inverse_auxiliary_inertia)
+         potential = potential_energy(system%effects, state%q)
+         call page%item('energy', rounded_text(kinetic + potential)//' J: kinetic '//rounded_text(kinetic)// &
+                        ', potential '//rounded_text(potential))
+      end associate
+   end subroutine add_start
+
+   !> Every active effect, as the scene gives it; nothing else is simulated.
+   subroutine add_effects(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(effect_kind_t), allocatable :: kinds(:)
+      logical :: is_free
+      integer :: i, k
+
+      call page%line('effects')
+      allocate (kinds, source=effect_kinds())
+      is_free = .true.
+      do i = 1, size(scene%groups)
+         do k = 1, size(kinds)
+            if (kinds(k)%group%name /= scene%groups(i)%name) cycle
+            call page%item(trim(scene%groups(i)%name), settings_text(scene%groups(i), kinds(k)%group%keys))
+            is_free = .false.
+         end do
+      end do
+      if (is_free) call page%item('none', 'the body is free')
+   end subroutine add_effects
+
+   !> The settings of a group: `key = values; key = values`.
+   pure function settings_text(group, keys) result(text)
+      type(group_t), intent(in) :: group
+      !> The keys that it may have.
+      type(key_t), intent(in) :: keys(:)
+      character(len=:), allocatable :: text
+      integer :: k
+      text = ''
+      do k = 1, size(keys)
+         if (.not. group%has(trim(keys(k)%name)) .or. keys(k)%kind /= KEY_REAL) cycle
+         if (text /= '') text = text//'; '
+         text = text//trim(keys(k)%name)//' = '// &
+                vector_text(group%vector(trim(keys(k)%name), spread(0.0_wp, 1, group%count_of(trim(keys(k)%name)))))
+      end do
+      if (text == '') text = 'default values'
+   end function settings_text
+
+   subroutine add_method(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      real(wp) :: turn
+      call page%line('integration')
+      associate (settings => scene%integrator, plan => scene%plan)
+         call page%item('method', trim(settings%method)//' of order '//count_text(int(settings%order, long)))
+         call page%item('in each step', equations_of(settings))
+         if (settings%inverse_auxiliary_inertia > 0.0_wp) then
+            call page%item('auxiliary inertia', rounded_text(1/settings%inverse_auxiliary_inertia)//' kg m^2')
+         else
+            call page%item('auxiliary inertia', 'infinite')
+         end if
+         if (.not. settings%projection) call page%item('projection', 'switched off')
+         call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &
+                        rounded_text(plan%time_step)//' s, to t = '//rounded_text(plan%end_time)//' s')
+         turn = abs(plan%time_step)*norm2(angular_velocity(scene%system, scene%initial))
+         call page%item('turn in a step', rounded_text(turn, 3)//' rad at the start')
+      end associate
+   end subroutine add_method
+
+   !> What the run should keep.
+   subroutine add_invariants(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(invariants_t) :: invariants
+      call invariants%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
+                            scene%integrator%attitude)
+      call page%line('invariants')
+      if (scene%system%effects%n_torques > 0) then
+         call page%item('energy', 'changes by the work of the torques alone')
+      else
+         call page%item('energy', 'conserved')
+      end if
+      call page%item('space momentum', kept_momentum(invariants))
+      if (.not. scene%integrator%attitude) then
+         call page%item('constraints', 'none: the attitude is left out')
+      else if (scene%integrator%projection) then
+         call page%item('constraints', 'unit norm of q, and q.p = 0')
+      else
+         call page%item('constraints', 'not kept without projection')
+      end if
+   end subroutine add_invariants
+
+   subroutine add_output(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(columns_t) :: columns
+      type(status_t) :: status
+      integer(long) :: n, rows
+      call page%line('output')
+      call columns%choose(scene%output%columns, status)
+      n = count_steps(scene%initial%t, scene%plan)
+      rows = 1 + n/scene%plan%every + min(modulo(n, scene%plan%every), 1_long)
+      call page%item('file', printable_path(scene%output%file)//', about '// &
+                     size_text(usual_field*real(rows, wp)*real(columns%width, wp)))
+      if (scene%plan%every == 1) then
+         call page%item('rows', count_text(rows)//', one for each step')
+      else
+         call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
+      end if
+      if (status%ok()) call page%item('columns', columns%header())
+   end subroutine add_output
+
+   !> A number of bytes for people.
+   pure function size_text(bytes) result(text)
+      real(wp), intent(in) :: bytes
+      character(len=:), allocatable :: text
+      if (bytes < 1e6_wp) then
+         text = rounded_text(max(1.0_wp, anint(bytes/1e3_wp)), 2)//' kB'
+      else if (bytes < 1e9_wp) then
+         text = rounded_text(bytes/1e6_wp, 2)//' MB'
+      else
+         text = rounded_text(bytes/1e9_wp, 2)//' GB'
+      end if
+   end function size_text
+
+   subroutine add_notes(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable :: notes(:)
+      integer :: i
+      call scene_notes(scene, notes)
+      if (size(notes) > 0) call page%line('notes')
+      do i = 1, size(notes)
+         call page%line('  '//notes(i)%text)
+      end do
+   end subroutine add_notes
+
+end module nutate_check_command

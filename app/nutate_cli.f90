@@ -1,0 +1,255 @@
+!> The command line: which commands and options there are, and what the arguments ask for.
+module nutate_cli
+   use nutate_kinds, only: long
+   use nutate_printable, only: quoted
+   use nutate_spelling, only: is_listed, nearest_name
+   implicit none
+   private
+
+   public :: argument_t, command_t, option_t, verb_t, options, verbs, get_arguments, parse_arguments
+
+   !> One word of the command line.
+   type :: argument_t
+      character(len=:), allocatable :: text
+   end type argument_t
+
+   !> One command.
+   type :: verb_t
+      character(len=8) :: name
+      !> What it does, in one line.
+      character(len=72) :: purpose
+   end type verb_t
+
+   !> All commands.
+   type(verb_t), parameter :: verbs(2) = [ &
+      verb_t('run', 'simulate a scene and write its history as CSV'), &
+      verb_t('check', 'say what would be simulated; write nothing')]
+
+   !> One option.
+   type :: option_t
+      character(len=12) :: name
+      !> What its value stands for; blank for an option without value.
+      character(len=16) :: placeholder
+      !> Commands that know it, comma separated; blank for one that stands for itself.
+      character(len=16) :: verbs
+      character(len=80) :: purpose
+   end type option_t
+
+   !> All options.
+   type(option_t), parameter :: options(6) = [ &
+      option_t('--output', 'FILE', 'run', 'where to write the history; - is standard output'), &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check', 'override a value of the scene; may be given several times'), &
+      option_t('--quiet', '', 'run', 'no progress bar and no summary; errors are still shown'), &
+      option_t('--max-steps', 'N', 'run', 'end a run that needs more than N steps, with exit status 3'), &
+      option_t('--help', '', 'run,check', 'show this help'), &
+      option_t('--version', '', '', 'show the version')]
+
+   !> What the arguments ask for.
+   type :: command_t
+      !> Name of a command, `help` or `version`; blank where there are no arguments.
+      character(len=8) :: verb = ''
+      !> The command that help is wanted on; blank for the program.
+      character(len=8) :: topic = ''
+      character(len=:), allocatable :: scene
+      !> Where to write; not allocated where the scene decides.
+      character(len=:), allocatable :: output
+      !> `GROUP.KEY=VALUE`, in order; shape (number of overrides).
+      character(len=:), allocatable :: overrides(:)
+      logical :: quiet = .false.
+      integer(long) :: max_steps = huge(1_long)
+      !> What is wrong with the arguments; not allocated if nothing is.
+      character(len=:), allocatable :: error
+   end type command_t
+
+contains
+
+   !> The arguments of the program.
+   subroutine get_arguments(arguments)
+      type(argument_t), allocatable, intent(out) :: arguments(:)
+      integer :: i, length
+      allocate (arguments(command_argument_count()))
+      do i = 1, size(arguments)
+         call get_command_argument(i, length=length)
+         allocate (character(len=length) :: arguments(i)%text)
+         if (length > 0) call get_command_argument(i, arguments(i)%text)
+      end do
+   end subroutine get_arguments
+
+   !> What the arguments ask for. The first error is reported in `command%error`.
+   subroutine parse_arguments(arguments, command)
+      type(argument_t), intent(in) :: arguments(:)
+      type(command_t), intent(out) :: command
+      logical :: given(size(options)), is_word(size(arguments))
+      integer :: i, width
+
+      width = longest(arguments)
+      allocate (character(len=width) :: command%overrides(0))
+      given = .false.
+      is_word = .false.
+      i = 1
+      do while (i <= size(arguments) .and. .not. allocated(command%error))
+         if (arguments(i)%text == '--') then
+            is_word(i + 1:) = .true.
+            exit
+         end if
+         if (index(arguments(i)%text, '-') == 1 .and. len(arguments(i)%text) > 1) then
+            call take_option(arguments, i, given, command)
+         else
+            is_word(i) = .true.
+         end if
+         i = i + 1
+      end do
+      if (allocated(command%error)) return
+      if (given(option_number('--version'))) then
+         command%verb = 'version'
+      else if (size(arguments) > 0) then
+         call take_words(pack(arguments, is_word), given, command)
+      end if
+   end subroutine parse_arguments
+
+   !> Length of the longest argument.
+   pure integer function longest(arguments)
+      type(argument_t), intent(in) :: arguments(:)
+      integer :: i
+      longest = 0
+      do i = 1, size(arguments)
+         longest = max(longest, len(arguments(i)%text))
+      end do
+   end function longest
+
+   !> Position of an option in the table; 0 for one that is not there.
+   pure integer function option_number(name)
+      character(len=*), intent(in) :: name
+      option_number = 0
+      if (len(name) <= len(options%name)) option_number = findloc(options%name, name, dim=1)
+   end function option_number
+
+   !> Takes an option, `--name=value` or `--name value`, and moves on over a value that stands apart.
+   subroutine take_option(arguments, i, given, command)
+      type(argument_t), intent(in) :: arguments(:)
+      !> Position of the option; on return that of the last word taken.
+      integer, intent(inout) :: i
+      !> Which options have been given; shape (number of options).
+      logical, intent(inout) :: given(:)
+      type(command_t), intent(inout) :: command
+      character(len=:), allocatable :: name, value
+      integer :: equals, n
+      logical :: has_value
+
+      equals = index(arguments(i)%text, '=')
+      has_value = equals > 0
+      name = arguments(i)%text
+      value = ''
+      if (has_value) value = name(equals + 1:)
+      if (has_value) name = name(1:equals - 1)
+      if (name == '-h') name = '--help'
+      n = option_number(name)
+      if (n == 0) then
+         command%error = 'unknown option '//quoted(name)//hint(nearest_name(name, options%name))
+      else if (options(n)%placeholder == '') then
+         if (has_value) command%error = name//' takes no value'
+      else if (.not. has_value) then
+         if (i < size(arguments)) then
+            i = i + 1
+            value = arguments(i)%text
+         else
+            command%error = name//' needs a value ('//name//' '//trim(options(n)%placeholder)//')'
+         end if
+      end if
+      if (allocated(command%error)) return
+      if (given(n) .and. options(n)%placeholder /= '' .and. name /= '--set') command%error = name//' is given twice'
+      given(n) = .true.
+      call take_value(name, value, command)
+   end subroutine take_option
+
+   !> Notes the value of an option.
+   subroutine take_value(name, value, command)
+      character(len=*), intent(in) :: name, value
+      type(command_t), intent(inout) :: command
+      integer :: iostat
+      select case (name)
+      case ('--output')
+         command%output = value
+         if (value == '') command%error = '--output needs the name of a file, or - for standard output'
+      case ('--set')
+         command%overrides = [character(len=len(command%overrides)) :: command%overrides, value]
+      case ('--quiet')
+         command%quiet = .true.
+      case ('--max-steps')
+         iostat = 1
+         if (verify(value, '0123456789') == 0 .and. value /= '' .and. len(value) <= 18) &
+            read (value, *, iostat=iostat) command%max_steps
+         if (iostat /= 0 .or. command%max_steps < 1) &
+            command%error = '--max-steps '//quoted(value)//' is not a number of steps (expected 1, 2, ...)'
+      case default
+         ! An option whose mention is all there is to it.
+         continue
+      end select
+   end subroutine take_value
+
+   !> Takes the words that are no options: the command, which may be left out, and the scene.
+   subroutine take_words(words, given, command)
+      type(argument_t), intent(in) :: words(:)
+      !> Which options have been given; shape (number of options).
+      logical, intent(in) :: given(:)
+      type(command_t), intent(inout) :: command
+      integer :: first
+
+      first = 1
+      command%verb = 'run'
+      if (size(words) > 0) then
+         if (any(verbs%name == words(1)%text)) then
+            command%verb = words(1)%text
+            command%topic = command%verb
+            first = 2
+         else if (.not. looks_like_scene(words(1)%text)) then
+            command%error = 'unknown command '//quoted(words(1)%text)//hint(nearest_name(words(1)%text, verbs%name))
+            return
+         end if
+      end if
+      if (given(option_number('--help'))) then
+         command%verb = 'help'
+         return
+      end if
+      call check_options(given, command)
+      if (allocated(command%error)) return
+      if (size(words) < first) then
+         command%error = 'there is no scene (expected nutate '//trim(command%verb)//' SCENE)'
+      else if (size(words) > first) then
+         command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one scene)'
+      else
+         command%scene = words(first)%text
+      end if
+   end subroutine take_words
+
+   !> True for a file that exists and for anything that is written like a path.
+   logical function looks_like_scene(word)
+      character(len=*), intent(in) :: word
+      looks_like_scene = scan(word, './') > 0
+      if (.not. looks_like_scene .and. word /= '') inquire (file=word, exist=looks_like_scene)
+   end function looks_like_scene
+
+   !> Every option given must belong to the command.
+   subroutine check_options(given, command)
+      logical, intent(in) :: given(:)
+      type(command_t), intent(inout) :: command
+      integer :: i
+      do i = 1, size(options)
+         if (given(i) .and. .not. is_listed(command%verb, trim(options(i)%verbs))) then
+            command%error = 'nutate '//trim(command%verb)//' has no option '//trim(options(i)%name)// &
+                            ' (see nutate '//trim(command%verb)//' --help)'
+            return
+         end if
+      end do
+   end subroutine check_options
+
+   !> What to try instead of an unknown name.
+   pure function hint(nearest) result(text)
+      !> Blank if there is none.
+      character(len=*), intent(in) :: nearest
+      character(len=:), allocatable :: text
+      text = ' (see nutate --help)'
+      if (nearest /= '') text = ' (nearest: '//nearest//')'
+   end function hint
+
+end module nutate_cli

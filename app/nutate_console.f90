@@ -1,0 +1,101 @@
+!> What the program says to people: pages of labelled lines, one-line errors, exit codes.
+module nutate_console
+   use nutate_decimal, only: rounded_text
+   use nutate_files, only: write_text, STANDARD_ERROR, STANDARD_OUTPUT
+   use nutate_kinds, only: wp, long
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: page_t, say_error, show_page, count_text, vector_text, plural
+   public :: EXIT_SUCCESS, EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT
+
+   !> Exit codes: all went well; the command line or the scene is wrong; the run failed half-way; the output cannot
+   !> be written.
+   integer, parameter :: EXIT_SUCCESS = 0, EXIT_INPUT = 2, EXIT_RUN = 3, EXIT_OUTPUT = 4
+   !> Width of the labels' column.
+   integer, parameter :: label_width = 20
+
+   !> Text put together line by line, then shown at once.
+   type :: page_t
+      character(len=:), allocatable :: text
+   contains
+      !> Adds a line.
+      procedure :: line
+      !> Adds a line with a label at its left.
+      procedure :: item
+   end type page_t
+
+contains
+
+   !> Adds a line.
+   subroutine line(self, text)
+      class(page_t), intent(inout) :: self
+      character(len=*), intent(in) :: text
+      if (.not. allocated(self%text)) self%text = ''
+      self%text = self%text//text//new_line('a')
+   end subroutine line
+
+   !> Adds a line with a label at its left.
+   subroutine item(self, label, text)
+      class(page_t), intent(inout) :: self
+      !> Blank for a line that continues the one above.
+      character(len=*), intent(in) :: label, text
+      call self%line('  '//label//repeat(' ', max(label_width - len(label), 2))//text)
+   end subroutine item
+
+   !> Shows a page. On standard output a page that cannot be written is an error; on standard error there is nobody
+   !> to tell.
+   subroutine show_page(page, descriptor, exit_code)
+      type(page_t), intent(in) :: page
+      !> `STANDARD_OUTPUT` or `STANDARD_ERROR`.
+      integer, intent(in) :: descriptor
+      integer, intent(out) :: exit_code
+      type(status_t) :: status
+      exit_code = EXIT_SUCCESS
+      call write_text(descriptor, page%text, status)
+      if (status%ok() .or. descriptor /= STANDARD_OUTPUT) return
+      call say_error('nutate: cannot write to standard output: '//trim(status%message))
+      exit_code = EXIT_OUTPUT
+   end subroutine show_page
+
+   !> Writes one line to standard error.
+   subroutine say_error(text)
+      character(len=*), intent(in) :: text
+      type(status_t) :: status
+      call write_text(STANDARD_ERROR, text//new_line('a'), status)
+   end subroutine say_error
+
+   !> A count as text.
+   pure function count_text(n) result(text)
+      integer(long), intent(in) :: n
+      character(len=:), allocatable :: text
+      character(len=20) :: digits
+      write (digits, '(i0)') n
+      text = trim(digits)
+   end function count_text
+
+   !> A count with its noun: `1 row`, `2 rows`.
+   pure function plural(n, noun) result(text)
+      integer(long), intent(in) :: n
+      character(len=*), intent(in) :: noun
+      character(len=:), allocatable :: text
+      text = count_text(n)//' '//noun
+      if (n /= 1) text = text//'s'
+   end function plural
+
+   !> Numbers rounded for people, comma separated.
+   pure function vector_text(values, digits) result(text)
+      real(wp), intent(in) :: values(:)
+      !> Significant digits; default 6.
+      integer, intent(in), optional :: digits
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(values)
+         if (i > 1) text = text//', '
+         text = text//rounded_text(values(i), digits)
+      end do
+   end function vector_text
+
+end module nutate_console

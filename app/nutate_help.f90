@@ -1,0 +1,84 @@
+!> The help pages, made from the tables of commands, options and columns.
+module nutate_help
+   use nutate_cli, only: options, verbs
+   use nutate_columns, only: column_sets
+   use nutate_console, only: page_t
+   use nutate_spelling, only: is_listed
+   implicit none
+   private
+
+   public :: help_page
+
+contains
+
+   !> The help on a command, or on the program.
+   function help_page(topic) result(page)
+      !> Name of a command; blank for the program.
+      character(len=*), intent(in) :: topic
+      type(page_t) :: page
+      integer :: i
+      if (topic == '') then
+         call add_overview(page)
+         return
+      end if
+      do i = 1, size(verbs)
+         if (verbs(i)%name == topic) call page%line('nutate '//trim(topic)//': '//trim(verbs(i)%purpose))
+      end do
+      call page%line('')
+      call page%line('Usage: nutate '//trim(topic)//' SCENE [options]')
+      call page%line('')
+      call page%line('Options')
+      do i = 1, size(options)
+         if (is_listed(topic, trim(options(i)%verbs))) call add_entry( &
+            page, trim(options(i)%name)//' '//options(i)%placeholder, options(i)%purpose)
+      end do
+      if (topic == 'run') call add_run_notes(page)
+   end function help_page
+
+   subroutine add_overview(page)
+      type(page_t), intent(inout) :: page
+      integer :: i
+      call page%line('nutate: rotation of rigid bodies with quaternions; energy and momentum hold to round-off')
+      call page%line('')
+      call page%line('Usage')
+      do i = 1, size(verbs)
+         call add_entry(page, 'nutate '//trim(verbs(i)%name)//' SCENE', verbs(i)%purpose)
+      end do
+      call add_entry(page, 'nutate SCENE', 'short for nutate run SCENE')
+      call add_entry(page, 'nutate COMMAND --help', 'options of a command')
+      call add_entry(page, 'nutate --help', 'show this help')
+      call add_entry(page, 'nutate --version', 'show the version')
+      call add_exit_codes(page)
+   end subroutine add_overview
+
+   !> What the history is and what it can hold.
+   subroutine add_run_notes(page)
+      type(page_t), intent(inout) :: page
+      integer :: i
+      call page%line('')
+      call page%line('The history is one CSV file, named by the scene unless --output is given. It is written')
+      call page%line('as FILE.partial and renamed when complete; a run that fails leaves its rows in FILE.partial.')
+      call page%line('')
+      call page%line("Columns: t, then the sets asked for by --set ""output.columns='...','...'""")
+      do i = 1, size(column_sets)
+         call add_entry(page, column_sets(i)%name, column_sets(i)%headers)
+      end do
+      call add_exit_codes(page)
+   end subroutine add_run_notes
+
+   subroutine add_exit_codes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('Exit status: 0 success; 2 the command line or the scene is wrong; 3 the run failed half-way;')
+      call page%line('4 the output cannot be written')
+   end subroutine add_exit_codes
+
+   subroutine add_entry(page, name, purpose)
+      type(page_t), intent(inout) :: page
+      character(len=*), intent(in) :: name, purpose
+      character(len=26) :: column
+      column = name
+      call page%line('  '//column//trim(purpose))
+   end subroutine add_entry
+
+end module nutate_help

@@ -1,0 +1,95 @@
+!> What a person should know about a scene before trusting its results.
+module nutate_notes
+   use nutate_body, only: body_t
+   use nutate_decimal, only: rounded_text
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_kinds, only: wp
+   use nutate_scene, only: scene_t
+   implicit none
+   private
+
+   public :: note_t, body_notes, scene_notes
+
+   !> Moments that differ by less than this of their size, but do differ, are worth a note.
+   real(wp), parameter :: nearly_equal = 1e-6_wp
+   !> Cosine of the angle to an axis below which a rotation is not near it.
+   real(wp), parameter :: near_axis = 0.9_wp
+
+   type :: note_t
+      character(len=:), allocatable :: text
+   end type note_t
+
+contains
+
+   !> Notes on the body alone.
+   subroutine body_notes(body, notes)
+      type(body_t), intent(in) :: body
+      type(note_t), allocatable, intent(out) :: notes(:)
+      allocate (notes(0))
+      if (body%breaks_triangle) call add(notes, 'no rigid body has these moments: one exceeds the sum of the other two')
+      if (body%idealised) call add(notes, 'no rigid body has these moments about its centre of mass: an idealised top')
+   end subroutine body_notes
+
+   !> Notes on body, start and step.
+   subroutine scene_notes(scene, notes)
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable, intent(out) :: notes(:)
+      real(wp) :: omega(3), turn
+      call body_notes(scene%system%body, notes)
+      omega = angular_velocity(scene%system, scene%initial)
+      turn = abs(scene%plan%time_step)*norm2(omega)
+      if (turn >= 4.0_wp) then
+         call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
+                  ' rad: steps of 4 rad and more cannot follow a rotation and will be cut')
+      else if (turn >= 1.0_wp) then
+         call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
+                  ' rad: the invariants will hold, the phase will not')
+      end if
+      call note_symmetry(scene%system%body, notes)
+      if (scene%system%effects%n_potentials == 0) call note_instability(scene, omega, notes)
+   end subroutine scene_notes
+
+   !> A body that is symmetric up to what may be rounding of its input.
+   subroutine note_symmetry(body, notes)
+      type(body_t), intent(in) :: body
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      real(wp) :: gaps(3)
+      gaps = abs(body%moments - cshift(body%moments, 1))/maxval(body%moments)
+      if (any(gaps > 0.0_wp .and. gaps < nearly_equal)) call add(notes, 'two moments of inertia differ by only '// &
+         rounded_text(minval(gaps, mask=gaps > 0.0_wp), 3)//' of the largest: nearly symmetric')
+   end subroutine note_symmetry
+
+   !> A free rotation near the axis of middle inertia: perturbations grow as exp(λt), λ² = Ω²(J₂-J₁)(J₃-J₂)/(J₁J₃),
+   !> and a step leaves the true motion where λΔt/2 > 1 - |b|², |b| = Δt|Ω|/4.
+   subroutine note_instability(scene, omega, notes)
+      type(scene_t), intent(in) :: scene
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      real(wp) :: least, middle, most, rate, growth
+      integer :: k
+
+      associate (body => scene%system%body)
+         least = minval(body%moments)
+         most = maxval(body%moments)
+         k = 6 - minloc(body%moments, 1) - maxloc(body%moments, 1)
+         if (k < 1 .or. k > 3) return
+         middle = body%moments(k)
+         rate = norm2(omega)
+         if (abs(dot_product(body%axes(:, k), omega)) <= near_axis*rate) return
+         growth = rate*sqrt((1 - least/middle)*(middle/least)*(1 - middle/most))
+         if (growth <= 1e-3_wp*rate) return
+      end associate
+      call add(notes, 'rotation near the axis of middle inertia: small differences grow tenfold every '// &
+               rounded_text(log(10.0_wp)/growth, 3)//' s')
+      if (0.5_wp*growth*abs(scene%plan%time_step) > 1 - (0.25_wp*rate*scene%plan%time_step)**2) &
+         call add(notes, 'the step is too long to follow this instability and will be cut')
+   end subroutine note_instability
+
+   subroutine add(notes, text)
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      character(len=*), intent(in) :: text
+      notes = [notes, note_t(text)]
+   end subroutine add
+
+end module nutate_notes

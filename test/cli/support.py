@@ -1,0 +1,94 @@
+"""What the tests of the command line share: a folder of their own, scenes, and running the program.
+
+The environment variable NUTATE names the program."""
+import csv
+import os
+import subprocess
+import tempfile
+import unittest
+
+BOX = """&scene title = 'Free box' /
+&body shape = 'box', size = 4.0, 1.0, 2.0, mass = 12.0 /
+&initial angular_velocity = 0.1, 0.0, 10.0 /
+&integrator time_step = 0.01, end_time = 0.5 /
+"""
+
+TOP = """&body inertia = 5.0, 5.0, 1.0, mass = 1.0, center_of_mass = 0.0, 0.0, 1.0 /
+&initial axis = 1.0, 0.0, 0.0, angle = 0.5, angular_velocity = 0.0, 0.0, 50.0 /
+&gravity acceleration = 0.0, 0.0, -20.0 /
+&integrator time_step = 0.005, end_time = 1.0 /
+"""
+
+COLUMNS = {
+    "quaternion": ["q0", "q1", "q2", "q3"],
+    "conjugate_momentum": ["p0", "p1", "p2", "p3"],
+    "angular_velocity": ["omega1", "omega2", "omega3"],
+    "angular_velocity_space": ["omega_x", "omega_y", "omega_z"],
+    "angular_momentum": ["L1", "L2", "L3"],
+    "angular_momentum_space": ["l_x", "l_y", "l_z"],
+    "euler": ["phi", "theta", "psi"],
+    "energy": ["kinetic", "potential", "total", "work", "energy_residual"],
+    "constraints": ["norm_error", "orthogonality"],
+    "solver": ["iterations", "step_residual"],
+}
+
+
+def all_columns():
+    """The value of output.columns that asks for every set, in an order that is not that of the file."""
+    return ",".join(f"'{name}'" for name in reversed(COLUMNS))
+
+
+class CommandLineTest(unittest.TestCase):
+    """Each test works in a folder of its own that holds box.nml and top.nml."""
+
+    def setUp(self):
+        self.program = os.environ["NUTATE"]
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.write("box.nml", BOX)
+        self.write("top.nml", TOP)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def read(self, name):
+        with open(self.path(name), encoding="utf-8", newline="") as file:
+            return file.read()
+
+    def names(self):
+        return sorted(os.listdir(self.folder))
+
+    def nutate(self, *arguments, **options):
+        """Runs the program in the folder; its outcome with stdout and stderr as text."""
+        return subprocess.run([self.program, *arguments], cwd=self.folder, capture_output=True, text=True,
+                              timeout=60, check=False, **options)
+
+    def succeed(self, *arguments, **options):
+        done = self.nutate(*arguments, **options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def fail_with(self, status, *arguments, says=(), **options):
+        """Runs what must fail: the status, and exactly one line on standard error, which holds all of `says`."""
+        done = self.nutate(*arguments, **options)
+        self.assertEqual(done.returncode, status, done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertTrue(done.stderr.endswith("\n"))
+        for text in says:
+            self.assertIn(text.lower(), done.stderr.lower())
+        return done
+
+    def history(self, name):
+        """Header and rows of numbers of a CSV file."""
+        return parse(self.read(name))
+
+
+def parse(text):
+    """Header and rows of numbers of CSV text."""
+    rows = list(csv.reader(text.splitlines()))
+    return rows[0], [[float(field) for field in row] for row in rows[1:]]

@@ -1,0 +1,87 @@
+"""nutate check, --help and --version."""
+import unittest
+
+from support import COLUMNS, TOP, CommandLineTest
+
+
+class Check(CommandLineTest):
+    def test_says_what_would_be_simulated_and_writes_nothing(self):
+        done = self.succeed("check", "top.nml")
+        self.assertEqual(done.stderr, "")
+        for words in ("top.nml: top", "5, 5, 1 kg m^2", "1 kg\n", "0, 0, 1 m", "turned by 0.5 rad about 1, 0, 0",
+                      "0, 0, 50 rad/s in body axes", "  gravity             acceleration = 0, 0, -20\n",
+                      "nielsen_krenk of order 2",
+                      "8 equations in q and p", "200 of 0.005 s, to t = 1 s", "0.25 rad", "component along 0, 0, 1",
+                      "unit norm", "top.csv", "201, one for each step", "t,q0,q1,q2,q3,omega1"):
+            self.assertIn(words, done.stdout)
+        self.assertEqual(self.names(), ["box.nml", "top.nml"])
+
+    def test_free_body(self):
+        text = self.succeed("check", "box.nml").stdout
+        for words in ("the body is free", "all components", "shape               box"):
+            self.assertIn(words, text)
+
+    def test_overrides_count(self):
+        text = self.succeed("check", "box.nml", "--set", "output.every=20", "--set", "integrator.end_time=1").stdout
+        self.assertIn("100 of 0.01 s, to t = 1 s", text)
+        self.assertIn("6, one for every 20 steps", text)
+
+    def test_rows_announced_are_rows_written(self):
+        for every in (1, 7, 20, 1000):
+            override = f"output.every={every}"
+            text = self.succeed("check", "box.nml", "--set", override).stdout
+            announced = int(text.split("  rows")[1].split(",")[0])
+            self.succeed("run", "box.nml", "--quiet", "--set", override)
+            self.assertEqual(announced, len(self.history("box.csv")[1]), every)
+
+    def test_notes_warn(self):
+        self.assertIn("middle inertia", self.succeed("check", "box.nml").stdout)
+        self.assertNotIn("notes", self.succeed("check", "top.nml").stdout)
+        coarse = self.succeed("check", "top.nml", "--set", "integrator.time_step=0.05").stdout
+        self.assertIn("2.5 rad", coarse.split("notes")[1])
+        hopeless = self.succeed("check", "top.nml", "--set", "integrator.time_step=0.1").stdout
+        self.assertIn("will be cut", hopeless.split("notes")[1])
+        near = self.succeed("check", "top.nml", "--set", "body.inertia=5,5.0000001,1").stdout
+        self.assertIn("nearly symmetric", near)
+
+    def test_moments_of_no_body_are_said_to_be_such(self):
+        self.write("odd.nml", TOP.replace("5.0, 5.0, 1.0", "1.0, 2.0, 4.0, check_triangle = .false."))
+        self.assertIn("no rigid body", self.succeed("check", "odd.nml").stdout)
+        self.assertIn("no rigid body", self.succeed("run", "odd.nml").stderr)
+
+
+class Help(CommandLineTest):
+    def test_help_names_all_commands(self):
+        done = self.succeed("--help")
+        self.assertEqual(done.stderr, "")
+        for words in ("nutate run SCENE", "nutate check SCENE", "nutate SCENE", "--version", "Exit status"):
+            self.assertIn(words, done.stdout)
+        self.assertEqual(self.succeed("-h").stdout, done.stdout)
+
+    def test_help_on_a_command_names_its_options(self):
+        text = self.succeed("run", "--help").stdout
+        for words in ("--output FILE", "--set GROUP.KEY=VALUE", "--quiet", "--max-steps N"):
+            self.assertIn(words, text)
+        for name, columns in COLUMNS.items():
+            self.assertIn(name, text)
+            self.assertIn(",".join(columns), text)
+        self.assertNotIn("--output", self.succeed("check", "--help").stdout)
+        self.assertEqual(self.succeed("run", "box.nml", "--help").stdout, text)
+
+    def test_help_fits_a_wide_terminal(self):
+        for arguments in (["--help"], ["run", "--help"], ["check", "--help"]):
+            for line in self.succeed(*arguments).stdout.splitlines():
+                self.assertLessEqual(len(line), 110)
+
+    def test_version(self):
+        self.assertRegex(self.succeed("--version").stdout, r"^nutate \d+\.\d+\.\d+\n$")
+
+    def test_no_arguments_show_the_usage_on_standard_error(self):
+        done = self.nutate()
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(done.stderr, self.succeed("--help").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,194 @@
+"""What goes wrong: one clear line, the right exit status, and never a file that looks complete."""
+import fcntl
+import os
+import resource
+import signal
+import subprocess
+import time
+import unittest
+
+from support import CommandLineTest, parse
+
+
+class BadArguments(CommandLineTest):
+    def test_unknown_option_names_the_nearest(self):
+        self.fail_with(2, "run", "box.nml", "--quite", says=["--quite", "nearest: --quiet"])
+
+    def test_unknown_option_without_near_name_points_to_help(self):
+        self.fail_with(2, "run", "box.nml", "--frobnicate", says=["--frobnicate", "nutate --help"])
+
+    def test_unknown_command_names_the_nearest(self):
+        self.fail_with(2, "chekc", "box.nml", says=["chekc", "nearest: check"])
+
+    def test_option_of_another_command(self):
+        self.fail_with(2, "check", "box.nml", "--output", "x.csv", says=["check", "--output"])
+
+    def test_missing_scene(self):
+        for arguments in (["run"], ["check"], ["--quiet"]):
+            self.fail_with(2, *arguments, says=["scene"])
+
+    def test_two_scenes(self):
+        self.fail_with(2, "run", "box.nml", "top.nml", says=["top.nml"])
+
+    def test_missing_value(self):
+        self.fail_with(2, "run", "box.nml", "--output", says=["--output", "FILE"])
+        self.fail_with(2, "run", "box.nml", "--output", "", says=["--output"])
+
+    def test_value_where_none_belongs(self):
+        self.fail_with(2, "run", "box.nml", "--quiet=yes", says=["--quiet"])
+
+    def test_option_given_twice(self):
+        self.fail_with(2, "run", "box.nml", "--output", "a", "--output", "b", says=["--output", "twice"])
+
+    def test_bad_number_of_steps(self):
+        for number in ("0", "-3", "ten", "1.5", "", "99999999999999999999"):
+            self.fail_with(2, "run", "box.nml", f"--max-steps={number}", says=["--max-steps"])
+
+    def test_bad_override(self):
+        for override in ("nonsense", "integrator.end_tmie=1", "integrater.end_time=1", "integrator.end_time=abc"):
+            self.fail_with(2, "run", "box.nml", "--set", override, says=["--set: "])
+            self.fail_with(2, "check", "box.nml", "--set", override, says=["--set: "])
+        self.assertNotIn("box.csv", self.names())
+
+    def test_control_characters_stay_out_of_the_message(self):
+        done = self.fail_with(2, "run", "box.nml", "--a\nb\x1b[31m")
+        self.assertNotIn("\x1b", done.stderr)
+
+    def test_words_after_two_dashes_are_no_options(self):
+        self.write("--odd.nml", self.read("box.nml"))
+        self.succeed("run", "--quiet", "--output", "odd.csv", "--", "--odd.nml")
+        self.assertIn("odd.csv", self.names())
+
+
+class BadScenes(CommandLineTest):
+    def test_no_such_file(self):
+        self.fail_with(2, "run", "nowhere.nml", says=["nowhere.nml"])
+        self.fail_with(2, "nowhere.nml", says=["nowhere.nml"])
+
+    def test_folder_as_scene(self):
+        os.mkdir(self.path("folder"))
+        self.fail_with(2, "run", "folder", says=["folder"])
+
+    @unittest.skipIf(os.geteuid() == 0, "root reads everything")
+    def test_unreadable_file(self):
+        os.chmod(self.path("box.nml"), 0)
+        self.fail_with(2, "run", "box.nml", says=["box.nml", "permission"])
+
+    def test_error_in_the_scene_names_file_and_line_and_writes_nothing(self):
+        self.write("bad.nml", self.read("box.nml").replace("time_step", "tiem_step"))
+        for command in ("run", "check"):
+            done = self.fail_with(2, command, "bad.nml", says=["time_step"])
+            self.assertTrue(done.stderr.startswith("bad.nml:4: "), done.stderr)
+        self.assertEqual(self.names(), ["bad.nml", "box.nml", "top.nml"])
+
+    def test_scene_is_never_written_over(self):
+        before = self.read("box.nml")
+        os.link(self.path("box.nml"), self.path("same.nml"))
+        for name in ("box.nml", "./box.nml", "same.nml"):
+            self.fail_with(2, "run", "box.nml", "--output", name, says=["scene"])
+        self.assertEqual(self.read("box.nml"), before)
+
+
+class BadOutput(CommandLineTest):
+    def test_full_disk(self):
+        self.fail_with(4, "run", "box.nml", "--output", "/dev/full", says=["/dev/full", "no space left"])
+
+    def test_full_standard_output(self):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            for arguments in (["run", "box.nml", "--quiet", "--output", "-"], ["check", "box.nml"], ["--help"]):
+                done = subprocess.run([self.program, *arguments], cwd=self.folder, stdout=full, stderr=subprocess.PIPE,
+                                      text=True, timeout=20, check=False)
+                self.assertEqual(done.returncode, 4)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+
+    def test_closed_standard_streams(self):
+        for arguments, status in (("- >&- 2>&-", 4), ("a.csv <&- >&- 2>&-", 0)):
+            shell = f"'{self.program}' run box.nml --output {arguments}"
+            done = subprocess.run(["sh", "-c", shell], cwd=self.folder, timeout=20, check=False)
+            self.assertEqual(done.returncode, status)
+        self.succeed("run", "box.nml", "--output", "b.csv")
+        self.assertEqual(self.read("a.csv"), self.read("b.csv"))
+
+    def test_disk_that_fills_up_in_mid_run_leaves_whole_rows(self):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))
+        self.fail_with(4, "run", "box.nml", "--set", "integrator.end_time=10", preexec_fn=limit,
+                       says=["box.csv", "too large", "box.csv.partial"])
+        text = self.read("box.csv.partial")
+        self.assertTrue(text.endswith("\n"))
+        header, rows = parse(text)
+        self.assertTrue(all(len(row) == len(header) for row in rows))
+        self.assertGreater(len(rows), 300)
+        self.assertNotIn("box.csv", self.names())
+
+    def test_missing_folder(self):
+        self.fail_with(4, "run", "box.nml", "--output", "nowhere/box.csv", says=["nowhere/box.csv", "no such file"])
+
+    def test_folder_as_output(self):
+        os.mkdir(self.path("folder"))
+        self.fail_with(4, "run", "box.nml", "--output", "folder", says=["folder"])
+        self.fail_with(4, "run", "box.nml", "--output", "box.nml/box.csv", says=["not a directory"])
+
+    @unittest.skipIf(os.geteuid() == 0, "root writes everywhere")
+    def test_folder_and_file_that_must_not_be_written(self):
+        self.write("kept.csv", "kept")
+        os.chmod(self.path("kept.csv"), 0o444)
+        self.fail_with(4, "run", "box.nml", "--output", "kept.csv", says=["permission"])
+        os.mkdir(self.path("closed"), 0o555)
+        self.fail_with(4, "run", "box.nml", "--output", "closed/box.csv", says=["permission"])
+
+    def test_a_second_run_of_the_same_output_is_refused(self):
+        with open(self.path("box.csv.partial"), "w", encoding="utf-8") as other:
+            other.write("rows of another run")
+            other.flush()
+            fcntl.flock(other, fcntl.LOCK_EX)
+            self.fail_with(4, "run", "box.nml", says=["box.csv", "another run"])
+            self.assertEqual(self.read("box.csv.partial"), "rows of another run")
+        self.succeed("run", "box.nml")
+
+    def test_remains_of_a_failed_run_are_replaced(self):
+        self.write("box.csv.partial", "x" * 1000000)
+        self.succeed("run", "box.nml")
+        self.assertEqual(len(self.history("box.csv")[1]), 51)
+        self.assertNotIn("box.csv.partial", self.names())
+
+    def test_a_closed_pipe_ends_the_run_quietly(self):
+        command = [self.program, "run", "box.nml", "--output", "-", "--quiet", "--set", "integrator.end_time=1000"]
+        with subprocess.Popen(command, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+            run.stdout.readline()
+            run.stdout.close()
+            self.assertEqual(run.stderr.read(), b"")
+            run.wait(timeout=20)
+        self.assertEqual(run.returncode, -signal.SIGPIPE)
+
+
+class FailedRuns(CommandLineTest):
+    def test_a_run_beyond_the_step_limit_keeps_its_rows(self):
+        self.fail_with(3, "run", "box.nml", "--max-steps", "10",
+                       says=["box.nml", "t = 0.1 s", "10 steps", "box.csv.partial", "11 rows"])
+        header, rows = self.history("box.csv.partial")
+        self.assertEqual(len(rows), 11)
+        self.assertTrue(all(len(row) == len(header) for row in rows))
+        self.assertNotIn("box.csv", self.names())
+
+    def test_quiet_does_not_hide_errors(self):
+        self.fail_with(3, "run", "box.nml", "--max-steps", "10", "--quiet", says=["steps"])
+
+    def test_enough_steps_are_enough(self):
+        self.succeed("run", "box.nml", "--max-steps", "50")
+
+    def test_a_killed_run_leaves_no_file_that_looks_complete(self):
+        command = [self.program, "run", "box.nml", "--quiet", "--set", "integrator.end_time=1e6"]
+        with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE) as run:
+            deadline = time.monotonic() + 20
+            partial = self.path("box.csv.partial")
+            while time.monotonic() < deadline and not (os.path.exists(partial) and os.path.getsize(partial) > 200000):
+                time.sleep(0.01)
+            run.send_signal(signal.SIGTERM)
+            run.wait(timeout=20)
+        self.assertEqual(run.returncode, -signal.SIGTERM)
+        self.assertEqual(self.names(), ["box.csv.partial", "box.nml", "top.nml"])
+
+
+if __name__ == "__main__":
+    unittest.main()

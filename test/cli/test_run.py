@@ -1,0 +1,248 @@
+"""nutate run: what the history holds and what is said about it."""
+import math
+import os
+import pty
+import subprocess
+import unittest
+
+from support import COLUMNS, CommandLineTest, all_columns, parse
+
+
+class History(CommandLineTest):
+    def test_default_columns_are_in_the_file_named_by_the_scene(self):
+        self.succeed("run", "box.nml")
+        header, rows = self.history("box.csv")
+        expected = ["t"]
+        for name in ("quaternion", "angular_velocity", "energy", "constraints"):
+            expected += COLUMNS[name]
+        self.assertEqual(header, expected)
+        self.assertEqual(len(rows), 51)
+        self.assertEqual(self.names(), ["box.csv", "box.nml", "top.nml"])
+
+    def test_first_row_is_the_initial_state(self):
+        self.succeed("run", "box.nml")
+        _, rows = self.history("box.csv")
+        energy = 0.5 * (5 * 0.1**2 + 17 * 10.0**2)
+        self.assertEqual(rows[0][:9], [0, 1, 0, 0, 0, 0.1, 0, 10, energy])
+
+    def test_last_row_is_at_end_time_exactly(self):
+        for end in ("0.5", "0.537", "0.1000000001"):
+            self.succeed("box.nml", "--set", f"integrator.end_time={end}")
+            _, rows = self.history("box.csv")
+            self.assertEqual(rows[-1][0], float(end))
+
+    def test_every_set_of_columns_stands_in_its_place(self):
+        self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")
+        header, rows = self.history("top.csv")
+        self.assertEqual(header, ["t"] + [name for names in COLUMNS.values() for name in names])
+        self.assertTrue(all(len(row) == len(header) and all(map(math.isfinite, row)) for row in rows))
+
+    def test_each_set_of_columns_alone_holds_the_same_values(self):
+        self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")
+        header, rows = self.history("top.csv")
+        for name, columns in COLUMNS.items():
+            self.succeed("run", "top.nml", "--set", f"output.columns='{name}'", "--output", "one.csv")
+            one_header, one_rows = self.history("one.csv")
+            self.assertEqual(one_header, ["t"] + columns)
+            first = header.index(columns[0])
+            self.assertEqual([row[1:] for row in one_rows], [row[first:first + len(columns)] for row in rows])
+
+    def test_columns_agree_with_each_other(self):
+        self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")
+        header, rows = self.history("top.csv")
+        for row in rows[::20]:
+            at = dict(zip(header, row))
+            q = [at["q0"], at["q1"], at["q2"], at["q3"]]
+            body = [at["L1"], at["L2"], at["L3"]]
+            space = rotate(q, body)
+            for value, name in zip(space, ("l_x", "l_y", "l_z")):
+                self.assertAlmostEqual(value, at[name], delta=1e-12 * 60)
+            rate = [at["omega1"], at["omega2"], at["omega3"]]
+            for value, name in zip(rotate(q, rate), ("omega_x", "omega_y", "omega_z")):
+                self.assertAlmostEqual(value, at[name], delta=1e-12 * 60)
+            self.assertAlmostEqual(at["omega1"], at["L1"] / 5, delta=1e-13 * 60)
+            kinetic = 0.5 * (body[0]**2 / 5 + body[1]**2 / 5 + body[2]**2)
+            self.assertAlmostEqual(at["kinetic"], kinetic, delta=1e-12 * 1300)
+            self.assertAlmostEqual(at["potential"], 20 * math.cos(at["theta"]), delta=1e-12 * 20)
+            self.assertAlmostEqual(at["total"], at["kinetic"] + at["potential"], delta=1e-12 * 1300)
+            self.assertAlmostEqual(at["norm_error"], sum(x * x for x in q) - 1, delta=1e-15)
+
+    def test_invariants_hold(self):
+        self.succeed("run", "top.nml", "--set", "output.columns='energy','constraints','angular_momentum_space'")
+        header, rows = self.history("top.csv")
+        at = {name: [row[i] for row in rows] for i, name in enumerate(header)}
+        self.assertLess(max(map(abs, at["energy_residual"])), 1e-13 * 1270)
+        self.assertLess(max(abs(l - at["l_z"][0]) for l in at["l_z"]), 1e-13 * 50)
+        self.assertLess(max(map(abs, at["norm_error"])), 1e-13)
+        self.assertGreater(max(abs(l - at["l_x"][0]) for l in at["l_x"]), 1e-2)
+
+    def test_angles_keep_their_turns_between_rare_rows(self):
+        arguments = ("run", "top.nml", "--set", "output.columns='euler'")
+        self.succeed(*arguments)
+        _, rows = self.history("top.csv")
+        self.succeed(*arguments, "--set", "output.every=50", "--output", "rare.csv")
+        _, rare = self.history("rare.csv")
+        self.assertEqual(rare, rows[::50])
+        self.assertGreater(rows[-1][3], 40.0)
+
+    def test_numbers_are_short_and_read_back_exactly(self):
+        self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")
+        text = self.read("top.csv")
+        self.assertNotIn("\r", text)
+        self.assertTrue(text.endswith("\n"))
+        self.assertNotIn("nan", text.lower())
+        for line in text.splitlines()[1:]:
+            for field in line.split(","):
+                self.assertLessEqual(len(field), 24)
+                self.assertLessEqual(len(digits(field)), 17)
+                # No shorter text is the same double, unless 16 digits are left where 17 are needed.
+                self.assertGreaterEqual(len(digits(field)), len(digits(repr(float(field)))))
+                if len(digits(field)) <= 15:
+                    self.assertEqual(digits(field), digits(repr(float(field))))
+
+    def test_rows_can_be_rare(self):
+        self.succeed("run", "box.nml", "--set", "output.every=20")
+        _, rows = self.history("box.csv")
+        self.assertEqual([row[0] for row in rows], [0, 0.2, 0.4, 0.5])
+
+    def test_same_input_gives_the_same_bytes(self):
+        self.succeed("run", "top.nml", "--output", "a.csv")
+        self.succeed("run", "top.nml", "--output", "b.csv")
+        self.assertEqual(self.read("a.csv"), self.read("b.csv"))
+
+
+class Output(CommandLineTest):
+    def test_dash_writes_the_history_and_nothing_else_to_standard_output(self):
+        self.succeed("run", "box.nml", "--output", "ref.csv")
+        for name in ("-", "/dev/stdout"):
+            done = self.succeed("run", "box.nml", "--output", name)
+            self.assertEqual(done.stdout, self.read("ref.csv"))
+            self.assertIn("energy residual", done.stderr)
+        self.assertEqual(self.names(), ["box.nml", "ref.csv", "top.nml"])
+
+    def test_nothing_is_written_to_standard_output_otherwise(self):
+        self.assertEqual(self.succeed("run", "box.nml").stdout, "")
+
+    def test_quiet_is_silent(self):
+        done = self.succeed("run", "box.nml", "--quiet")
+        self.assertEqual((done.stdout, done.stderr), ("", ""))
+        self.assertIn("box.csv", self.names())
+
+    def test_scene_alone_is_short_for_run(self):
+        self.succeed("box.nml", "--quiet", "--output=short.csv")
+        self.succeed("run", "--output", "long.csv", "box.nml")
+        self.assertEqual(self.read("short.csv"), self.read("long.csv"))
+
+    def test_option_output_wins_over_the_scene(self):
+        self.succeed("run", "box.nml", "--set", "output.file='scene.csv'", "--output", "option.csv")
+        self.assertIn("option.csv", self.names())
+        self.assertNotIn("scene.csv", self.names())
+
+    def test_overrides_apply_in_order(self):
+        self.succeed("run", "box.nml", "--set", "integrator.end_time=0.3", "--set=integrator.end_time=0.2")
+        _, rows = self.history("box.csv")
+        self.assertEqual(rows[-1][0], 0.2)
+
+    def test_an_earlier_history_is_replaced_only_when_the_run_is_complete(self):
+        self.write("box.csv", "earlier")
+        self.fail_with(3, "run", "box.nml", "--max-steps", "7")
+        self.assertEqual(self.read("box.csv"), "earlier")
+        self.succeed("run", "box.nml")
+        self.assertEqual(len(self.history("box.csv")[1]), 51)
+        self.assertNotIn("box.csv.partial", self.names())
+
+    def test_a_link_stays_a_link(self):
+        os.mkdir(self.path("disk"))
+        self.write("disk/real.csv", "")
+        os.symlink("disk/real.csv", self.path("box.csv"))
+        self.succeed("run", "box.nml")
+        self.assertTrue(os.path.islink(self.path("box.csv")))
+        self.assertEqual(len(self.history("disk/real.csv")[1]), 51)
+
+    def test_a_pipe_is_written_directly(self):
+        os.mkfifo(self.path("pipe"))
+        with subprocess.Popen(["cat", self.path("pipe")], stdout=subprocess.PIPE, text=True) as reader:
+            self.succeed("run", "box.nml", "--output", "pipe")
+            text = reader.communicate(timeout=20)[0]
+        self.assertEqual(len(parse(text)[1]), 51)
+        self.assertNotIn("pipe.partial", self.names())
+
+
+class Summary(CommandLineTest):
+    def test_summary_says_what_was_done_and_kept(self):
+        text = self.succeed("run", "top.nml").stderr
+        for words in ("200 of 0.005 s, to t = 1 s", "wall time", " ns\n", "per step", "at most", "energy residual",
+                      "component along 0, 0, 1", "norm error", "201 rows of 15 columns in top.csv"):
+            self.assertIn(words, text)
+        self.assertNotIn("cut steps", text)
+        self.assertNotIn("work of", text)
+
+    def test_momentum_of_a_free_body_is_kept_whole(self):
+        self.assertIn("all components", self.succeed("run", "box.nml").stderr)
+
+    def test_labels_are_aligned(self):
+        lines = self.succeed("run", "box.nml").stderr.splitlines()
+        self.assertEqual(lines[0], "box.nml: Free box")
+        for line in lines[1:]:
+            self.assertRegex(line, r"^  \S.{18} \S")
+
+
+class ProgressBar(CommandLineTest):
+    LONG = ("run", "box.nml", "--set", "integrator.end_time=20000", "--set", "output.every=1000000")
+
+    def on_terminal(self, *arguments):
+        """Standard error of a run whose standard error is a terminal, and its exit status."""
+        ours, theirs = pty.openpty()
+        command = [self.program, *arguments]
+        with subprocess.Popen(command, cwd=self.folder, stderr=theirs, stdout=subprocess.DEVNULL) as run:
+            os.close(theirs)
+            seen = b""
+            while True:
+                try:
+                    piece = os.read(ours, 4096)
+                except OSError:
+                    break
+                if not piece:
+                    break
+                seen += piece
+            run.wait(timeout=60)
+        os.close(ours)
+        return seen.decode(), run.returncode
+
+    def test_a_long_run_on_a_terminal_shows_a_bar_and_removes_it(self):
+        seen, status = self.on_terminal(*self.LONG)
+        self.assertEqual(status, 0)
+        pictures = seen.split("\r[")
+        self.assertGreater(len(pictures), 2)
+        self.assertIn(" %, ", seen)
+        # Removed by blanks before the summary begins.
+        self.assertRegex(seen, r"\] \d+ %[^\r]*\r +\rbox.nml: Free box")
+
+    def test_a_short_run_shows_none(self):
+        seen, _ = self.on_terminal("run", "box.nml")
+        self.assertNotIn("[#", seen)
+        self.assertNotIn("[.", seen)
+
+    def test_quiet_shows_none(self):
+        self.assertEqual(self.on_terminal(*self.LONG, "--quiet"), ("", 0))
+
+    def test_no_terminal_no_bar(self):
+        self.assertNotIn("\r", self.succeed(*self.LONG).stderr)
+
+
+def digits(text):
+    """The significant digits of a number."""
+    mantissa = text.lower().split("e")[0].replace(".", "").replace("-", "").lstrip("0")
+    return mantissa.rstrip("0")
+
+
+def rotate(q, v):
+    """R(q) v for a unit quaternion."""
+    q0, x, y, z = q
+    cross = [y * v[2] - z * v[1], z * v[0] - x * v[2], x * v[1] - y * v[0]]
+    twice = [y * cross[2] - z * cross[1], z * cross[0] - x * cross[2], x * cross[1] - y * cross[0]]
+    return [v[i] + 2 * (q0 * cross[i] + twice[i]) for i in range(3)]
+
+
+if __name__ == "__main__":
+    unittest.main()
