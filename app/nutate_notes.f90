@@ -46,7 +46,10 @@ contains
                   ' rad: the invariants will hold, the phase will not')
       end if
       call note_symmetry(scene%system%body, notes)
-      if (scene%system%effects%n_potentials == 0) call note_instability(scene, omega, notes)
+      ! Potentials and rotors can make any axis stable.
+      associate (effects => scene%system%effects)
+         if (effects%n_potentials + effects%n_rotors == 0) call note_instability(scene, omega, notes)
+      end associate
    end subroutine scene_notes
 
    !> A body that is symmetric up to what may be rounding of its input.

@@ -2,6 +2,7 @@
 module nutate_summary
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
+   use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp, long
    use nutate_notes, only: body_notes, note_t
@@ -32,8 +33,7 @@ contains
       call add_invariants(page, watcher%invariants)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(summary%work)
-         call page%item('work of '//trim(scene%system%effects%torques(i)%item%name), &
-                        rounded_text(summary%work(i))//' J')
+         call page%item('work of '//torque_name(scene%system%effects, i), rounded_text(summary%work(i))//' J')
       end do
       call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
                      count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
@@ -95,6 +95,21 @@ contains
          text = 'no component is conserved by these effects'
       end select
    end function kept_momentum
+
+   !> Name of a torque, numbered where there are several of the name.
+   function torque_name(effects, i) result(name)
+      type(effect_list_t), intent(in) :: effects
+      !> Position among the torques.
+      integer, intent(in) :: i
+      character(len=:), allocatable :: name
+      logical :: same(effects%n_torques)
+      integer :: k
+      name = trim(effects%torques(i)%item%name)
+      do k = 1, effects%n_torques
+         same(k) = effects%torques(k)%item%name == name
+      end do
+      if (count(same) > 1) name = name//' '//count_text(count(same(1:i), kind=long))
+   end function torque_name
 
    !> The name of the history.
    function output_name(scene) result(name)

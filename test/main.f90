@@ -10,11 +10,17 @@ program unit
    use test_composition, only: collect_composition
    use test_conservation, only: collect_conservation
    use test_discrete_states, only: collect_discrete_states
+   use test_effect_calls, only: collect_effect_calls
+   use test_effect_gradients, only: collect_effect_gradients
+   use test_effect_physics, only: collect_effect_physics
+   use test_effect_reference, only: collect_effect_reference
+   use test_effects, only: collect_effects
    use test_euler, only: collect_euler
    use test_hamiltonian, only: collect_hamiltonian
    use test_history, only: collect_history
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
+   use test_plan, only: collect_plan
    use test_quaternion, only: collect_quaternion
    use test_reduced, only: collect_reduced
    use test_rotation, only: collect_rotation
@@ -23,6 +29,7 @@ program unit
    use test_scene_errors, only: collect_scene_errors
    use test_scene_notation, only: collect_scene_notation
    use test_step, only: collect_step
+   use test_torque_physics, only: collect_torque_physics
    implicit none
 
    type(testsuite_type), allocatable :: suites(:)
@@ -66,11 +73,17 @@ contains
          new_testsuite("composition", collect_composition), &
          new_testsuite("conservation", collect_conservation), &
          new_testsuite("discrete_states", collect_discrete_states), &
+         new_testsuite("effect_calls", collect_effect_calls), &
+         new_testsuite("effect_gradients", collect_effect_gradients), &
+         new_testsuite("effect_physics", collect_effect_physics), &
+         new_testsuite("effect_reference", collect_effect_reference), &
+         new_testsuite("effects", collect_effects), &
          new_testsuite("euler", collect_euler), &
          new_testsuite("hamiltonian", collect_hamiltonian), &
          new_testsuite("history", collect_history), &
          new_testsuite("literature", collect_literature), &
          new_testsuite("paper", collect_paper), &
+         new_testsuite("plan", collect_plan), &
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("rotation", collect_rotation), &
@@ -78,7 +91,8 @@ contains
          new_testsuite("scene", collect_scene), &
          new_testsuite("scene_errors", collect_scene_errors), &
          new_testsuite("scene_notation", collect_scene_notation), &
-         new_testsuite("step", collect_step) &
+         new_testsuite("step", collect_step), &
+         new_testsuite("torque_physics", collect_torque_physics) &
          ]
    end function all_suites
 

@@ -1,17 +1,23 @@
 #!/usr/bin/env bash
-# Builds and runs benchmarks, all of fpm.toml's bench_* examples or those named.   tools/bench.sh [NAME]...
+# Builds and runs benchmarks: all of fpm.toml's bench_* examples and the scripts in bench/, or those named.
+#    tools/bench.sh [NAME]...
 set -u
 . "$(dirname "$0")/environment.sh"
 
 if [ $# -eq 0 ]; then
    # shellcheck disable=SC2046
-   set -- $(sed -n 's/^name *= *"\(bench_[^"]*\)".*/\1/p' fpm.toml)
+   set -- $(sed -n 's/^name *= *"\(bench_[^"]*\)".*/\1/p' fpm.toml) bench/*.sh
 fi
-[ $# -gt 0 ] || die "fpm.toml names no bench_* example"
-quietly bench fpm build --flag "$FFLAGS" || exit 1
+bash tools/build.sh || exit 1
 status=0
 for name; do
-   fpm run --example "$name" --flag "$FFLAGS" | grep -v '^Project is up to date$'
-   [ "${PIPESTATUS[0]}" -eq 0 ] || status=1
+   case $name in
+   *.sh) bash "$name" build/nutate "$(fpm_path run --example free_step)" || status=1 ;;
+   *)
+      fpm run --example "$name" --flag "$FFLAGS" | grep -v '^Project is up to date$'
+      [ "${PIPESTATUS[0]}" -eq 0 ] || status=1
+      ;;
+   esac
+   echo
 done
 exit $status

@@ -37,5 +37,5 @@ quietly() {
 # The fpm of Fortran; another program of that name exists.
 has_fpm() { has fpm && fpm --version 2>/dev/null | grep -qi fortran; }
 
-# fpm_path run|test NAME: builds that program with $FFLAGS and prints its path.
-fpm_path() { fpm "$1" "$2" --flag "$FFLAGS" --runner echo 2>/dev/null | sed -n "s:^build/.*/$2\$:&:p" | tail -n 1; }
+# fpm_path run|test [--example] NAME: builds that program with $FFLAGS and prints its path.
+fpm_path() { fpm "$@" --flag "$FFLAGS" --runner echo 2>/dev/null | sed -n "s:^build/.*/${!#}\$:&:p" | tail -n 1; }

@@ -6,7 +6,7 @@ module nutate_state
 
    public :: state_t, add_increment
 
-   !> A point in phase space. Made by `make_state` or `set_angular_velocity`; moved by a stepper.
+   !> A point in phase space. Made by `make_state`; moved by a stepper.
    type :: state_t
       !> s.
       real(wp) :: t = 0.0_wp

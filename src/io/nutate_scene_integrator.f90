@@ -6,7 +6,7 @@ module nutate_scene_integrator
    use nutate_methods, only: methods
    use nutate_run, only: run_plan_t
    use nutate_scene_error, only: scene_error_t
-   use nutate_spelling, only: distinct, joined
+   use nutate_spelling, only: comma_list, distinct
    use nutate_stepper, only: integrator_settings_t
    implicit none
    private
@@ -25,9 +25,9 @@ contains
       type(key_t) :: keys(9)
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
 
-      keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct(names))), &
+      keys = [key_t(name='method', kind=KEY_TEXT, choices=comma_list(distinct(names))), &
               key_t(name='order', kind=KEY_INTEGER), &
-              key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(solvers))), &
+              key_t(name='linear_solver', kind=KEY_TEXT, choices=comma_list(distinct(solvers))), &
               key_t(name='time_step', range=NOT_ZERO, required=.true.), &
               key_t(name='end_time', range=NOT_ZERO, required=.true.), &
               key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
@@ -75,12 +75,12 @@ contains
       fits = names == settings%method .and. solvers == settings%linear_solver
       if (.not. any(fits)) then
          call error%raise(group%line_of('linear_solver'), trim(settings%method)//' has no linear_solver '// &
-                          trim(settings%linear_solver), expected=joined(pack(solvers, names == settings%method)))
+                          trim(settings%linear_solver), expected=comma_list(pack(solvers, names == settings%method)))
       else if (.not. any(fits .and. orders == settings%order)) then
          write (order, '(i0)') settings%order
          write (numbers, '(i0)') orders
          call error%raise(group%line_of('order'), 'order '//trim(order)//' is not available', &
-                          expected=joined(distinct(pack(numbers, fits))))
+                          expected=comma_list(distinct(pack(numbers, fits))))
       end if
    end subroutine check_method
 

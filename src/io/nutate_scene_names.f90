@@ -3,7 +3,7 @@ module nutate_scene_names
    use nutate_keys, only: group_kind_t, name_length
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t
-   use nutate_spelling, only: lower_case, nearest_name
+   use nutate_spelling, only: comma_list, lower_case, nearest_name
    implicit none
    private
 
@@ -87,17 +87,5 @@ contains
          names(i) = kind%keys(i)%name
       end do
    end function key_names
-
-   !> Names as `a, b, c`.
-   pure function comma_list(names) result(text)
-      character(len=*), intent(in) :: names(:)
-      character(len=:), allocatable :: text
-      integer :: i
-      text = ''
-      do i = 1, size(names)
-         if (i > 1) text = text//', '
-         text = text//trim(names(i))
-      end do
-   end function comma_list
 
 end module nutate_scene_names

@@ -4,7 +4,7 @@ module nutate_spelling
    implicit none
    private
 
-   public :: lower_case, split_list, joined, distinct, is_listed, nearest_name, edit_distance
+   public :: lower_case, split_list, joined, comma_list, distinct, is_listed, nearest_name, edit_distance
 
 contains
 
@@ -34,7 +34,7 @@ contains
       end do
    end function split_list
 
-   !> Names as a comma separated list, without blanks.
+   !> Names as a comma separated list, without blanks: the form of `key_t%choices`.
    pure function joined(names) result(list)
       character(len=*), intent(in) :: names(:)
       character(len=:), allocatable :: list
@@ -45,6 +45,18 @@ contains
          list = list//trim(names(i))
       end do
    end function joined
+
+   !> Names as `a, b, c`.
+   pure function comma_list(names) result(text)
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(names)
+         if (i > 1) text = text//', '
+         text = text//trim(names(i))
+      end do
+   end function comma_list
 
    !> The names of a list, each once, in the order of their first place.
    pure function distinct(names) result(once)
