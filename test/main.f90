@@ -16,6 +16,11 @@ program unit
    use test_effect_reference, only: collect_effect_reference
    use test_effects, only: collect_effects
    use test_euler, only: collect_euler
+   use test_exact_elliptic, only: collect_exact_elliptic
+   use test_exact_free, only: collect_exact_free
+   use test_exact_steady, only: collect_exact_steady
+   use test_exact_top, only: collect_exact_top
+   use test_exact_top_limits, only: collect_exact_top_limits
    use test_hamiltonian, only: collect_hamiltonian
    use test_history, only: collect_history
    use test_literature, only: collect_literature
@@ -79,6 +84,11 @@ contains
          new_testsuite("effect_reference", collect_effect_reference), &
          new_testsuite("effects", collect_effects), &
          new_testsuite("euler", collect_euler), &
+         new_testsuite("exact_elliptic", collect_exact_elliptic), &
+         new_testsuite("exact_free", collect_exact_free), &
+         new_testsuite("exact_steady", collect_exact_steady), &
+         new_testsuite("exact_top", collect_exact_top), &
+         new_testsuite("exact_top_limits", collect_exact_top_limits), &
          new_testsuite("hamiltonian", collect_hamiltonian), &
          new_testsuite("history", collect_history), &
          new_testsuite("literature", collect_literature), &

@@ -1,0 +1,159 @@
+!> Elliptic integrals of the first and second kind and Jacobi's elliptic functions.
+!>
+!> The parameter is the complementary one, m1 = 1 - m = k'²: next to the separatrix (m -> 1) nothing can be computed
+!> from m, and next to m = 0 nothing is lost by 1 - m. All routines take m1 from 0 to 1, both included; m1 > 1
+!> (negative m) is admissible too.
+module nutate_elliptic
+   use nutate_carlson, only: carlson_rd, carlson_rf
+   use nutate_kinds, only: wp, pi
+   implicit none
+   private
+
+   public :: elliptic_k, elliptic_e, elliptic_f, jacobi, jacobi_am
+
+   !> Steps of the arithmetic-geometric mean at most: m1 = 1e-308 needs 13.
+   integer, parameter :: most_means = 20
+   !> What `pi` lacks.
+   real(wp), parameter :: pi_tail = 1.2246467991473532e-16_wp
+
+contains
+
+   !> Complete integral of the first kind K(m) = ∫₀^{π/2} dφ / √(1 - m sin²φ).
+   !>
+   !> `huge` for m1 = 0, where it is infinite.
+   pure real(wp) function elliptic_k(m1) result(k)
+      !> 1 - m, >= 0.
+      real(wp), intent(in) :: m1
+      real(wp) :: a(0:most_means), b(0:most_means)
+      integer :: n
+      k = huge(1.0_wp)
+      if (m1 <= 0) return
+      call means(m1, a, b, n)
+      k = pi/(2*a(n))
+   end function elliptic_k
+
+   !> Complete integral of the second kind E(m) = ∫₀^{π/2} √(1 - m sin²φ) dφ, DLMF 19.25.1.
+   pure real(wp) function elliptic_e(m1) result(e)
+      !> 1 - m, >= 0.
+      real(wp), intent(in) :: m1
+      e = 1
+      if (m1 < 1.0e-20_wp) return
+      e = m1*(carlson_rd(0.0_wp, m1, 1.0_wp) + carlson_rd(0.0_wp, 1.0_wp, m1))/3
+   end function elliptic_e
+
+   !> Incomplete integral of the first kind F(φ|m) = ∫₀^φ dφ / √(1 - m sin²φ), for any φ.
+   !>
+   !> `huge` with the sign of φ where it is infinite: m1 = 0 and |φ| >= π/2.
+   pure real(wp) function elliptic_f(phi, m1) result(f)
+      !> Amplitude (rad).
+      real(wp), intent(in) :: phi
+      !> 1 - m, >= 0.
+      real(wp), intent(in) :: m1
+      real(wp) :: n, s, c
+      n = anint(phi/pi)
+      s = sin(phi)
+      c = cos(phi)
+      if (is_odd(n)) s = -s
+      if (m1 <= 0 .and. abs(phi) >= pi/2) then
+         f = sign(huge(1.0_wp), phi)
+         return
+      end if
+      f = s*carlson_rf(c**2, c**2 + m1*s**2, 1.0_wp)
+      if (abs(n) > 0) f = f + 2*n*elliptic_k(m1)
+   end function elliptic_f
+
+   !> Jacobi's sn, cn and dn by the arithmetic-geometric mean.
+   !>
+   !> With aₙ, bₙ the means that start from 1 and √m1, Gauss's transformation leaves ∫ dφ / Δ, Δ² = a² cos²φ + b² sin²φ,
+   !> unchanged from one pair to the next, which ends at φ = a u. Back from there, with κ = cot φ,
+   !> κₙ = κₙ₊₁ Δₙ₊₁ / aₙ and Δₙ = aₙ (aₙ₊₁ κₙ₊₁² + bₙ) / (aₙ₊₁ κₙ₊₁² + aₙ): products and positive sums only, so that
+   !> cn and dn keep their digits where they are exponentially small.
+   pure subroutine jacobi(u, m1, sn, cn, dn)
+      !> Argument; the error of the results grows like one rounding of `u`.
+      real(wp), intent(in) :: u
+      !> 1 - m, >= 0.
+      real(wp), intent(in) :: m1
+      real(wp), intent(out) :: sn, cn, dn
+      real(wp) :: a(0:most_means), b(0:most_means), phi, turns, cot, delta, square
+      integer :: i, n
+      if (m1 <= 0) then
+         call hyperbolic(u, sn, cn, dn)
+         return
+      end if
+      call means(m1, a, b, n)
+      phi = a(n)*u
+      turns = anint(phi/pi)
+      phi = (phi - turns*pi) - turns*pi_tail
+      if (abs(phi) < 1.0e-9_wp*a(n)) then
+         sn = phi/a(n)
+         cn = 1
+         dn = 1
+      else
+         cot = cos(phi)/sin(phi)
+         delta = a(n)
+         do i = n - 1, 0, -1
+            square = a(i + 1)*cot**2
+            cot = cot*(delta/a(i))
+            delta = a(i)*((square + b(i))/(square + a(i)))
+         end do
+         sn = sign(1/sqrt(1 + cot**2), phi)
+         cn = abs(cot*sn)
+         dn = delta
+      end if
+      if (is_odd(turns)) then
+         sn = -sn
+         cn = -cn
+      end if
+   end subroutine jacobi
+
+   !> Jacobi's amplitude: sn u = sin(am u), cn u = cos(am u), continuous in u.
+   pure real(wp) function jacobi_am(u, m1) result(am)
+      real(wp), intent(in) :: u
+      !> 1 - m, >= 0.
+      real(wp), intent(in) :: m1
+      real(wp) :: half_periods, sn, cn, dn
+      half_periods = 0
+      if (m1 > 0) half_periods = anint(u/(2*elliptic_k(m1)))
+      call jacobi(u, m1, sn, cn, dn)
+      if (is_odd(half_periods)) then
+         sn = -sn
+         cn = -cn
+      end if
+      am = atan2(sn, cn) + pi*half_periods
+   end function jacobi_am
+
+   !> The limit m = 1: tanh and sech, without overflow for any u.
+   pure subroutine hyperbolic(u, sn, cn, dn)
+      real(wp), intent(in) :: u
+      real(wp), intent(out) :: sn, cn, dn
+      real(wp) :: e
+      e = exp(-abs(u))
+      sn = tanh(u)
+      cn = 2*e/(1 + e**2)
+      dn = cn
+   end subroutine hyperbolic
+
+   !> Arithmetic-geometric means of 1 and √m1; `a(n)` is their common limit.
+   pure subroutine means(m1, a, b, n)
+      !> > 0.
+      real(wp), intent(in) :: m1
+      real(wp), intent(out) :: a(0:most_means), b(0:most_means)
+      integer, intent(out) :: n
+      a(0) = 1
+      b(0) = sqrt(m1)
+      do n = 1, most_means
+         a(n) = (a(n - 1) + b(n - 1))/2
+         b(n) = sqrt(a(n - 1)*b(n - 1))
+         ! The next difference is the square of this one: below round-off.
+         if (abs(a(n - 1) - b(n - 1)) <= 1.0e-8_wp*a(n - 1)) return
+      end do
+      n = most_means
+   end subroutine means
+
+   !> True if a whole number is odd.
+   pure logical function is_odd(n)
+      real(wp), intent(in) :: n
+      is_odd = abs(mod(n, 2.0_wp)) > 0.5_wp
+   end function is_odd
+
+end module nutate_elliptic
