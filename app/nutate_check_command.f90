@@ -5,6 +5,7 @@ module nutate_check_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_control, only: control_settings_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_files, only: STANDARD_OUTPUT
@@ -149,12 +150,31 @@ contains
             call page%item('auxiliary inertia', 'infinite')
          end if
          if (.not. settings%projection) call page%item('projection', 'switched off')
+         if (scene%control%active()) then
+            call page%item('steps', steps_text(scene%control, plan%end_time))
+            return
+         end if
          call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &
                         rounded_text(plan%time_step)//' s, to t = '//rounded_text(plan%end_time)//' s')
          turn = abs(plan%time_step)*norm2(angular_velocity(scene%system, scene%initial))
          call page%item('turn in a step', rounded_text(turn, 3)//' rad at the start')
       end associate
    end subroutine add_method
+
+   !> How the steps are chosen.
+   function steps_text(control, end_time) result(text)
+      type(control_settings_t), intent(in) :: control
+      !> s.
+      real(wp), intent(in) :: end_time
+      character(len=:), allocatable :: text
+      if (control%accuracy > 0.0_wp) then
+         text = 'chosen by pilot runs for an attitude error of '//rounded_text(control%accuracy, 3)//' rad at t = '// &
+                rounded_text(end_time)//' s'
+      else
+         text = 'chosen for an error of '//rounded_text(control%local_tolerance, 3)//' rad each, to t = '// &
+                rounded_text(end_time)//' s'
+      end if
+   end function steps_text
 
    !> What the run should keep.
    subroutine add_invariants(page, scene)
@@ -187,6 +207,13 @@ contains
       integer(long) :: n, rows
       call page%line('output')
       call columns%choose(scene%output%columns, status)
+      if (status%ok()) call page%item('columns', columns%header())
+      if (scene%control%active()) then
+         call page%item('file', printable_path(scene%output%file))
+         if (scene%control%interval > 0.0_wp) &
+            call page%item('rows', 'one every '//rounded_text(scene%control%interval)//' s')
+         return
+      end if
       n = count_steps(scene%initial%t, scene%plan)
       rows = 1 + n/scene%plan%every + min(modulo(n, scene%plan%every), 1_long)
       call page%item('file', printable_path(scene%output%file)//', about '// &
@@ -196,7 +223,6 @@ contains
       else
          call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
       end if
-      if (status%ok()) call page%item('columns', columns%header())
    end subroutine add_output
 
    !> A number of bytes for people.

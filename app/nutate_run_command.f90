@@ -1,7 +1,9 @@
 !> `nutate run SCENE`: simulates a scene and writes its history.
 module nutate_run_command
+   use nutate_accuracy, only: find_error_rate
    use nutate_cli, only: command_t
    use nutate_console, only: plural, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SUCCESS
+   use nutate_control, only: integrate_controlled
    use nutate_decimal, only: rounded_text
    use nutate_files, only: same_file, STANDARD_ERROR
    use nutate_kinds, only: wp, long
@@ -45,6 +47,14 @@ contains
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          return
       end if
+      if (scene%control%accuracy > 0.0_wp) then
+         call find_error_rate(scene%system, scene%integrator, scene%initial, scene%plan, scene%control, status)
+         if (.not. status%ok()) then
+            call say_error('nutate: '//printable_path(scene%file)//': a pilot run failed: '//trim(status%message))
+            exit_code = EXIT_RUN
+            return
+         end if
+      end if
       call watcher%history%open(scene%output%file, scene%output%columns, scene%system, scene%initial, &
                                 scene%integrator%inverse_auxiliary_inertia, status)
       if (.not. status%ok()) then
@@ -70,7 +80,12 @@ contains
       state = scene%initial
       call watcher%start(scene%system, state, scene%plan, scene%integrator, command%quiet)
       call system_clock(started)
-      call integrate(scene%system, stepper, state, scene%plan, watcher, summary, status)
+      if (scene%control%active()) then
+         call integrate_controlled(scene%system, scene%integrator, scene%control, state, scene%plan, watcher, summary, &
+                                   status)
+      else
+         call integrate(scene%system, stepper, state, scene%plan, watcher, summary, status)
+      end if
       call watcher%progress%erase()
       if (.not. status%ok()) then
          call watcher%history%abandon(closing)

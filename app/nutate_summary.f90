@@ -1,6 +1,7 @@
 !> What a run came to, for people.
 module nutate_summary
    use nutate_console, only: count_text, page_t, plural, vector_text
+   use nutate_control, only: control_settings_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
@@ -52,16 +53,40 @@ contains
       real(wp), intent(in) :: seconds, output_seconds
       real(wp) :: n
       n = max(real(summary%steps, wp), 1.0_wp)
-      call page%item('steps', count_text(summary%steps)//' of '//rounded_text(scene%plan%time_step)//' s, to t = '// &
-                     rounded_text(scene%plan%end_time)//' s')
-      if (summary%cut_steps > 0) call page%item('cut steps', count_text(summary%cut_steps)//', '// &
-                                                count_text(summary%parts)//' steps and parts in all')
+      if (scene%control%active()) then
+         call add_control(page, scene%control, scene%plan%end_time, summary)
+      else
+         call page%item('steps', count_text(summary%steps)//' of '//rounded_text(scene%plan%time_step)// &
+                        ' s, to t = '//rounded_text(scene%plan%end_time)//' s')
+         if (summary%cut_steps > 0) call page%item('cut steps', count_text(summary%cut_steps)//', '// &
+                                                   count_text(summary%parts)//' steps and parts in all')
+      end if
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
                      ' s for the rows')
       call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')
       call page%item('Newton iterations', rounded_text(real(summary%iterations, wp)/n, 3)//' per step, '// &
                      count_text(int(summary%most_iterations, long))//' at most')
    end subroutine add_effort
+
+   !> Steps that were chosen by their error.
+   subroutine add_control(page, control, end_time, summary)
+      type(page_t), intent(inout) :: page
+      type(control_settings_t), intent(in) :: control
+      !> s.
+      real(wp), intent(in) :: end_time
+      type(run_summary_t), intent(in) :: summary
+      call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '//rounded_text(end_time)// &
+                     ' s; '//count_text(summary%cut_steps)//' more refused')
+      if (control%accuracy <= 0.0_wp) then
+         call page%item('error of a step', 'below '//rounded_text(control%local_tolerance, 3)//' rad')
+      else if (control%estimate <= control%accuracy) then
+         call page%item('estimated error', rounded_text(control%estimate, 3)//' rad of attitude at the end, '// &
+                        rounded_text(control%accuracy, 3)//' asked for')
+      else
+         call page%item('estimated error', rounded_text(control%estimate, 3)//' rad of attitude at the end; the '// &
+                        rounded_text(control%accuracy, 3)//' asked for is out of reach')
+      end if
+   end subroutine add_control
 
    !> How well the invariants were kept.
    subroutine add_invariants(page, invariants)

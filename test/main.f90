@@ -6,9 +6,11 @@ program unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
       unittest_type
    use test_attitude, only: collect_attitude
+   use test_baselines, only: collect_baselines
    use test_body, only: collect_body
    use test_composition, only: collect_composition
    use test_conservation, only: collect_conservation
+   use test_control, only: collect_control
    use test_discrete_states, only: collect_discrete_states
    use test_effect_calls, only: collect_effect_calls
    use test_effect_gradients, only: collect_effect_gradients
@@ -74,9 +76,11 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("attitude", collect_attitude), &
+         new_testsuite("baselines", collect_baselines), &
          new_testsuite("body", collect_body), &
          new_testsuite("composition", collect_composition), &
          new_testsuite("conservation", collect_conservation), &
+         new_testsuite("control", collect_control), &
          new_testsuite("discrete_states", collect_discrete_states), &
          new_testsuite("effect_calls", collect_effect_calls), &
          new_testsuite("effect_gradients", collect_effect_gradients), &

@@ -87,7 +87,7 @@ contains
          case_t(' ', '', 'a.nml:1: the group &body is missing'), &
          case_t(initial//integrator//'! last', '', 'a.nml:3: the group &body is missing'), &
          case_t(body//initial//lf, '', 'a.nml:3: the group &integrator is missing'), &
-         case_t(body//initial//'&integrator'//lf//'end_time = 1 /', '', 'a.nml:3: &integrator lacks time_step'), &
+         case_t(body//initial//'&integrator'//lf//'end_time = 1 /', '', 'a.nml:3: &integrator is incomplete'), &
          case_t('&body'//lf//'mass = 1 /'//lf//initial//integrator, '', 'a.nml:1: &body is incomplete'), &
          case_t(body//'&initial'//lf//'euler = 3*0'//lf//'/'//lf//integrator, '', 'a.nml:2: &initial is incomplete'), &
          case_t(body//initial//'&integrator'//lf//'time_step = 1', '', 'a.nml:3: &integrator is not closed')], error)
@@ -109,7 +109,7 @@ contains
          case_t(body//initial//integrator, "body.shape='box'", &
                 '--set: inertia and shape in &body say the same thing'), &
          case_t(body//initial//integrator, 'integrator.end_time=-1', '--set: end_time has not the sign of time_step'), &
-         case_t(body//initial, 'integrator.end_time=1', '--set: &integrator lacks time_step'), &
+         case_t(body//initial, 'integrator.end_time=1', '--set: &integrator is incomplete'), &
          case_t(body//initial, 'body.mass=1', 'a.nml:2: the group &integrator is missing'), &
          case_t(body//initial//'&integrator end_time = x /', 'integrator.end_time=1', &
                 "a.nml:3: 'x' is not a number")], &

@@ -4,7 +4,7 @@ set -u
 . "$(dirname "$0")/environment.sh"
 
 [ -x "$program" ] || say "Building with $FFLAGS (the first build takes a minute)"
-quietly build fpm build --flag "$FFLAGS" || exit 1
+build build || exit 1
 path=$(fpm_path run nutate)
 [ -n "$path" ] || die "fpm does not say where it put the program"
 ln -sf "${path#build/}" "$program"

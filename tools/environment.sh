@@ -34,6 +34,19 @@ quietly() {
    return $status
 }
 
+# build NAME ARGUMENT...: fpm build with $FFLAGS. fpm leaves a test module as it was whose own text is unchanged when a module
+# below it has changed; gfortran then cannot read the old .mod files, and only a fresh build helps.
+build() {
+   local name=$1
+   shift
+   mkdir -p "$logs"
+   fpm build "$@" --flag "$FFLAGS" >"$logs/$name.log" 2>&1 </dev/null && return
+   if grep -q -e 'Reading module' -e 'Mismatch in components' "$logs/$name.log"; then
+      find build -mindepth 1 -maxdepth 1 -type d -name '*_*' -exec rm -rf {} +
+   fi
+   quietly "$name" fpm build "$@" --flag "$FFLAGS"
+}
+
 # The fpm of Fortran; another program of that name exists.
 has_fpm() { has fpm && fpm --version 2>/dev/null | grep -qi fortran; }
 

@@ -50,7 +50,7 @@ run_cli() {
 }
 
 say "Building the tests with ${FPM_FC:-gfortran} $FFLAGS"
-if quietly "build-$name" fpm build --tests --flag "$FFLAGS"; then
+if build "build-$name" --tests; then
    without_progress "$logs/build-$name.log" # warnings
    for part in "${parts[@]}"; do "run_$part"; done
 else

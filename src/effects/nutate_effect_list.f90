@@ -34,6 +34,8 @@ module nutate_effect_list
       procedure :: add
       !> True if the motion depends on the attitude.
       procedure :: needs_attitude
+      !> Times between two times at which a torque starts or stops.
+      procedure :: breaks_between
    end type effect_list_t
 
 contains
@@ -62,6 +64,27 @@ contains
          if (self%torques(i)%item%needs_attitude()) needs_attitude = .true.
       end do
    end function needs_attitude
+
+   !> Times between two times at which a torque starts or stops, in the order in which they are reached, s; shape (any).
+   pure function breaks_between(self, t_first, t_last) result(breaks)
+      class(effect_list_t), intent(in) :: self
+      !> s; the last may come before the first.
+      real(wp), intent(in) :: t_first, t_last
+      real(wp), allocatable :: breaks(:)
+      real(wp) :: window(2), earliest
+      integer :: i, k
+      allocate (breaks(0))
+      do i = 1, self%n_torques
+         call self%torques(i)%item%window(window(1), window(2))
+         breaks = [breaks, pack(window, window > min(t_first, t_last) .and. window < max(t_first, t_last))]
+      end do
+      do i = 1, size(breaks) - 1
+         k = i - 1 + minloc(sign(1.0_wp, t_last - t_first)*breaks(i:), 1)
+         earliest = breaks(k)
+         breaks(k) = breaks(i)
+         breaks(i) = earliest
+      end do
+   end function breaks_between
 
    subroutine add_potential(self, effect)
       class(effect_list_t), intent(inout) :: self

@@ -5,6 +5,8 @@
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
    use nutate_columns, only: need_attitude
+   use nutate_control, only: control_settings_t
+   use nutate_effect_list, only: effect_list_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
@@ -45,6 +47,8 @@ module nutate_scene
       type(integrator_settings_t) :: integrator
       !> Step, end, rows.
       type(run_plan_t) :: plan
+      !> What the steps must keep to, where their length is not given.
+      type(control_settings_t) :: control
       type(output_settings_t) :: output
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
@@ -125,6 +129,16 @@ contains
       kinds(2:4)%required = .true.
    end function scene_kinds
 
+   !> Raises an error where the closed solution of a free body is asked for and the body is not free.
+   subroutine check_free(effects, integrator, error)
+      type(effect_list_t), intent(in) :: effects
+      !> The group `&integrator`.
+      type(group_t), intent(in) :: integrator
+      type(scene_error_t), intent(inout) :: error
+      if (effects%n_potentials + effects%n_torques + effects%n_rotors > 0) call error%raise( &
+         integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
+   end subroutine check_free
+
    !> Builds the parts from groups that have been checked one by one.
    subroutine build_scene(path, scene, error)
       character(len=*), intent(in) :: path
@@ -145,10 +159,12 @@ contains
       if (error%raised) return
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')
-      call build_integrator(group, scene%integrator, scene%plan, error)
+      call build_integrator(group, scene%integrator, scene%plan, scene%control, error)
       if (error%raised) return
+      if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
       call check_motion(scene%system, omega, scene%plan, first_group(scene%groups, 'initial'), group, error)
-      call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
+      call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%control, &
+                        scene%output, error)
       if (error%raised) return
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. need_attitude(scene%output%columns)
    end subroutine build_scene

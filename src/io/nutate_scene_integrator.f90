@@ -1,12 +1,13 @@
 !> `&integrator`: method, step and end.
 module nutate_scene_integrator
+   use nutate_control, only: control_settings_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT, NOT_ZERO, POSITIVE, &
       POSITIVE_OR_INFINITE
    use nutate_kinds, only: wp
    use nutate_methods, only: methods
    use nutate_run, only: run_plan_t
-   use nutate_scene_error, only: scene_error_t
-   use nutate_spelling, only: comma_list, distinct
+   use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
+   use nutate_spelling, only: comma_list, distinct, joined
    use nutate_stepper, only: integrator_settings_t
    implicit none
    private
@@ -22,13 +23,15 @@ contains
 
    !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods.
    pure function integrator_keys() result(keys)
-      type(key_t) :: keys(9)
+      type(key_t) :: keys(11)
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
 
-      keys = [key_t(name='method', kind=KEY_TEXT, choices=comma_list(distinct(names))), &
+      keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct(names))), &
               key_t(name='order', kind=KEY_INTEGER), &
-              key_t(name='linear_solver', kind=KEY_TEXT, choices=comma_list(distinct(solvers))), &
-              key_t(name='time_step', range=NOT_ZERO, required=.true.), &
+              key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(pack(solvers, solvers /= '')))), &
+              key_t(name='time_step', range=NOT_ZERO), &
+              key_t(name='accuracy', range=POSITIVE), &
+              key_t(name='local_tolerance', range=POSITIVE), &
               key_t(name='end_time', range=NOT_ZERO, required=.true.), &
               key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
               key_t(name='projection', kind=KEY_LOGICAL), &
@@ -36,15 +39,17 @@ contains
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
 
-   !> Integrator settings, and the plan's step and end.
-   subroutine build_integrator(group, settings, plan, error)
+   !> Integrator settings, the plan's step and end, or what steps must keep to.
+   subroutine build_integrator(group, settings, plan, control, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(out) :: settings
       type(run_plan_t), intent(inout) :: plan
+      type(control_settings_t), intent(out) :: control
       type(scene_error_t), intent(inout) :: error
       real(wp) :: j0
 
       settings%method = group%text('method', settings%method)
+      call take_defaults(settings)
       settings%order = group%whole('order', settings%order)
       settings%linear_solver = group%text('linear_solver', settings%linear_solver)
       settings%projection = group%flag('projection', settings%projection)
@@ -58,8 +63,44 @@ contains
       if (settings%tolerance >= 1.0_wp) &
          call error%raise(group%line_of('tolerance'), 'tolerance is 1 or more', expected='a number between 0 and 1')
       if (.not. settings%projection) call check_projection(group, settings, error)
-      if (.not. error%raised) call build_times(group, plan, error)
+      if (.not. error%raised) call build_control(group, settings, control, error)
+      if (.not. error%raised) call build_times(group, control, plan, error)
    end subroutine build_integrator
+
+   !> Order and solver of the first of a method's rows in the table.
+   pure subroutine take_defaults(settings)
+      type(integrator_settings_t), intent(inout) :: settings
+      integer :: i
+      do i = 1, size(methods)
+         if (methods(i)%name /= settings%method) cycle
+         settings%order = methods(i)%order
+         settings%linear_solver = methods(i)%linear_solver
+         return
+      end do
+   end subroutine take_defaults
+
+   !> What steps must keep to, where their length is not given.
+   subroutine build_control(group, settings, control, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(control_settings_t), intent(inout) :: control
+      type(scene_error_t), intent(inout) :: error
+      character(len=name_length), parameter :: ways(3) = [character(len=name_length) :: &
+                                                          'time_step', 'accuracy', 'local_tolerance']
+      integer :: i
+      call demand_one_of(group, ways, error)
+      call allow_one_of(group, ways, error)
+      if (error%raised) return
+      control%accuracy = group%number('accuracy', 0.0_wp)
+      control%local_tolerance = group%number('local_tolerance', 0.0_wp)
+      if (.not. control%active()) return
+      do i = 2, 3
+         if (group%number(trim(ways(i)), 0.0_wp) >= 1.0_wp) call error%raise(group%line_of(trim(ways(i))), &
+            trim(ways(i))//' is 1 rad or more', expected='a small angle, rad')
+      end do
+      if (.not. error%raised .and. settings%order < 1) call error%raise(group%line_of('method'), &
+         trim(settings%method)//' has no error to control', expected='time_step with it')
+   end subroutine build_control
 
    !> Raises an error for a combination of method, solver and order that there is not.
    subroutine check_method(group, settings, error)
@@ -75,7 +116,7 @@ contains
       fits = names == settings%method .and. solvers == settings%linear_solver
       if (.not. any(fits)) then
          call error%raise(group%line_of('linear_solver'), trim(settings%method)//' has no linear_solver '// &
-                          trim(settings%linear_solver), expected=comma_list(pack(solvers, names == settings%method)))
+                          trim(settings%linear_solver), expected=solvers_text(settings%method))
       else if (.not. any(fits .and. orders == settings%order)) then
          write (order, '(i0)') settings%order
          write (numbers, '(i0)') orders
@@ -83,6 +124,15 @@ contains
                           expected=comma_list(distinct(pack(numbers, fits))))
       end if
    end subroutine check_method
+
+   !> The linear solvers that a method can have.
+   pure function solvers_text(method) result(text)
+      character(len=*), intent(in) :: method
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      text = comma_list(distinct(pack(solvers, names == method)))
+      if (text == '') text = 'no linear_solver with this method'
+   end function solvers_text
 
    !> Without the projection something must hold q·p: a finite auxiliary inertia, which only the 8×8 system has.
    subroutine check_projection(group, settings, error)
@@ -99,13 +149,18 @@ contains
    end subroutine check_projection
 
    !> Step and end: of one sign, and not too many steps.
-   subroutine build_times(group, plan, error)
+   subroutine build_times(group, control, plan, error)
       type(group_t), intent(in) :: group
+      type(control_settings_t), intent(in) :: control
       type(run_plan_t), intent(inout) :: plan
       type(scene_error_t), intent(inout) :: error
 
       plan%time_step = group%number('time_step', 1.0_wp)
       plan%end_time = group%number('end_time', 1.0_wp)
+      if (control%active()) then
+         plan%time_step = 0.0_wp
+         return
+      end if
       if ((plan%time_step > 0.0_wp) .neqv. (plan%end_time > 0.0_wp)) then
          call error%raise(group%line_of('end_time'), 'end_time has not the sign of time_step', &
                           expected='both positive, or both negative to go back in time')

@@ -1,6 +1,7 @@
 !> `&output`: where the rows go, how often, and which columns they have.
 module nutate_scene_output
    use nutate_columns, only: column_sets
+   use nutate_control, only: control_settings_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_TEXT, POSITIVE
    use nutate_kinds, only: wp, long
    use nutate_run, only: run_plan_t
@@ -36,7 +37,7 @@ contains
    end function output_keys
 
    !> Output settings, and the plan's `every`.
-   subroutine build_output(group, scene_name, path, plan, output, error)
+   subroutine build_output(group, scene_name, path, plan, control, output, error)
       type(group_t), intent(in) :: group
       !> Name of the scene: that of the file unless the group gives one.
       character(len=*), intent(in) :: scene_name
@@ -44,6 +45,8 @@ contains
       character(len=*), intent(in) :: path
       !> Its `time_step` is used, its `every` is set.
       type(run_plan_t), intent(inout) :: plan
+      !> Its `interval` is set where it is active.
+      type(control_settings_t), intent(inout) :: control
       type(output_settings_t), intent(out) :: output
       type(scene_error_t), intent(inout) :: error
 
@@ -56,7 +59,11 @@ contains
       call allow_one_of(group, [character(len=name_length) :: 'every', 'interval'], error)
       if (error%raised) return
       plan%every = group%whole('every', 1)
-      if (group%has('interval')) call count_steps(group, plan, error)
+      if (control%active()) then
+         control%interval = group%number('interval', 0.0_wp)
+      else if (group%has('interval')) then
+         call count_steps(group, plan, error)
+      end if
       call build_columns(group, output, error)
    end subroutine build_output
 

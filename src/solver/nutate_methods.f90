@@ -1,27 +1,32 @@
 !> The integration methods a scene can name: one line each. A new method is its own file and a line here.
 module nutate_methods
    use nutate_composition, only: composition_t
+   use nutate_dop853, only: dop853_t
+   use nutate_exact_stepper, only: exact_t
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_reduced, only: reduced_t
+   use nutate_rk4, only: rk4_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: method_t, methods, make_stepper, equations_of
+   public :: method_t, methods, make_stepper, equations_of, order_of
 
    !> One method, as scene files and messages speak of it.
    type :: method_t
       character(len=24) :: name
+      !> Blank for a method without one, of which there is a single row.
       character(len=24) :: linear_solver
+      !> 0 for a method without an error.
       integer :: order
       !> What is solved in a step.
       character(len=64) :: equations
    end type method_t
 
    !> Every combination of method, linear solver and order that there is.
-   type(method_t), parameter :: methods(8) = [ &
+   type(method_t), parameter :: methods(11) = [ &
       method_t('nielsen_krenk', 'lapack', 2, '8 equations in q and p (LAPACK)'), &
       method_t('nielsen_krenk', 'lapack', 4, '8 equations in q and p (LAPACK), 5 times'), &
       method_t('nielsen_krenk', 'lapack', 6, '8 equations in q and p (LAPACK), 9 times'), &
@@ -29,23 +34,52 @@ module nutate_methods
       method_t('nielsen_krenk', 'reduced', 2, '3 equations in the turn of the step'), &
       method_t('nielsen_krenk', 'reduced', 4, '3 equations in the turn of the step, 5 times'), &
       method_t('nielsen_krenk', 'reduced', 6, '3 equations in the turn of the step, 9 times'), &
-      method_t('nielsen_krenk', 'reduced', 8, '3 equations in the turn of the step, 17 times')]
+      method_t('nielsen_krenk', 'reduced', 8, '3 equations in the turn of the step, 17 times'), &
+      method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations'), &
+      method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations'), &
+      method_t('exact', '', 0, 'the closed solution of a free body')]
 
 contains
+
+   !> Row of the table that the settings mean; 0 where there is none. Order and solver count where the method has
+   !> several.
+   pure integer function row_of(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      integer :: i
+      row_of = 0
+      do i = 1, size(methods)
+         if (methods(i)%name /= settings%method) cycle
+         if (methods(i)%linear_solver == '' .or. (methods(i)%linear_solver == settings%linear_solver .and. &
+                                                  methods(i)%order == settings%order)) row_of = i
+      end do
+   end function row_of
+
+   !> Order of the method that the settings mean; 0 where there is none.
+   pure integer function order_of(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      integer :: row
+      row = row_of(settings)
+      order_of = 0
+      if (row > 0) order_of = methods(row)%order
+   end function order_of
 
    !> What a step of these settings solves, in words.
    pure function equations_of(settings) result(text)
       type(integrator_settings_t), intent(in) :: settings
       character(len=:), allocatable :: text
-      integer :: i
+      integer :: row
+      row = row_of(settings)
       text = ''
-      do i = 1, size(methods)
-         if (methods(i)%name == settings%method .and. methods(i)%linear_solver == settings%linear_solver .and. &
-             methods(i)%order == settings%order) text = trim(methods(i)%equations)
-      end do
-      if (.not. settings%attitude) &
+      if (row > 0) text = trim(methods(row)%equations)
+      if (leaves_attitude_out(settings)) &
          text = '3 equations for the body momentum; nothing depends on the attitude, which is left out'
    end function equations_of
+
+   !> True where the body momentum alone is integrated.
+   pure logical function leaves_attitude_out(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      leaves_attitude_out = .not. settings%attitude .and. settings%method == 'nielsen_krenk'
+   end function leaves_attitude_out
 
    !> A stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced form,
    !> whichever the solver: the body momentum has three equations.
@@ -56,18 +90,26 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       class(stepper_t), allocatable, intent(out) :: stepper
       type(status_t), intent(out) :: status
-      if (.not. any(methods%name == settings%method .and. methods%linear_solver == settings%linear_solver .and. &
-                    methods%order == settings%order)) then
+      if (row_of(settings) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)//"' of this order and solver", &
                        'method')
          return
       end if
-      if (settings%linear_solver == 'reduced' .or. .not. settings%attitude) then
-         allocate (reduced_t :: stepper)
-      else
-         allocate (nielsen_krenk_t :: stepper)
-      end if
-      if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
+      select case (settings%method)
+      case ('rk4')
+         allocate (rk4_t :: stepper)
+      case ('dop853')
+         allocate (dop853_t :: stepper)
+      case ('exact')
+         allocate (exact_t :: stepper)
+      case default
+         if (settings%linear_solver == 'reduced' .or. leaves_attitude_out(settings)) then
+            allocate (reduced_t :: stepper)
+         else
+            allocate (nielsen_krenk_t :: stepper)
+         end if
+         if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
+      end select
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
 

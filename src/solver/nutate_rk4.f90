@@ -1,0 +1,62 @@
+!> The classical Runge-Kutta method of order 4 with the attitude normalised after every step: a baseline. It conserves
+!> nothing but |q| = 1.
+module nutate_rk4
+   use nutate_kinds, only: wp
+   use nutate_rigid_rates, only: begin_step, end_step, get_rates, n_rates, prepare_rates, rigid_rates_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: rk4_t
+
+   !> Weights of the outer and the inner stages.
+   real(wp), parameter :: outer = 1.0_wp/6, inner = 1.0_wp/3
+
+   !> Kutta's method (1901). `step` allocates nothing.
+   type, extends(stepper_t) :: rk4_t
+      private
+      type(rigid_rates_t) :: rates
+   contains
+      procedure :: prepare
+      procedure :: step
+   end type rk4_t
+
+contains
+
+   !> Of the settings only `attitude` counts. No errors of its own.
+   subroutine prepare(self, system, settings, status)
+      class(rk4_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      call prepare_rates(self%rates, system, settings%attitude)
+      if (allocated(self%work)) deallocate (self%work)
+      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+   end subroutine prepare
+
+   !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
+   !> `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
+   subroutine step(self, system, state, dt, status)
+      class(rk4_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      real(wp), dimension(n_rates) :: y, k1, k2, k3, k4
+      real(wp) :: decisive
+      decisive = state%t + 0.5_wp*dt
+      if (self%is_part) decisive = self%whole_middle
+      call begin_step(self%rates, system, state, dt, decisive, y)
+      call get_rates(self%rates, system, 0.0_wp, y, outer, k1)
+      call get_rates(self%rates, system, 0.5_wp, y + 0.5_wp*k1, inner, k2)
+      call get_rates(self%rates, system, 0.5_wp, y + 0.5_wp*k2, inner, k3)
+      call get_rates(self%rates, system, 1.0_wp, y + k3, outer, k4)
+      y = y + (outer*(k1 + k4) + inner*(k2 + k3))
+      call end_step(self%rates, y, state, status)
+      if (status%code == 0) self%work(:) = self%rates%work
+   end subroutine step
+
+end module nutate_rk4

@@ -1,0 +1,344 @@
+!> Steps chosen by their error: the accuracy asked for is the error that comes out, and nothing else suffers.
+module test_control
+   use nutate_accuracy, only: find_error_rate
+   use nutate_applied_torque, only: applied_torque_t
+   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_damping, only: damping_t
+   use nutate_exact_free, only: free_body_t
+   use nutate_hamiltonian, only: body_momentum
+   use nutate_invariants, only: invariants_t
+   use nutate_kinds, only: wp, eps, long
+   use nutate_quaternion, only: attitude_distance
+   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_spring, only: spring_t
+   use nutate_state, only: state_t
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, status_t
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_control
+
+   !> Keeps the states shown, and the largest departure of the invariants.
+   type, extends(observer_t) :: recorder_t
+      integer :: rows = 0
+      type(state_t) :: states(200)
+      real(wp) :: work(200) = 0.0_wp
+      type(invariants_t) :: invariants
+   contains
+      procedure :: observe => record_row
+   end type recorder_t
+
+contains
+
+   subroutine collect_control(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("accuracy is met on the top of Brüls", accuracy_on_the_top_of_bruls), &
+                  new_unittest("accuracy is met on the top of Simo", accuracy_on_the_top_of_simo), &
+                  new_unittest("accuracy is met on the precessing top", accuracy_on_the_precessing_top), &
+                  new_unittest("accuracy is met on a free body", accuracy_on_a_free_body), &
+                  new_unittest("accuracy is met on the unstable box", accuracy_on_the_box), &
+                  new_unittest("accuracy is met with all kinds of effects", accuracy_with_effects), &
+                  new_unittest("accuracy out of reach is said to be", accuracy_out_of_reach), &
+                  new_unittest("rows at intervals are as accurate as the steps", rows_at_intervals), &
+                  new_unittest("rows do not disturb the steps", rows_do_not_disturb), &
+                  new_unittest("local tolerance bounds the error of each step", local_tolerance_bounds_steps), &
+                  new_unittest("steps end where torques do", steps_end_where_torques_do), &
+                  new_unittest("goes backwards in time", goes_backwards), &
+                  new_unittest("a goal without tolerance is refused, a limit ends the run", bad_goals_and_limits)]
+   end subroutine collect_control
+
+   subroutine record_row(self, system, state, record, status)
+      class(recorder_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      if (self%rows == 0) call self%invariants%start(system, state)
+      call self%invariants%measure(system, state, record%work)
+      self%rows = min(self%rows + 1, size(self%states))
+      self%states(self%rows) = state
+      self%work(self%rows) = record%work
+   end subroutine record_row
+
+   pure type(integrator_settings_t) function of_order(order)
+      integer, intent(in) :: order
+      of_order%order = order
+      of_order%linear_solver = 'reduced'
+   end function of_order
+
+   subroutine accuracy_on_the_top_of_bruls(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_accuracy(error, bruls_top(), 2.0_wp, [0.122947135041533467_wp, -0.491079892550027015_wp, &
+                                                       0.350430030343620962_wp, -0.787986887550485669_wp])
+   end subroutine accuracy_on_the_top_of_bruls
+
+   subroutine accuracy_on_the_top_of_simo(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_accuracy(error, simo_top(), 10.0_wp, [0.2438016485933435_wp, 0.0195997964216783492_wp, &
+                                                       -0.0187249229592649203_wp, -0.96944622408030772_wp])
+   end subroutine accuracy_on_the_top_of_simo
+
+   subroutine accuracy_on_the_precessing_top(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_accuracy(error, precessing_top(), 1.0_wp, [-0.74129324557326555_wp, 0.49974636690044272_wp, &
+                                                            0.015923842809073599_wp, -0.44775475884400627_wp])
+   end subroutine accuracy_on_the_precessing_top
+
+   subroutine accuracy_on_a_free_body(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_accuracy(error, free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp]), 10.0_wp, &
+                          [-0.736061364160793936_wp, -0.570786951240350733_wp, -0.299388571830790094_wp, &
+                           -0.206839086104673192_wp])
+   end subroutine accuracy_on_a_free_body
+
+   !> Its instability amplifies local errors, round-off included.
+   subroutine accuracy_on_the_box(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(free_body_t) :: solution
+      type(status_t) :: status
+      real(wp) :: q(4), momentum(3)
+      problem = box()
+      call solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), status)
+      call solution%evaluate(5.0_wp, q, momentum)
+      call check_accuracy(error, problem, 5.0_wp, q, finest=1e-10_wp)
+   end subroutine accuracy_on_the_box
+
+   !> Against order 8 with steps for 1e-13.
+   subroutine accuracy_with_effects(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: reference
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(control_settings_t) :: goal
+      type(status_t) :: status
+      problem = bruls_top()
+      call problem%system%effects%add(damping_t([0.3_wp, 0.1_wp, 0.2_wp]))
+      call problem%system%effects%add(spring_t([0.0_wp, 1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp, 1.0_wp], 40.0_wp, 0.5_wp))
+      call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[3.0_wp, 1.0_wp, -2.0_wp], &
+                                                       in_space=.true., frequency=2.0_wp))
+      goal%accuracy = 1e-13_wp
+      call run(problem, 8, 0.5_wp, goal, recorder, reference, summary, status)
+      call check_accuracy(error, problem, 0.5_wp, reference%q, finest=1e-11_wp)
+   end subroutine accuracy_with_effects
+
+   !> Runs a problem, with pilots where an accuracy is asked for.
+   subroutine run(problem, order, end_time, goal, recorder, state, summary, status)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: order
+      real(wp), intent(in) :: end_time
+      type(control_settings_t), intent(inout) :: goal
+      type(recorder_t), intent(inout) :: recorder
+      type(state_t), intent(out) :: state
+      type(run_summary_t), intent(out) :: summary
+      type(status_t), intent(out) :: status
+      type(run_plan_t) :: plan
+      plan%end_time = end_time
+      state = problem%start
+      if (goal%accuracy > 0.0_wp) &
+         call find_error_rate(problem%system, of_order(order), problem%start, plan, goal, status)
+      if (.not. status%ok()) return
+      call integrate_controlled(problem%system, of_order(order), goal, state, plan, recorder, summary, status)
+   end subroutine run
+
+   !> The error that comes out is at most the accuracy asked for and at least a tenth of it, where the longest turn of
+   !> a step does not make it smaller; the estimate says so within a factor 2; the invariants hold.
+   subroutine check_accuracy(error, problem, end_time, exact, finest)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: end_time, exact(4)
+      !> Least accuracy to try, rad; default 1e-12.
+      real(wp), intent(in), optional :: finest
+      type(control_settings_t) :: goal
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: accuracy, least, found
+      integer :: order, exponent
+      character(len=40) :: label
+      least = 1e-12_wp
+      if (present(finest)) least = finest
+      do order = 4, 8, 2
+         do exponent = 4, 2*order - 4, 2
+            accuracy = 10.0_wp**(-exponent)
+            if (accuracy < 0.5_wp*least) exit
+            write (label, '("order ",i0,", accuracy ",es7.1)') order, accuracy
+            goal = control_settings_t(accuracy=accuracy)
+            recorder%rows = 0
+            call run(problem, order, end_time, goal, recorder, state, summary, status)
+            call check(error, status%ok(), trim(label)//": "//trim(status%message))
+            if (allocated(error)) return
+            found = attitude_distance(state%q, exact)
+            call check_below(error, found, accuracy, trim(label)//": error")
+            if (allocated(error)) return
+            if (summary%steps > 4*end_time*norm2(body_momentum(problem%start))/maxval(problem%system%body%moments)) &
+               call check_below(error, 0.5_wp*goal%estimate, found + 1e-13_wp, trim(label)//": estimate")
+            if (allocated(error)) return
+            call check_below(error, found, 2*goal%estimate, trim(label)//": error beyond the estimate")
+            if (allocated(error)) return
+            call check_below(error, max(recorder%invariants%energy_error(), recorder%invariants%momentum_error()), &
+                             1e-12_wp, trim(label)//": invariants")
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine check_accuracy
+
+   subroutine accuracy_out_of_reach(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(control_settings_t) :: goal
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      goal%accuracy = 1e-15_wp
+      call run(bruls_top(), 8, 0.5_wp, goal, recorder, state, summary, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check(error, goal%estimate > goal%accuracy, "an accuracy below round-off is said to be reached")
+   end subroutine accuracy_out_of_reach
+
+   !> Rows between the steps: unit quaternions, at the times asked for, within the accuracy of the exact solution.
+   subroutine rows_at_intervals(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(free_body_t) :: solution
+      type(control_settings_t) :: goal
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: q(4), momentum(3)
+      integer :: i
+      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
+      call solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), status)
+      goal = control_settings_t(accuracy=1e-9_wp, interval=0.07_wp)
+      call run(problem, 6, 10.0_wp, goal, recorder, state, summary, status)
+      call check(error, recorder%rows, 144)
+      if (allocated(error)) return
+      do i = 1, recorder%rows
+         associate (row => recorder%states(i))
+            call check_close(error, row%t, min(10.0_wp, (i - 1)*0.07_wp), 2*eps*10, "time")
+            if (allocated(error)) return
+            call check_close(error, dot_product(row%q, row%q), 1.0_wp, 16*eps, "unit norm")
+            if (allocated(error)) return
+            call solution%evaluate(row%t, q, momentum)
+            call check_below(error, attitude_distance(row%q, q), 1e-9_wp, "error of a row")
+            if (allocated(error)) return
+         end associate
+      end do
+   end subroutine rows_at_intervals
+
+   subroutine rows_do_not_disturb(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(control_settings_t) :: goal
+      type(recorder_t) :: rare, dense
+      type(run_summary_t) :: a, b
+      type(state_t) :: few, many
+      type(status_t) :: status
+      goal%local_tolerance = 1e-8_wp
+      call run(bruls_top(), 6, 0.5_wp, goal, rare, few, a, status)
+      goal%interval = 0.003_wp
+      call run(bruls_top(), 6, 0.5_wp, goal, dense, many, b, status)
+      call check(error, a%steps == b%steps .and. dense%rows == 168, "other steps, or other rows")
+      if (allocated(error)) return
+      call check_close(error, [many%q, many%p], [few%q, few%p], 0.0_wp, "last state")
+   end subroutine rows_do_not_disturb
+
+   !> Each step of a free body against its exact solution from the start of that step.
+   subroutine local_tolerance_bounds_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(free_body_t) :: solution
+      type(control_settings_t) :: goal
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: q(4), momentum(3), worst
+      integer :: i
+      problem = box()
+      goal%local_tolerance = 1e-7_wp
+      call run(problem, 4, 1.5_wp, goal, recorder, state, summary, status)
+      worst = 0.0_wp
+      do i = 2, recorder%rows
+         associate (before => recorder%states(i - 1), after => recorder%states(i))
+            call solution%prepare(problem%system%body%moments, before%q, body_momentum(before), status)
+            call solution%evaluate(after%t - before%t, q, momentum)
+            worst = max(worst, attitude_distance(after%q, q))
+         end associate
+      end do
+      call check_below(error, worst, 2e-7_wp, "largest error")
+      if (allocated(error)) return
+      call check_below(error, 1e-8_wp, worst, "steps far shorter than need be")
+   end subroutine local_tolerance_bounds_steps
+
+   !> A torque from 0.3 to 0.7 s on a body at rest: its momentum is the torque times 0.4 s to round-off.
+   subroutine steps_end_where_torques_do(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(control_settings_t) :: goal
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, 0.0_wp, 2.0_wp], &
+                                                       start=0.3_wp, stop=0.7_wp))
+      goal%local_tolerance = 1e-8_wp
+      call run(problem, 8, 1.0_wp, goal, recorder, state, summary, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, body_momentum(state), [0.0_wp, 0.0_wp, 0.8_wp], 16*eps, "momentum")
+      if (allocated(error)) return
+      call check_close(error, recorder%work(recorder%rows), 0.32_wp, 16*eps, "work")
+   end subroutine steps_end_where_torques_do
+
+   subroutine goes_backwards(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(control_settings_t) :: goal
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      problem = bruls_top()
+      goal%accuracy = 1e-10_wp
+      call run(problem, 8, -0.3_wp, goal, recorder, state, summary, status)
+      problem%start = state
+      goal = control_settings_t(accuracy=1e-10_wp)
+      call run(problem, 8, 0.0_wp, goal, recorder, state, summary, status)
+      problem = bruls_top()
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, [state%t, state%q], [0.0_wp, problem%start%q], 2e-10_wp, "start")
+   end subroutine goes_backwards
+
+   subroutine bad_goals_and_limits(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(control_settings_t) :: goal
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      problem = bruls_top()
+      state = problem%start
+      call integrate_controlled(problem%system, of_order(4), goal, state, run_plan_t(end_time=1.0_wp), recorder, &
+                                summary, status)
+      call check(error, status%code, NUTATE_BAD_ARGUMENT)
+      if (allocated(error)) return
+      goal%local_tolerance = 1e-10_wp
+      call integrate_controlled(problem%system, of_order(4), goal, state, &
+                                run_plan_t(end_time=1.0_wp, max_steps=5_long), recorder, summary, status)
+      call check(error, status%code == NUTATE_STEP_LIMIT .and. summary%steps == 5, "limit")
+   end subroutine bad_goals_and_limits
+
+end module test_control
