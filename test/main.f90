@@ -35,6 +35,7 @@ program unit
    use test_scene, only: collect_scene
    use test_scene_errors, only: collect_scene_errors
    use test_scene_notation, only: collect_scene_notation
+   use test_shipped_scenes, only: collect_shipped_scenes
    use test_step, only: collect_step
    use test_torque_physics, only: collect_torque_physics
    implicit none
@@ -105,6 +106,7 @@ contains
          new_testsuite("scene", collect_scene), &
          new_testsuite("scene_errors", collect_scene_errors), &
          new_testsuite("scene_notation", collect_scene_notation), &
+         new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
          new_testsuite("torque_physics", collect_torque_physics) &
          ]
