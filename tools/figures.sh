@@ -24,3 +24,24 @@ mkdir -p "$data" docs/figures
 simulate box_short scenes/box.nml integrator.time_step=0.01
 simulate box_long scenes/box.nml integrator.time_step=0.1
 draw box_omega
+
+# The box at eight times.
+simulate box_attitudes scenes/box.nml integrator.end_time=2.8 output.every=40 "output.columns='quaternion'"
+awk -f tools/figures/box_edges.awk "$data/box_attitudes.csv" >"$data/box_edges.dat" || exit 1
+draw box_attitudes
+
+# period_error TOP OMEGA3 RATE: error of the period of precession over steps from ΩΔt = 0.014 to 0.8; RATE is exact.
+period_error() {
+   local top=$1 omega3=$2 rate=$3 k step mean
+   for k in 0 1 2 3 4 5 6 7 8 9 10; do
+      step=$(awk -v o="$omega3" -v k="$k" 'BEGIN {print 8/int(8*o/(0.0141*1.5^k))}')
+      simulate "$top" "scenes/$top.nml" "integrator.time_step=$step" integrator.end_time=8 "output.columns='euler'" \
+         "integrator.linear_solver='reduced'"
+      mean=$(awk -f tools/figures/mean_precession.awk "$data/$top.csv") || exit 1
+      awk -v o="$omega3" -v s="$step" -v m="$mean" -v r="$rate" \
+         'BEGIN {e = r/m - 1; print o*s, e < 0 ? -e : e}'
+   done >"$data/period_$top.dat"
+}
+period_error precessing_top 140.6 10
+period_error fast_top 200 4.998774
+draw period_error
