@@ -1,0 +1,79 @@
+"""Steps from an accuracy, and the methods beside the conserving step, through the command line."""
+import math
+
+from support import CommandLineTest
+
+BRUELS = """&body inertia = 0.234375, 0.46875, 0.234375, mass = 15, center_of_mass = 0, 1, 0, inertia_about = 'center_of_mass' /
+&initial angular_velocity = 0, 150, -4.61538 /
+&gravity acceleration = 0, 0, -9.81 /
+&integrator accuracy = 1e-8, order = 8, linear_solver = 'reduced', end_time = 1 /
+&output interval = 0.125 /
+"""
+# Attitude of the heavy top of Bruels, Cardona and Arnold after 1 s, exact.
+EXACT = (0.732943980679663718, -0.278285719337612679, 0.531824611334162618, -0.320176142736249281)
+
+
+def distance(row):
+    """Angle in rad between the attitude of a row and the exact one, for small ones."""
+    return 2 * math.sqrt(sum((row[f"q{i}"] - q) ** 2 for i, q in enumerate(EXACT)))
+
+
+class Accuracy(CommandLineTest):
+    def setUp(self):
+        super().setUp()
+        self.write("bruels.nml", BRUELS)
+
+    def rows(self, name):
+        """The rows of a history, each by the names of its columns."""
+        header, rows = self.history(name)
+        return [dict(zip(header, row)) for row in rows]
+
+    def test_accuracy_asked_for_is_met(self):
+        for accuracy in (1e-4, 1e-8, 1e-12):
+            self.succeed("run", "bruels.nml", "--set", f"integrator.accuracy={accuracy}")
+            error = distance(self.rows("bruels.csv")[-1])
+            self.assertLess(error, accuracy)
+            self.assertGreater(error, 0.02 * accuracy)
+
+    def test_rows_come_at_the_interval_and_keep_the_invariants(self):
+        self.succeed("run", "bruels.nml")
+        rows = self.rows("bruels.csv")
+        self.assertEqual([row["t"] for row in rows], [k / 8 for k in range(9)])
+        for row in rows:
+            self.assertLess(abs(row["norm_error"]), 1e-14)
+            self.assertLess(abs(row["energy_residual"]), 1e-12 * 5436)
+
+    def test_summary_states_the_estimated_error(self):
+        summary = self.succeed("run", "bruels.nml").stderr
+        self.assertRegex(summary, r"estimated error +\S+E-9 rad of attitude at the end, 1E-8 asked for")
+        summary = self.succeed("run", "bruels.nml", "--set", "integrator.accuracy=1e-16").stderr
+        self.assertIn("is out of reach", summary)
+
+    def test_baselines_reach_the_accuracy_but_keep_no_energy(self):
+        self.write("free.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'dop853'"))
+        self.succeed("run", "free.nml")
+        last = self.rows("free.csv")[-1]
+        self.assertLess(distance(last), 1e-8)
+        self.assertGreater(abs(last["energy_residual"]), 1e-12 * 5436)
+
+    def test_one_way_to_choose_steps(self):
+        self.fail_with(2, "run", "bruels.nml", "--set", "integrator.time_step=0.1", says=["accuracy", "time_step"])
+        self.fail_with(2, "run", "bruels.nml", "--set", "integrator.accuracy=2", says=["accuracy is 1 rad or more"])
+
+    def test_exact_method_agrees_with_converged_steps(self):
+        self.succeed("run", "box.nml", "--set", "integrator.method='exact'")
+        exact = self.rows("box.csv")[-1]
+        self.succeed("run", "box.nml", "--set", "integrator.order=8")
+        steps = self.rows("box.csv")[-1]
+        for name in ("q0", "q1", "q2", "q3", "omega1", "omega2", "omega3"):
+            self.assertAlmostEqual(exact[name], steps[name], delta=1e-10)
+
+    def test_exact_method_refuses_what_it_cannot_solve(self):
+        self.fail_with(2, "run", "top.nml", "--set", "integrator.method='exact'", says=["free bodies only"])
+        self.write("asked.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'exact'"))
+        self.fail_with(2, "run", "asked.nml", says=["asked.nml:4:", "no error to control"])
+
+    def test_orders_and_solvers_of_a_method_are_checked(self):
+        self.fail_with(2, "run", "box.nml", "--set", "integrator.order=3", says=["order 3", "2, 4, 6, 8"])
+        self.fail_with(2, "run", "box.nml", "--set", "integrator.method='rk4'", "--set", "integrator.order=2",
+                       says=["expected 4"])
