@@ -37,6 +37,7 @@ program unit
    use test_scene_notation, only: collect_scene_notation
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_step, only: collect_step
+   use test_study, only: collect_study
    use test_torque_physics, only: collect_torque_physics
    implicit none
 
@@ -108,6 +109,7 @@ contains
          new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
+         new_testsuite("study", collect_study), &
          new_testsuite("torque_physics", collect_torque_physics) &
          ]
    end function all_suites

@@ -21,9 +21,10 @@ module test_shipped_scenes
    public :: collect_shipped_scenes
 
    !> Names of the scenes.
-   character(len=*), parameter :: names(11) = [character(len=26) :: 'all_effects', 'box', 'compass', 'fast_top', &
-                                               'gravity_gradient_satellite', 'gyrostat', 'heavy_top', 'precessing_top', &
-                                               'slowing_plate', 'spin_up', 'spring_gyroscope']
+   character(len=26), parameter :: names(11) = [character(len=26) :: &
+                                                'all_effects', 'box', 'compass', 'fast_top', &
+                                                'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
+                                                'precessing_top', 'slowing_plate', 'spin_up', 'spring_gyroscope']
 
    !> Keeps the largest departure of the invariants.
    type, extends(observer_t) :: guard_t
@@ -136,8 +137,8 @@ contains
    end subroutine orders_with_all_effects
 
    !> Order 8 from 1e-4 to 1e-12 against dop853: the error that comes out is below the accuracy. Down to 1e4 times ε per
-   !> radian turned: the motions amplify the round-off of dop853 that far (on all_effects, its runs with 345 and 4000 steps
-   !> differ by 5e-11, those of order 8 with 333, 1000 and 4000 by 5e-13).
+   !> radian turned: the motions amplify the round-off of dop853 that far (on all_effects, its runs with 345 and 4000
+   !> steps differ by 5e-11, those of order 8 with 333, 1000 and 4000 by 5e-13).
    subroutine accuracy_is_met_on_every_scene(error)
       type(error_type), allocatable, intent(out) :: error
       type(scene_t) :: scene

@@ -39,8 +39,9 @@ module nutate_status
       real(wp) :: residual = 0.0_wp
       !> The argument or scene key at fault, where there is one; else blank.
       character(len=24) :: subject = ''
-      !> One line for a person; blank on success.
-      character(len=256) :: message = ''
+      !> One line for a person; blank on success. The length makes a status of 256 bytes, as much as compilers clear
+      !> without a loop: every step clears one.
+      character(len=216) :: message = ''
    contains
       !> True if the call succeeded.
       procedure :: ok

@@ -6,12 +6,12 @@
 module nutate_accuracy
    use nutate_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: order_of
+   use nutate_methods, only: make_stepper, order_of
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -64,9 +64,11 @@ contains
       type(control_settings_t), intent(inout) :: goal
       type(status_t), intent(out) :: status
       type(pilot_t) :: coarse, fine
-      real(wp) :: difference, gain, least, target
+      real(wp) :: difference, gain, least, target, fall
       integer :: i
 
+      fall = fall_of(system, settings, status)
+      if (.not. status%ok()) return
       target = aim*goal%accuracy
       least = huge(1.0_wp)
       goal%estimate = huge(1.0_wp)
@@ -77,8 +79,10 @@ contains
          if (status%ok()) call fine%run(system, settings, start, plan, goal, status)
          if (.not. status%ok()) return
          difference = attitude_distance(coarse%q, fine%q)
-         ! Not always is the error in proportion to the rate: the longest turn may have limited the steps of both.
-         gain = min(coarse%rate/fine%rate, (real(fine%steps, wp)/real(coarse%steps, wp))**order_of(settings))
+         ! The error falls with the steps, not always with the rate: the longest turn may have limited the steps of
+         ! both.
+         gain = min((coarse%rate/fine%rate)**fall, &
+                    (real(fine%steps, wp)/real(coarse%steps, wp))**order_of(settings))
          if (gain < least_gain) then
             fine%rate = fine%rate/least_ratio
             cycle
@@ -99,6 +103,19 @@ contains
       end do
       if (goal%estimate < target .and. difference <= largest_useful) call relax(coarse, fine, difference, target, goal)
    end subroutine find_error_rate
+
+   !> Power of the error rate that the error goes as: 1, and more where a method's own estimate is of lower order than
+   !> the method.
+   real(wp) function fall_of(system, settings, status) result(power)
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      class(stepper_t), allocatable :: stepper
+      power = 1.0_wp
+      call make_stepper(system, settings, stepper, status)
+      if (.not. status%ok()) return
+      if (stepper%has_estimate) power = real(order_of(settings), wp)/real(stepper%estimate_power - 1, wp)
+   end function fall_of
 
    !> A finer rate than necessary was found: back towards that of the coarser pilot.
    subroutine relax(coarse, fine, difference, target, goal)

@@ -1,4 +1,5 @@
-!> Runs with steps chosen by their error: Richardson's estimate from a whole step against two halves, on any method.
+!> Runs with steps chosen by their error: the method's own estimate where it has one, else Richardson's from a whole
+!> step against two halves.
 !>
 !> The halves are what is kept, so every invariant of the method is kept too. Rows between the ends of steps are
 !> computed by a branch: two shorter steps of the same method from the start of the step, which keep the invariants
@@ -52,6 +53,8 @@ module nutate_control
       type(control_settings_t) :: goal
       type(run_plan_t) :: plan
       integer :: order = 2
+      !> Estimates go as this power of the step.
+      integer :: power = 3
       !> An estimate below this is round-off, rad.
       real(wp) :: round_off = 0.0_wp
       !> The whole step, its halves, and branches for rows; each with its own memory.
@@ -72,6 +75,8 @@ module nutate_control
       procedure :: begin
       procedure :: reach
       procedure :: try
+      procedure :: go_whole
+      procedure :: go_halves
       procedure :: reject
       procedure :: adapt
       procedure :: growth
@@ -136,6 +141,8 @@ contains
       call make_stepper(system, settings, self%whole, status)
       if (status%ok()) call make_stepper(system, settings, self%half, status)
       if (status%ok()) call make_stepper(system, settings, self%branch, status)
+      self%power = self%order + 1
+      if (self%half%has_estimate) self%power = self%half%estimate_power
       self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**self%order - 1))
       self%t_first = state%t
       self%sense = sign(1.0_wp, self%plan%end_time - state%t)
@@ -182,7 +189,7 @@ contains
       end do
    end subroutine reach
 
-   !> One step, by the whole and by halves; the halves are kept if the estimate allows.
+   !> One step; it is kept if the estimate of its error allows.
    subroutine try(self, system, state, step, summary, accepted, status)
       class(controller_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -192,25 +199,22 @@ contains
       type(run_summary_t), intent(inout) :: summary
       logical, intent(out) :: accepted
       type(status_t), intent(out) :: status
-      type(state_t) :: once, twice
-      real(wp) :: middle, error, allowed, turn, work(size(summary%work))
+      type(state_t) :: next
+      real(wp) :: error, allowed, turn, work(size(summary%work))
 
-      middle = state%t + 0.5_wp*self%sense*step
-      once = state
-      twice = state
+      next = state
       self%record%iterations = 0
-      call take_part(self%whole, system, once, self%sense*step, middle, self%record, status)
-      if (status%ok()) call take_part(self%half, system, twice, 0.5_wp*self%sense*step, middle, self%record, status)
-      work = self%half%work
-      if (status%ok()) call take_part(self%half, system, twice, 0.5_wp*self%sense*step, middle, self%record, status)
+      if (self%half%has_estimate) then
+         call self%go_whole(system, next, step, work, error, status)
+      else
+         call self%go_halves(system, next, step, work, error, status)
+      end if
       accepted = status%ok()
       if (.not. accepted) then
          call self%reject(0.5_wp*step, summary, status)
          return
       end if
-      turn = step*norm2(angular_velocity(system, twice))
-      self%momentum_scale = max(self%momentum_scale, norm2(body_momentum(twice)))
-      error = self%estimate(once, twice)
+      turn = step*norm2(angular_velocity(system, next))
       allowed = self%goal%local_tolerance
       if (self%goal%error_rate > 0.0_wp) allowed = self%goal%error_rate*step
       accepted = (error <= max(allowed, self%round_off)) .and. turn <= 1.2_wp*largest_turn
@@ -218,16 +222,54 @@ contains
          call self%reject(step*max(most_shrinkage, min(0.8_wp, self%growth(allowed, error))), summary, status)
          return
       end if
-      twice%t = state%t
-      state = twice
+      next%t = state%t
+      state = next
       call add_increment(state%t, self%t_carry, self%sense*step)
       summary%parts = summary%parts + 1
       summary%steps = summary%steps + 1
-      summary%work = summary%work + work + self%half%work
+      summary%work = summary%work + work
       summary%iterations = summary%iterations + self%record%iterations
       summary%most_iterations = max(summary%most_iterations, self%record%iterations)
       call self%adapt(step, self%growth(allowed, error), turn)
    end subroutine try
+
+   !> One step by a method that estimates its errors.
+   subroutine go_whole(self, system, state, step, work, error, status)
+      class(controller_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> s, positive.
+      real(wp), intent(in) :: step
+      !> Of each torque, J, and error, rad.
+      real(wp), intent(out) :: work(:), error
+      type(status_t), intent(out) :: status
+      call take_part(self%half, system, state, self%sense*step, state%t + 0.5_wp*self%sense*step, self%record, status)
+      work = self%half%work
+      error = self%half%error_estimate
+   end subroutine go_whole
+
+   !> One step by two halves, and as a whole for the estimate of their error.
+   subroutine go_halves(self, system, state, step, work, error, status)
+      class(controller_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> s, positive.
+      real(wp), intent(in) :: step
+      !> Of each torque, J, and error, rad.
+      real(wp), intent(out) :: work(:), error
+      type(status_t), intent(out) :: status
+      type(state_t) :: once
+      real(wp) :: middle
+      middle = state%t + 0.5_wp*self%sense*step
+      once = state
+      error = 0.0_wp
+      call take_part(self%whole, system, once, self%sense*step, middle, self%record, status)
+      if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, self%record, status)
+      work = self%half%work
+      if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, self%record, status)
+      work = work + self%half%work
+      if (status%ok()) error = self%estimate(once, state)
+   end subroutine go_halves
 
    !> A step of one of the steppers, as a part of a step with the given middle.
    subroutine take_part(stepper, system, state, dt, middle, record, status)
@@ -245,10 +287,11 @@ contains
    end subroutine take_part
 
    !> Error of the halves, rad: of the attitude, and of the momentum relative to its largest size.
-   pure real(wp) function estimate(self, once, twice)
-      class(controller_t), intent(in) :: self
+   real(wp) function estimate(self, once, twice)
+      class(controller_t), intent(inout) :: self
       type(state_t), intent(in) :: once, twice
       real(wp) :: change(3)
+      self%momentum_scale = max(self%momentum_scale, norm2(body_momentum(twice)))
       change = body_momentum(once) - body_momentum(twice)
       estimate = attitude_distance(once%q, twice%q)
       if (self%momentum_scale > 0.0_wp) estimate = max(estimate, norm2(change)/self%momentum_scale)
@@ -261,8 +304,8 @@ contains
       class(controller_t), intent(in) :: self
       real(wp), intent(in) :: allowed, error
       real(wp) :: exponent
-      exponent = 1.0_wp/(self%order + 1)
-      if (self%goal%error_rate > 0.0_wp) exponent = 1.0_wp/self%order
+      exponent = 1.0_wp/self%power
+      if (self%goal%error_rate > 0.0_wp) exponent = 1.0_wp/(self%power - 1)
       growth = min(most_growth, safety*(max(allowed, self%round_off) &
                                         /max(error, noise/(2.0_wp**self%order - 1)))**exponent)
    end function growth

@@ -83,9 +83,6 @@ module nutate_dop853
 
    !> One step of the method. `step` allocates nothing.
    type, extends(stepper_t) :: dop853_t
-      !> Estimated error of the last step, from the attitude (rad) and the momentum relative to |L| (dimensionless):
-      !> |e5|²/√(|e5|² + |e3|²/100) with |e|² = |2δq|² + |δL|²/|L|², that is O(Δt⁸). The combination is the code's.
-      real(wp) :: error_estimate = 0.0_wp
       type(rigid_rates_t), private :: rates
    contains
       procedure :: prepare
@@ -101,6 +98,8 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(out) :: status
       call prepare_rates(self%rates, system, settings%attitude)
+      self%has_estimate = .true.
+      self%estimate_power = 8
       self%error_estimate = 0.0_wp
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_torques), source=0.0_wp)

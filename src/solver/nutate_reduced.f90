@@ -4,11 +4,10 @@
 !> only the body momentum is integrated.
 module nutate_reduced
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_kinds, only: wp
-   use nutate_newton, only: continue_steps, degree, has_converged, remember, too_slow
-   use nutate_quaternion, only: cross, quat_product
+   use nutate_kinds, only: wp, eps
+   use nutate_newton, only: has_converged, too_slow
    use nutate_reduced_equations, only: reduced_equations_t
-   use nutate_state, only: state_t, add_increment
+   use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH, NUTATE_SINGULAR
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -20,22 +19,34 @@ module nutate_reduced
 
    !> Largest |qᵀq - 1| and |qᵀp|/|p| of a state that counts as on the constraint manifold.
    real(wp), parameter :: on_manifold = 1e-9_wp
-   !> Iterations of a step above which the next one starts with a new Jacobian: it costs about as much as two
-   !> iterations.
-   integer, parameter :: many = 3
+   !> Iterations of a step above which the next one starts with new derivatives of the effects, and a cautious guess.
+   integer, parameter :: many = 4
+   !> Increment of b above which the free part of the Jacobian, cheap as it is, is taken anew.
+   real(wp), parameter :: coarse = 1e-6_wp
+   !> Bound of the second derivative of the free F, by which the rate of convergence is known beforehand.
+   real(wp), parameter :: curvature = 200.0_wp
+   !> The first guess continues the b of this many steps by a polynomial: column m holds the weights of the last, the
+   !> last but one, ... where m steps are known, (-1)^k (m over k+1).
+   integer, parameter :: memory = 6
+   real(wp), parameter :: continuation(memory, memory) = reshape([ &
+      1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+      2.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+      3.0_wp, -3.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+      4.0_wp, -6.0_wp, 4.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, &
+      5.0_wp, -10.0_wp, 10.0_wp, -5.0_wp, 1.0_wp, 0.0_wp, &
+      6.0_wp, -15.0_wp, 20.0_wp, -15.0_wp, 6.0_wp, -1.0_wp], [memory, memory])
 
    !> The 3×3 stepper. `step` allocates nothing.
    type, extends(stepper_t) :: reduced_t
       private
       type(integrator_settings_t) :: settings
       type(reduced_equations_t) :: equations
-      !> Inverse of a Jacobian, and whether its determinant is positive.
-      real(wp) :: inverse(3, 3) = 0.0_wp
-      logical :: positive = .false.
-      !> The inverse is worth keeping.
+      !> The effects' derivatives are worth keeping.
       logical :: fresh = .false.
-      !> b of the last step and its backward differences; how many of these columns are known.
-      real(wp) :: differences(3, 0:degree) = 0.0_wp
+      !> Rows of the Jacobian's inverse, shape (3, row), and its determinant.
+      real(wp) :: rows(3, 3) = 0.0_wp, determinant = 0.0_wp
+      !> b of the last steps, the latest first; how many of these columns are known.
+      real(wp) :: past(3, memory) = 0.0_wp
       integer :: known = 0
       !> The next step is the first since `prepare`.
       logical :: untested = .true.
@@ -75,27 +86,21 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: b(3), change(3), old_dt, decisive
+      real(wp) :: b(3), decisive
 
       if (self%untested) call test_manifold(self, state, status)
       if (status%code /= 0) return
-      old_dt = self%equations%dt
-      if (dt /= old_dt) then
-         call self%equations%set_step(system, dt)
-         self%fresh = .false.
-         if (self%known > 0) self%differences(:, 0) = (dt/old_dt)*self%differences(:, 0)
-         self%known = min(self%known, 1)
-      end if
+      if (dt /= self%equations%dt) call change_step(self, system, dt)
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
       call self%equations%start(system, state, decisive)
       if (self%known > 0) then
-         call continue_steps(3, self%differences, self%known, b)
+         call continue_steps(self%past, continuation(:, self%known), b)
       else
-         b = matmul(self%equations%to_turn, self%equations%momentum - self%equations%rotor)
+         b = self%equations%first_guess(system)
       end if
       call iterate(self, system, b, status)
-      if (status%code == 0 .and. .not. (self%positive .and. dot_product(b, b) < 1.0_wp)) &
+      if (status%code == 0 .and. .not. (self%determinant > 0.0_wp .and. b(1)**2 + b(2)**2 + b(3)**2 < 1.0_wp)) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
       status%iterations = self%iterations
       status%residual = self%residual
@@ -104,9 +109,51 @@ contains
          self%known = 0
          return
       end if
-      call self%equations%finish(system, b, change, self%work)
-      call accept(self, state, dt, b, change)
+      if (system%effects%n_torques > 0) call self%equations%get_work(system, b, self%work)
+      call self%equations%finish(b, self%settings%attitude, state)
+      call remember(b, self%past)
+      self%known = min(self%known + 1, memory)
+      if (self%iterations > many) then
+         ! The guess was bad: a polynomial of high degree leads astray, in the end to another root.
+         self%known = min(self%known, 3)
+         self%fresh = .false.
+      end if
    end subroutine step
+
+   !> Takes another length of the step; of the past, only the last turn still says something.
+   pure subroutine change_step(self, system, dt)
+      class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      if (self%known > 0) self%past(:, 1) = (dt/self%equations%dt)*self%past(:, 1)
+      self%known = min(self%known, 1)
+      call self%equations%set_step(system, dt)
+      self%fresh = .false.
+   end subroutine change_step
+
+   !> The polynomial through the last steps: b = Σₖ weightsₖ pastₖ.
+   pure subroutine continue_steps(past, weights, b)
+      real(wp), intent(in) :: past(3, memory), weights(memory)
+      real(wp), intent(out) :: b(3)
+      integer :: i
+      do i = 1, 3
+         b(i) = (past(i, 1)*weights(1) + past(i, 2)*weights(2) + past(i, 3)*weights(3)) &
+                + (past(i, 4)*weights(4) + past(i, 5)*weights(5) + past(i, 6)*weights(6))
+      end do
+   end subroutine continue_steps
+
+   !> Puts the b of a step before those of the earlier ones.
+   pure subroutine remember(b, past)
+      real(wp), intent(in) :: b(3)
+      real(wp), intent(inout) :: past(3, memory)
+      integer :: i, k
+      do i = 1, 3
+         do k = memory, 2, -1
+            past(i, k) = past(i, k - 1)
+         end do
+         past(i, 1) = b(i)
+      end do
+   end subroutine remember
 
    !> Refuses a state that is not a rotating body's.
    subroutine test_manifold(self, state, status)
@@ -122,52 +169,42 @@ contains
       self%untested = .false.
    end subroutine test_manifold
 
-   !> Moves the state: q1 - q0 = q0∘(c - 1), p1 - p0 = 2u∘((c - 1)∘L1 + L1 - L0), L1 with the scalar that p0 brought
-   !> along; without attitude p1 - p0 = 2u∘(L1 - L0).
-   pure subroutine accept(self, state, dt, b, change)
-      class(reduced_t), intent(inout) :: self
-      type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt, b(3), change(3)
-      real(wp) :: turn(4), push(4), beta
-      push = [0.0_wp, change]
-      if (self%settings%attitude) then
-         beta = dot_product(b, b)
-         turn = (2/(1 + beta))*[-beta, b]
-         push = push + quat_product(turn, self%equations%half_momentum + push)
-         call add_increment(state%q, state%q_carry, quat_product(state%q, turn))
-      end if
-      call add_increment(state%p, state%p_carry, 2*quat_product(self%equations%frame, push))
-      state%t = state%t + dt
-      call remember(3, b, self%differences, self%known)
-      if (self%iterations > many) self%fresh = .false.
-   end subroutine accept
-
    !> Newton's iteration from the guess b to the root.
    subroutine iterate(self, system, b, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: b(3)
       type(status_t), intent(inout) :: status
-      real(wp) :: f(3), d(3), change, previous, length
-      integer :: k
+      real(wp) :: f(3), d(3), change, previous, length, moved
+      integer :: i, k
 
       previous = huge(1.0_wp)
+      change = previous
+      moved = 0.0_wp
       do k = 1, self%settings%max_iterations
          self%iterations = k
-         if (.not. self%fresh) then
-            call invert(self, system, b, status)
+         if (change > coarse) then
+            call renew(self, system, b, status)
             if (status%code /= 0) return
+            moved = 0.0_wp
          end if
          call self%equations%residual(system, b, f)
-         d = self%inverse(:, 1)*f(1) + self%inverse(:, 2)*f(2) + self%inverse(:, 3)*f(3)
-         b = b - d
-         change = maxval(abs(d))
-         length = maxval(abs(b))
+         do i = 1, 3
+            d(i) = self%rows(1, i)*f(1) + self%rows(2, i)*f(2) + self%rows(3, i)*f(3)
+            b(i) = b(i) - d(i)
+         end do
+         change = max(abs(d(1)), abs(d(2)), abs(d(3)))
+         length = max(abs(b(1)), abs(b(2)), abs(b(3)))
          ! The turn of a step on the branch of the true motion is below 1.
          if (.not. length <= 1e3_wp) exit
-         self%residual = 0.0_wp
-         if (length > 0.0_wp) self%residual = change/length
-         if (has_converged(change, previous, length, self%settings%tolerance)) return
+         moved = moved + change
+         if (is_done(self, change, previous, moved, length)) then
+            self%residual = 0.0_wp
+            if (length > 0.0_wp) self%residual = change/length
+            ! The last step of the iteration must not leave the torque behind.
+            if (self%equations%forces%active .and. change > 4*eps*length) call self%equations%residual(system, b, f)
+            return
+         end if
          if (change > too_slow*previous) self%fresh = .false.
          previous = change
       end do
@@ -178,25 +215,29 @@ contains
       end if
    end subroutine iterate
 
-   !> A new Jacobian at b, its inverse from the adjugate, and the sign of its determinant.
-   subroutine invert(self, system, b, status)
-      class(reduced_t), intent(inout) :: self
+   !> True if a further increment would change nothing. Without effects F is a cubic polynomial whose derivative changes
+   !> by less than `curvature` times the way from where the Jacobian was taken: this bounds the next increment.
+   pure logical function is_done(self, change, previous, moved, length)
+      type(reduced_t), intent(in) :: self
+      !> Largest entry of the present and of the previous increment, of the way since the Jacobian, and of b.
+      real(wp), intent(in) :: change, previous, moved, length
+      is_done = .false.
+      if (self%settings%tolerance <= 0.0_wp .and. .not. self%equations%forces%active) &
+         is_done = curvature*moved*change <= (0.5_wp*eps)*length*self%determinant
+      if (.not. is_done) is_done = has_converged(change, previous, length, self%settings%tolerance)
+   end function is_done
+
+   !> A new Jacobian at b; the effects' part of it only if it is no longer worth keeping.
+   subroutine renew(self, system, b, status)
+      type(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: b(3)
       type(status_t), intent(inout) :: status
-      real(wp) :: matrix(3, 3), determinant
-      call self%equations%jacobian(system, b, matrix)
-      self%inverse(1, :) = cross(matrix(:, 2), matrix(:, 3))
-      self%inverse(2, :) = cross(matrix(:, 3), matrix(:, 1))
-      self%inverse(3, :) = cross(matrix(:, 1), matrix(:, 2))
-      determinant = dot_product(self%inverse(1, :), matrix(:, 1))
-      if (.not. abs(determinant) > tiny(1.0_wp)) then
-         status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
-         return
-      end if
-      self%inverse = self%inverse/determinant
-      self%positive = determinant > 0.0_wp
+      if (self%equations%forces%active .and. .not. self%fresh) call self%equations%linearize_forces(system, b)
       self%fresh = .true.
-   end subroutine invert
+      call self%equations%invert(b, self%rows, self%determinant)
+      if (.not. abs(self%determinant) > tiny(1.0_wp)) &
+         status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
+   end subroutine renew
 
 end module nutate_reduced

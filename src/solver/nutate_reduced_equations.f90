@@ -5,12 +5,14 @@
 !>
 !>     G(b) = (1-β)(L̄ - L0) + 2b×L̄ - ½Δt((1+β)τ̄ - 2b(b·τ̄)) = 0,
 !>
-!> whose free part is the implicit midpoint rule of Euler's equations with the step Δt/(1-β). It is solved as
-!> F(b) = ¼Δt J⁻¹G(b), so that ∂F/∂b tends to one for short steps whatever the body.
+!> whose free part is the implicit midpoint rule of Euler's equations with the step Δt/(1-β). It is solved in units of
+!> 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of order 1 whatever the body.
+!>
+!> What a step always does is written component by component here: compilers keep components in registers, but arrays
+!> of three, and the arguments of a quaternion product in another file, in memory. It halves the time of a step.
 module nutate_reduced_equations
    use nutate_kinds, only: wp
    use nutate_mid_forces, only: mid_forces_t
-   use nutate_quaternion, only: cross, quat_conjugate, quat_product
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -18,30 +20,44 @@ module nutate_reduced_equations
 
    public :: reduced_equations_t
 
-   !> One step's equations F(b) = 0.
+   !> One step's equations F(b) = 0, F = (Δt/4s) G.
    type :: reduced_equations_t
       !> s.
       real(wp) :: dt = 0.0_wp
+      !> 4/Δt, 1/s.
+      real(wp) :: rate = 0.0_wp
       !> u = q0/|q0|, body→space at the start of the step; shape (4). The norm counts: q0 for u, wrong by the
       !> round-off that |q0| has gathered, would make the momentum drift in proportion to the number of steps.
       real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> ½u*∘p0 = [round-off of q·p, L0], kg m²/s; its vector part, body axes.
-      real(wp) :: half_momentum(4) = 0.0_wp, momentum(3) = 0.0_wp
-      !> (4/Δt)J and ¼Δt J⁻¹; shape (3,3).
-      real(wp) :: to_momentum(3, 3) = 0.0_wp, to_turn(3, 3) = 0.0_wp
-      !> h, body axes; shape (3).
-      real(wp) :: rotor(3) = 0.0_wp
+      !> ½u*∘p0 = [round-off of q·p, L0], kg m²/s.
+      real(wp) :: half_momentum(4) = 0.0_wp
+      !> Δt/4s, and L0 and h times it; shape (3).
+      real(wp) :: scale = 0.0_wp, momentum(3) = 0.0_wp, rotor(3) = 0.0_wp
+      !> J/s; shape (3,3).
+      real(wp) :: inertia(3, 3) = 0.0_wp
+      !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
+      real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
+      !> τ̄ at the last b for which F was asked, N m; shape (3).
+      real(wp) :: torque(3) = 0.0_wp
       type(mid_forces_t) :: forces
    contains
       !> Takes the step's length.
       procedure :: set_step
       !> Starts a step from a state.
       procedure :: start
+      !> The b of a step in which the momentum stays.
+      procedure :: first_guess
       !> F(b)
       procedure :: residual
       !> ∂F/∂b
       procedure :: jacobian
-      !> L1 - L0 of the root, and the work of the torques.
+      !> The effects' part of ∂F/∂b.
+      procedure :: linearize_forces
+      !> Inverse of ∂F/∂b with the effects' part as it is, and its determinant.
+      procedure :: invert
+      !> Work of the torques.
+      procedure :: get_work
+      !> Moves the state to the end of the step.
       procedure :: finish
    end type reduced_equations_t
 
@@ -52,10 +68,16 @@ contains
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
+      real(wp) :: largest
+      associate (j => system%body%inertia)
+         largest = max(j(1, 1), j(2, 2), j(3, 3))
+         self%inertia = j/largest
+      end associate
       self%dt = dt
-      self%to_momentum = (4/dt)*system%body%inertia
-      self%to_turn = (0.25_wp*dt)*system%body%inverse_inertia
-      self%rotor = system%effects%rotor_momentum
+      self%rate = 4/dt
+      self%scale = 0.25_wp*dt/largest
+      self%weight = 0.5_wp*dt*self%scale
+      self%rotor = self%scale*system%effects%rotor_momentum
    end subroutine set_step
 
    !> Starts a step from a state.
@@ -65,118 +87,238 @@ contains
       type(state_t), intent(in) :: state
       !> Time that decides which torques act, s; default: the middle of the step.
       real(wp), intent(in), optional :: decisive
-      self%frame = state%q/norm2(state%q)
-      self%half_momentum = 0.5_wp*quat_product(quat_conjugate(self%frame), state%p)
-      self%momentum = self%half_momentum(2:4)
+      real(wp) :: half, u0, u1, u2, u3
+      associate (q => state%q, p => state%p)
+         ! 1/|q| to the last digit where |q|² - 1 is below 1e-8.
+         half = 0.5_wp*(3 - (q(1)**2 + q(2)**2 + q(3)**2 + q(4)**2))
+         u0 = half*q(1)
+         u1 = half*q(2)
+         u2 = half*q(3)
+         u3 = half*q(4)
+         self%half_momentum(1) = 0.5_wp*(u0*p(1) + u1*p(2) + u2*p(3) + u3*p(4))
+         self%half_momentum(2) = 0.5_wp*(u0*p(2) - u1*p(1) - u2*p(4) + u3*p(3))
+         self%half_momentum(3) = 0.5_wp*(u0*p(3) + u1*p(4) - u2*p(1) - u3*p(2))
+         self%half_momentum(4) = 0.5_wp*(u0*p(4) - u1*p(3) + u2*p(2) - u3*p(1))
+      end associate
+      self%frame(1) = u0
+      self%frame(2) = u1
+      self%frame(3) = u2
+      self%frame(4) = u3
+      self%momentum = self%scale*self%half_momentum(2:4)
       if (self%forces%active) &
          call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, decisive)
    end subroutine start
 
-   !> F(b) = ¼Δt J⁻¹ G(b); shape (3).
-   pure subroutine residual(self, system, b, f)
+   !> b = ¼Δt J⁻¹(L0 - h): the momentum of the start all through the step; shape (3).
+   pure function first_guess(self, system) result(b)
       class(reduced_equations_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp) :: b(3)
+      b = (0.25_wp*self%dt)*matmul(system%body%inverse_inertia, &
+                                   self%half_momentum(2:4) - system%effects%rotor_momentum)
+   end function first_guess
+
+   !> F(b); shape (3). Keeps the torque.
+   pure subroutine residual(self, system, b, f)
+      class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: f(3)
-      real(wp) :: mean(3), g(3), beta, s(4)
+      real(wp) :: m1, m2, m3, t1, t2, t3, beta, along
+      m1 = self%inertia(1, 1)*b(1) + self%inertia(1, 2)*b(2) + self%inertia(1, 3)*b(3) + self%rotor(1)
+      m2 = self%inertia(2, 1)*b(1) + self%inertia(2, 2)*b(2) + self%inertia(2, 3)*b(3) + self%rotor(2)
+      m3 = self%inertia(3, 1)*b(1) + self%inertia(3, 2)*b(2) + self%inertia(3, 3)*b(3) + self%rotor(3)
       beta = b(1)*b(1) + b(2)*b(2) + b(3)*b(3)
-      mean = apply(self%to_momentum, b) + self%rotor
-      g = (1 - beta)*(mean - self%momentum) + 2*cross(b, mean)
-      if (self%forces%active) then
-         call self%forces%evaluate(system%effects, cayley(b, beta), halfway(b, beta), (4/self%dt)*b, s)
-         g = g - (0.5_wp*self%dt)*((1 + beta)*s(2:4) - (2*dot_product(b, s(2:4)))*b)
-      end if
-      f = apply(self%to_turn, g)
+      f(1) = (1 - beta)*(m1 - self%momentum(1)) + 2*(b(2)*m3 - b(3)*m2)
+      f(2) = (1 - beta)*(m2 - self%momentum(2)) + 2*(b(3)*m1 - b(1)*m3)
+      f(3) = (1 - beta)*(m3 - self%momentum(3)) + 2*(b(1)*m2 - b(2)*m1)
+      if (.not. self%forces%active) return
+      call self%forces%turn(system%effects, b, self%rate, self%torque)
+      t1 = self%weight*self%torque(1)
+      t2 = self%weight*self%torque(2)
+      t3 = self%weight*self%torque(3)
+      along = 2*(b(1)*t1 + b(2)*t2 + b(3)*t3)
+      f(1) = f(1) - (1 + beta)*t1 + along*b(1)
+      f(2) = f(2) - (1 + beta)*t2 + along*b(2)
+      f(3) = f(3) - (1 + beta)*t3 + along*b(3)
    end subroutine residual
 
    !> ∂F/∂b; shape (3,3).
    pure subroutine jacobian(self, system, b, matrix)
-      class(reduced_equations_t), intent(in) :: self
+      class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: matrix(3, 3)
-      real(wp) :: mean(3), change(3), by_b(3, 3), beta, unit(3)
-      integer :: j
-      beta = dot_product(b, b)
-      mean = apply(self%to_momentum, b) + self%rotor
-      change = mean - self%momentum
-      do j = 1, 3
-         unit = 0.0_wp
-         unit(j) = 1.0_wp
-         by_b(:, j) = (1 - beta)*self%to_momentum(:, j) - (2*b(j))*change &
-                      + 2*(cross(b, self%to_momentum(:, j)) + cross(unit, mean))
-      end do
-      if (self%forces%active) call add_forces(self, system, b, beta, by_b)
-      do j = 1, 3
-         matrix(:, j) = apply(self%to_turn, by_b(:, j))
-      end do
+      if (self%forces%active) call self%linearize_forces(system, b)
+      call add_free_part(self, b, matrix)
    end subroutine jacobian
 
-   !> Adds the derivative of -½Δt((1+β)τ̄ - 2b(b·τ̄)).
-   pure subroutine add_forces(self, system, b, beta, by_b)
-      type(reduced_equations_t), intent(in) :: self
+   !> The derivative of -½Δt((1+β)τ̄ - 2b(b·τ̄)) at b, kept until asked for again.
+   pure subroutine linearize_forces(self, system, b)
+      class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: b(3), beta
-      real(wp), intent(inout) :: by_b(3, 3)
-      real(wp) :: s(4), by_x(4, 4), by_rate(3, 3), slope(4), tau(3), column(3), square
+      real(wp), intent(in) :: b(3)
+      real(wp) :: tau(3), by_b(3, 3), column(3), beta
       integer :: j
-      call self%forces%linearize(system%effects, cayley(b, beta), halfway(b, beta), (4/self%dt)*b, s, by_x, by_rate)
-      tau = s(2:4)
-      square = (1 + beta)**2
+      call self%forces%linearize_turn(system%effects, b, self%rate, tau, by_b)
+      beta = dot(b, b)
       do j = 1, 3
-         ! ∂c/∂bⱼ
-         slope = (-4*b(j)/square)*[1.0_wp, b]
-         slope(j + 1) = slope(j + 1) + 2/(1 + beta)
-         column = matmul(by_x(2:4, :), slope) + (4/self%dt)*by_rate(:, j)
-         column = (1 + beta)*column + (2*b(j))*tau - (2*(dot_product(b, column) + tau(j)))*b
-         column(j) = column(j) - 2*dot_product(b, tau)
-         by_b(:, j) = by_b(:, j) - (0.5_wp*self%dt)*column
+         column = (1 + beta)*by_b(:, j) + (2*b(j))*tau - (2*(dot(b, by_b(:, j)) + tau(j)))*b
+         column(j) = column(j) - 2*dot(b, tau)
+         self%by_forces(:, j) = -self%weight*column
       end do
-   end subroutine add_forces
+   end subroutine linearize_forces
 
-   !> The momentum's change in body axes, L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄, a rotation to the last digit without
-   !> torque; and the work of each torque.
-   pure subroutine finish(self, system, b, change, work)
+   !> ∂F/∂b: the derivative of (1-β)(L̄ - L0) + 2b×L̄ and the effects' part.
+   pure subroutine add_free_part(self, b, matrix)
+      type(reduced_equations_t), intent(in) :: self
+      real(wp), intent(in) :: b(3)
+      real(wp), intent(out) :: matrix(3, 3)
+      real(wp) :: m1, m2, m3, c1, c2, c3, rest
+      associate (n => self%inertia, e => self%by_forces)
+         m1 = n(1, 1)*b(1) + n(1, 2)*b(2) + n(1, 3)*b(3) + self%rotor(1)
+         m2 = n(2, 1)*b(1) + n(2, 2)*b(2) + n(2, 3)*b(3) + self%rotor(2)
+         m3 = n(3, 1)*b(1) + n(3, 2)*b(2) + n(3, 3)*b(3) + self%rotor(3)
+         c1 = m1 - self%momentum(1)
+         c2 = m2 - self%momentum(2)
+         c3 = m3 - self%momentum(3)
+         rest = 1 - (b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
+         matrix(1, 1) = rest*n(1, 1) + 2*(b(2)*n(3, 1) - b(3)*n(2, 1) - b(1)*c1) + e(1, 1)
+         matrix(2, 1) = rest*n(2, 1) + 2*(b(3)*n(1, 1) - b(1)*n(3, 1) - b(1)*c2 - m3) + e(2, 1)
+         matrix(3, 1) = rest*n(3, 1) + 2*(b(1)*n(2, 1) - b(2)*n(1, 1) - b(1)*c3 + m2) + e(3, 1)
+         matrix(1, 2) = rest*n(1, 2) + 2*(b(2)*n(3, 2) - b(3)*n(2, 2) - b(2)*c1 + m3) + e(1, 2)
+         matrix(2, 2) = rest*n(2, 2) + 2*(b(3)*n(1, 2) - b(1)*n(3, 2) - b(2)*c2) + e(2, 2)
+         matrix(3, 2) = rest*n(3, 2) + 2*(b(1)*n(2, 2) - b(2)*n(1, 2) - b(2)*c3 - m1) + e(3, 2)
+         matrix(1, 3) = rest*n(1, 3) + 2*(b(2)*n(3, 3) - b(3)*n(2, 3) - b(3)*c1 - m2) + e(1, 3)
+         matrix(2, 3) = rest*n(2, 3) + 2*(b(3)*n(1, 3) - b(1)*n(3, 3) - b(3)*c2 + m1) + e(2, 3)
+         matrix(3, 3) = rest*n(3, 3) + 2*(b(1)*n(2, 3) - b(2)*n(1, 3) - b(3)*c3) + e(3, 3)
+      end associate
+   end subroutine add_free_part
+
+   !> Inverse of ∂F/∂b from its adjugate, with the effects' part as `linearize_forces` left it; none where the
+   !> determinant vanishes.
+   pure subroutine invert(self, b, rows, determinant)
+      class(reduced_equations_t), intent(in) :: self
+      real(wp), intent(in) :: b(3)
+      !> Rows of the inverse; shape (3, row).
+      real(wp), intent(out) :: rows(3, 3)
+      real(wp), intent(out) :: determinant
+      real(wp) :: m(3, 3), factor
+      integer :: i
+      call add_free_part(self, b, m)
+      rows(1, 1) = m(2, 2)*m(3, 3) - m(3, 2)*m(2, 3)
+      rows(2, 1) = m(3, 2)*m(1, 3) - m(1, 2)*m(3, 3)
+      rows(3, 1) = m(1, 2)*m(2, 3) - m(2, 2)*m(1, 3)
+      rows(1, 2) = m(2, 3)*m(3, 1) - m(3, 3)*m(2, 1)
+      rows(2, 2) = m(3, 3)*m(1, 1) - m(1, 3)*m(3, 1)
+      rows(3, 2) = m(1, 3)*m(2, 1) - m(2, 3)*m(1, 1)
+      rows(1, 3) = m(2, 1)*m(3, 2) - m(3, 1)*m(2, 2)
+      rows(2, 3) = m(3, 1)*m(1, 2) - m(1, 1)*m(3, 2)
+      rows(3, 3) = m(1, 1)*m(2, 2) - m(2, 1)*m(1, 2)
+      determinant = rows(1, 1)*m(1, 1) + rows(2, 1)*m(2, 1) + rows(3, 1)*m(3, 1)
+      if (.not. abs(determinant) > tiny(1.0_wp)) return
+      factor = 1/determinant
+      do i = 1, 3
+         rows(1, i) = factor*rows(1, i)
+         rows(2, i) = factor*rows(2, i)
+         rows(3, i) = factor*rows(3, i)
+      end do
+   end subroutine invert
+
+   !> Work of each torque in the step whose root is b.
+   pure subroutine get_work(self, system, b, work)
       class(reduced_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      !> Root.
       real(wp), intent(in) :: b(3)
-      !> L1 - L0, body axes of the end and of the start of the step, kg m²/s; shape (3).
-      real(wp), intent(out) :: change(3)
       !> J; shape (number of torques).
       real(wp), intent(inout) :: work(:)
-      real(wp) :: turned(3), beta, s(4), tau(3)
-      beta = dot_product(b, b)
-      turned = cross(b, self%momentum)
-      change = (4/(1 + beta)**2)*(2*cross(b, turned) - (1 - beta)*turned)
-      if (.not. self%forces%active) return
-      call self%forces%evaluate(system%effects, cayley(b, beta), halfway(b, beta), (4/self%dt)*b, s)
-      tau = s(2:4)
-      change = change + (self%dt/(1 + beta))*((1 - beta)*tau - 2*cross(b, tau) + (2*dot_product(b, tau))*b)
-      if (system%effects%n_torques > 0) call self%forces%get_work(system%effects, self%dt, halfway(b, beta), &
-                                                                  (4/self%dt)*b, work)
+      call self%forces%get_work(system%effects, self%dt, [1.0_wp, b]/(1 + dot(b, b)), self%rate*b, work)
+   end subroutine get_work
+
+   !> Moves the state to the end of the step whose root is b: q1 - q0 = q0∘(c - 1), p1 - p0 = 2u∘((c - 1)∘L1 + L1 - L0)
+   !> with the scalar that p0 brought along; without attitude p1 - p0 = 2u∘(L1 - L0).
+   pure subroutine finish(self, b, attitude, state)
+      class(reduced_equations_t), intent(in) :: self
+      !> Root, for which F has been asked last if there are effects.
+      real(wp), intent(in) :: b(3)
+      !> Move the attitude too.
+      logical, intent(in) :: attitude
+      type(state_t), intent(inout) :: state
+      real(wp) :: beta, factor, d0, d1, d2, d3, l1, l2, l3, e0, e1, e2, e3
+      beta = b(1)*b(1) + b(2)*b(2) + b(3)*b(3)
+      factor = 2/(1 + beta)
+      call change_momentum(self, b, beta, factor, d1, d2, d3)
+      d0 = 0.0_wp
+      associate (h => self%half_momentum, u => self%frame, q => state%q)
+         if (attitude) then
+            l1 = h(2) + d1
+            l2 = h(3) + d2
+            l3 = h(4) + d3
+            d0 = -factor*(beta*h(1) + b(1)*l1 + b(2)*l2 + b(3)*l3)
+            d1 = d1 + factor*(b(1)*h(1) - beta*l1 + b(2)*l3 - b(3)*l2)
+            d2 = d2 + factor*(b(2)*h(1) - beta*l2 + b(3)*l1 - b(1)*l3)
+            d3 = d3 + factor*(b(3)*h(1) - beta*l3 + b(1)*l2 - b(2)*l1)
+            e0 = -factor*(beta*q(1) + b(1)*q(2) + b(2)*q(3) + b(3)*q(4))
+            e1 = factor*(b(1)*q(1) - beta*q(2) + b(3)*q(3) - b(2)*q(4))
+            e2 = factor*(b(2)*q(1) - beta*q(3) + b(1)*q(4) - b(3)*q(2))
+            e3 = factor*(b(3)*q(1) - beta*q(4) + b(2)*q(2) - b(1)*q(3))
+            call accumulate(state%q(1), state%q_carry(1), e0)
+            call accumulate(state%q(2), state%q_carry(2), e1)
+            call accumulate(state%q(3), state%q_carry(3), e2)
+            call accumulate(state%q(4), state%q_carry(4), e3)
+         end if
+         call accumulate(state%p(1), state%p_carry(1), 2*(u(1)*d0 - u(2)*d1 - u(3)*d2 - u(4)*d3))
+         call accumulate(state%p(2), state%p_carry(2), 2*(u(1)*d1 + u(2)*d0 + u(3)*d3 - u(4)*d2))
+         call accumulate(state%p(3), state%p_carry(3), 2*(u(1)*d2 - u(2)*d3 + u(3)*d0 + u(4)*d1))
+         call accumulate(state%p(4), state%p_carry(4), 2*(u(1)*d3 + u(2)*d2 - u(3)*d1 + u(4)*d0))
+      end associate
+      state%t = state%t + self%dt
    end subroutine finish
 
-   !> c = (1 - β + 2b)/(1 + β); shape (4).
-   pure function cayley(b, beta) result(c)
-      real(wp), intent(in) :: b(3), beta
-      real(wp) :: c(4)
-      c(1) = (1 - beta)/(1 + beta)
-      c(2:4) = (2/(1 + beta))*b
-   end function cayley
+   !> L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄ in body axes, of the end and of the start: a rotation to the last digit
+   !> without torque.
+   pure subroutine change_momentum(self, b, beta, factor, d1, d2, d3)
+      type(reduced_equations_t), intent(in) :: self
+      !> b, β and 2/(1+β).
+      real(wp), intent(in) :: b(3), beta, factor
+      !> kg m²/s.
+      real(wp), intent(out) :: d1, d2, d3
+      real(wp) :: t1, t2, t3, along
+      associate (h => self%half_momentum)
+         ! b×L0
+         t1 = b(2)*h(4) - b(3)*h(3)
+         t2 = b(3)*h(2) - b(1)*h(4)
+         t3 = b(1)*h(3) - b(2)*h(2)
+      end associate
+      d1 = (factor*factor)*(2*(b(2)*t3 - b(3)*t2) - (1 - beta)*t1)
+      d2 = (factor*factor)*(2*(b(3)*t1 - b(1)*t3) - (1 - beta)*t2)
+      d3 = (factor*factor)*(2*(b(1)*t2 - b(2)*t1) - (1 - beta)*t3)
+      if (.not. self%forces%active) return
+      t1 = (0.5_wp*self%dt*factor)*self%torque(1)
+      t2 = (0.5_wp*self%dt*factor)*self%torque(2)
+      t3 = (0.5_wp*self%dt*factor)*self%torque(3)
+      along = 2*(b(1)*t1 + b(2)*t2 + b(3)*t3)
+      d1 = d1 + (1 - beta)*t1 - 2*(b(2)*t3 - b(3)*t2) + along*b(1)
+      d2 = d2 + (1 - beta)*t2 - 2*(b(3)*t1 - b(1)*t3) + along*b(2)
+      d3 = d3 + (1 - beta)*t3 - 2*(b(1)*t2 - b(2)*t1) + along*b(3)
+   end subroutine change_momentum
 
-   !> ½(1 + c) = (1 + b)/(1 + β): the mean of the step's ends; shape (4).
-   pure function halfway(b, beta) result(x)
-      real(wp), intent(in) :: b(3), beta
-      real(wp) :: x(4)
-      x = [1.0_wp, b]/(1 + beta)
-   end function halfway
+   !> `add_increment` of `nutate_state`, to the same digits without its branch (Knuth's sum).
+   pure subroutine accumulate(total, carry, increment)
+      real(wp), intent(inout) :: total, carry
+      real(wp), intent(in) :: increment
+      real(wp) :: addend, rounded, part
+      addend = increment + carry
+      rounded = total + addend
+      part = rounded - total
+      carry = (total - (rounded - part)) + (addend - part)
+      total = rounded
+   end subroutine accumulate
 
-   !> A v
-   pure function apply(a, v) result(image)
-      real(wp), intent(in) :: a(3, 3), v(3)
-      real(wp) :: image(3)
-      image = a(:, 1)*v(1) + a(:, 2)*v(2) + a(:, 3)*v(3)
-   end function apply
+   !> a·b
+   pure real(wp) function dot(a, b)
+      real(wp), intent(in) :: a(3), b(3)
+      dot = a(1)*b(1) + a(2)*b(2) + a(3)*b(3)
+   end function dot
 
 end module nutate_reduced_equations

@@ -125,11 +125,11 @@ contains
          call advance(system, stepper, state, plan, progress, summary, record, summary%steps + 1 == n_steps, status)
          if (status%code /= 0) exit
          if (observer%sees_every_step) call observer%watch(state)
-         if (modulo(summary%steps, plan%every) == 0 .or. summary%steps == n_steps) then
+         if (mod(summary%steps, plan%every) == 0 .or. summary%steps == n_steps) then
             record%work = sum(summary%work)
             call observer%observe(system, state, record, status)
          end if
-         if (modulo(summary%steps, poll_every) == 0 .and. status%code == 0) &
+         if (mod(summary%steps, poll_every) == 0 .and. status%code == 0) &
             call observer%poll(real(summary%steps, wp)/real(n_steps, wp), status)
       end do
    end subroutine integrate
@@ -165,29 +165,8 @@ contains
       end if
       allocate (summary%work(effects%n_torques), progress%work_carry(effects%n_torques), source=0.0_wp)
       progress%t_first = t
-      call find_breaks(effects, t, plan, progress%breaks)
+      progress%breaks = effects%breaks_between(t, plan%end_time)
    end subroutine begin
-
-   !> Ends of the torques' windows inside the run, in the order they are reached.
-   subroutine find_breaks(effects, t, plan, breaks)
-      type(effect_list_t), intent(in) :: effects
-      real(wp), intent(in) :: t
-      type(run_plan_t), intent(in) :: plan
-      real(wp), allocatable, intent(out) :: breaks(:)
-      real(wp) :: window(2), earliest
-      integer :: i, k
-      allocate (breaks(0))
-      do i = 1, effects%n_torques
-         call effects%torques(i)%item%window(window(1), window(2))
-         breaks = [breaks, pack(window, window > min(t, plan%end_time) .and. window < max(t, plan%end_time))]
-      end do
-      do i = 1, size(breaks) - 1
-         k = i - 1 + minloc(sign(1.0_wp, plan%time_step)*breaks(i:), 1)
-         earliest = breaks(k)
-         breaks(k) = breaks(i)
-         breaks(i) = earliest
-      end do
-   end subroutine find_breaks
 
    !> One nominal step: in one piece, or in several where times lie inside it on which steps must end.
    subroutine advance(system, stepper, state, plan, progress, summary, record, is_last, status)

@@ -35,6 +35,12 @@ module nutate_stepper
       !> time of the whole.
       logical :: is_part = .false.
       real(wp) :: whole_middle = 0.0_wp
+      !> The method estimates the error of its steps; the estimate of the last one, rad, of attitude and relative
+      !> momentum.
+      logical :: has_estimate = .false.
+      real(wp) :: error_estimate = 0.0_wp
+      !> The estimate goes as this power of the step.
+      integer :: estimate_power = 0
       !> Work that each torque did in the last step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
    contains

@@ -1,0 +1,181 @@
+"""nutate cost: the table, the answer, the files and the time that it takes."""
+import csv
+import os
+import shutil
+import stat
+import time
+import unittest
+
+from support import TOP, CommandLineTest
+
+METHODS = [f"nielsen_krenk order {order} ({solver})" for solver in ("lapack", "reduced") for order in (2, 4, 6, 8)]
+METHODS += ["rk4", "dop853"]
+SHORT = ("--seconds", "1.5")
+
+
+class Study(CommandLineTest):
+    def rows(self, name):
+        return list(csv.DictReader(self.read(name).splitlines()))
+
+    def test_table_has_every_method_and_answers(self):
+        done = self.succeed("cost", "box.nml", *SHORT)
+        self.assertEqual(done.stderr, "")
+        lines = done.stdout.splitlines()
+        for method in METHODS:
+            self.assertEqual(sum(line.startswith(method + ",") for line in lines), 1, method)
+        for words in ("box.nml: Free box", "exact motion of a free body", "0.0001 rad at t = 0.5 s costs ", " ms with ",
+                      "time_step = ", "1E-10 rad at t = 0.5 s"):
+            self.assertIn(words, done.stdout)
+        self.assertTrue(all(len(line) <= 100 for line in lines))
+        self.assertEqual(self.names(), ["box.nml", "top.nml"])
+
+    def test_reference_is_named(self):
+        self.assertIn("exact motion of Lagrange's top", self.succeed("cost", "top.nml", *SHORT).stdout)
+        self.write("damped.nml", TOP + "&damping coefficient = 1, 1, 1 /")
+        text = self.succeed("cost", "damped.nml", *SHORT).stdout
+        self.assertIn("nielsen_krenk order 8 (reduced) and dop853", text)
+        self.assertRegex(text, r"agree to \S+ rad: 1\d digits")
+
+    def test_csv_has_a_row_for_each_run(self):
+        self.succeed("cost", "top.nml", *SHORT, "--csv", "runs.csv", "--set", "integrator.end_time=0.5")
+        rows = self.rows("runs.csv")
+        self.assertNotIn("\r", self.read("runs.csv"))
+        self.assertEqual(self.names(), ["box.nml", "runs.csv", "top.nml"])
+        best = {}
+        for row in rows:
+            at = {key: float(value) for key, value in row.items() if key not in ("method", "linear_solver")}
+            self.assertEqual(at["steps"], -(-0.5 // at["time_step"]))
+            self.assertAlmostEqual(at["ns_per_step"], 1e9 * at["wall_time"] / at["steps"], delta=1e-6 * at["ns_per_step"])
+            self.assertGreaterEqual(at["samples"], 3)
+            if row["method"] == "nielsen_krenk":
+                self.assertLess(max(at["energy_error"], at["momentum_error"], at["norm_error"]), 1e-12)
+            else:
+                self.assertEqual(at["iterations"], 0)
+            key = (row["method"], row["linear_solver"], int(row["order"]))
+            best[key] = min(best.get(key, 9.0), at["attitude_error"])
+        self.assertEqual(len(best), len(METHODS))
+        for solver in ("lapack", "reduced"):
+            self.assertLess(best["nielsen_krenk", solver, 4], 0.01 * best["nielsen_krenk", solver, 2])
+            self.assertLess(best["nielsen_krenk", solver, 8], 1e-9)
+
+    def test_csv_on_standard_output_leaves_the_table_to_standard_error(self):
+        done = self.succeed("cost", "box.nml", "--seconds", "0.5", "--csv", "-")
+        self.assertTrue(done.stdout.startswith("method,order,linear_solver,time_step,steps,"))
+        self.assertTrue(all(line.count(",") == done.stdout.splitlines()[0].count(",")
+                            for line in done.stdout.splitlines()))
+        self.assertIn("rad at t = 0.5 s", done.stderr)
+
+    def test_time_is_kept_to(self):
+        for seconds in (0.5, 3.0):
+            begun = time.monotonic()
+            self.succeed("cost", "top.nml", "--seconds", str(seconds))
+            self.assertLess(time.monotonic() - begun, 1.2 * seconds + 1.0)
+
+    def test_a_motion_too_long_for_a_reference_still_shows_invariants(self):
+        self.write("chaos.nml", TOP.replace("0.0, 0.0, 1.0 /", "0.3, 0.5, 1.0 /").replace("5.0, 5.0", "5.0, 4.0")
+                   .replace("50.0", "2.0"))
+        done = self.succeed("cost", "chaos.nml", "--seconds", "2", "--set", "integrator.end_time=300")
+        self.assertIn("none:", done.stdout)
+        self.assertIn("attitude errors are not shown", done.stdout)
+        self.assertNotIn("rad at t = 300 s costs", done.stdout)
+
+    def test_a_scene_without_a_time_step_and_one_that_goes_back(self):
+        self.write("control.nml", TOP.replace("time_step = 0.005", "accuracy = 1e-6"))
+        self.assertIn("1E-6 rad at t = 1 s costs", self.succeed("cost", "control.nml", *SHORT).stdout)
+        back = self.succeed("cost", "top.nml", *SHORT, "--set", "integrator.time_step=-0.01",
+                            "--set", "integrator.end_time=-1").stdout
+        self.assertIn("1E-6 rad at t = -1 s costs", back)
+
+    def test_columns_without_an_attitude_do_not_matter(self):
+        text = self.succeed("cost", "box.nml", *SHORT, "--set", "output.columns='angular_momentum'").stdout
+        self.assertIn("1E-6 rad at t = 0.5 s costs", text)
+
+    def test_without_projection_only_what_can_run_is_run(self):
+        text = self.succeed("cost", "top.nml", *SHORT, "--set", "integrator.projection=.false.",
+                            "--set", "integrator.auxiliary_inertia=10").stdout
+        self.assertIn("(reduced): not on this scene", text)
+
+
+class Plot(CommandLineTest):
+    def setUp(self):
+        super().setUp()
+        if not shutil.which("gnuplot"):
+            self.skipTest("gnuplot is not here")
+
+    def test_svg(self):
+        self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", "it's a.svg")
+        text = self.read("it's a.svg")
+        self.assertIn("<svg", text)
+        self.assertTrue(text.rstrip().endswith("</svg>"))
+        for words in ("Free box", "order 8", "attitude error", "energy residual"):
+            self.assertIn(words, text)
+        self.assertEqual(self.names(), ["box.nml", "it's a.svg", "top.nml"])
+
+    def test_png(self):
+        self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", "a.png")
+        with open(self.path("a.png"), "rb") as file:
+            self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def test_a_gnuplot_that_fails_leaves_the_earlier_picture(self):
+        os.mkdir(self.path("bin"))
+        self.write("bin/gnuplot", "#!/bin/sh\nexit 1\n")
+        os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
+        self.write("a.svg", "earlier")
+        self.fail_with(4, "cost", "box.nml", "--seconds", "0.5", "--plot", "a.svg", says=("a.svg", "gnuplot"),
+                       env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
+        self.assertEqual(self.read("a.svg"), "earlier")
+        self.assertEqual(self.names(), ["a.svg", "bin", "box.nml", "top.nml"])
+
+
+class Refusals(CommandLineTest):
+    def test_a_missing_gnuplot_is_said_at_once(self):
+        os.mkdir(self.path("bin"))
+        begun = time.monotonic()
+        done = self.fail_with(4, "cost", "box.nml", "--plot", "a.svg", says=("a.svg", "gnuplot is not installed"),
+                              env={**os.environ, "PATH": self.path("bin")})
+        self.assertEqual(done.stdout, "")
+        self.assertLess(time.monotonic() - begun, 5.0)
+        self.assertEqual(self.names(), ["bin", "box.nml", "top.nml"])
+
+    def test_options(self):
+        for arguments, words in ((("--plot", "a.pdf"), "a.pdf"), (("--plot", ".svg"), ".svg"), (("--csv", ""), "--csv"),
+                                 (("--seconds", "0"), "--seconds '0'"), (("--seconds", "soon"), "soon"),
+                                 (("--seconds", "nan"), "nan"), (("--seconds",), "needs a value"),
+                                 (("--seconds", "1", "--seconds", "2"), "given twice"),
+                                 (("--output", "a.csv"), "has no option --output"), (("--quiet",), "has no option")):
+            done = self.fail_with(2, "cost", "box.nml", *arguments, says=(words,))
+            self.assertEqual(done.stdout, "")
+        for option in ("--csv", "--plot", "--seconds"):
+            self.fail_with(2, "run", "box.nml", option, "1.svg", says=("nutate run has no option" if option != "--seconds"
+                                                                        else "--seconds",))
+
+    def test_the_scene_is_not_written_over(self):
+        before = self.read("box.nml")
+        self.fail_with(2, "cost", "box.nml", "--csv", "./box.nml", says=("is the scene itself",))
+        self.assertEqual(self.read("box.nml"), before)
+
+    def test_bad_scenes_and_folders(self):
+        self.fail_with(2, "cost", "none.nml", says=("none.nml",))
+        self.fail_with(2, "cost", "box.nml", "--set", "body.size=1", says=("--set",))
+        self.fail_with(4, "cost", "box.nml", "--csv", "absent/a.csv", says=("absent/a.csv",))
+        os.mkdir(self.path("a.svg"))
+        if shutil.which("gnuplot"):
+            self.fail_with(4, "cost", "box.nml", "--csv", "a.csv", "--plot", "a.svg", says=("a.svg", "folder"))
+            self.assertEqual(self.names(), ["a.svg", "box.nml", "top.nml"])
+
+    def test_no_run_in_time(self):
+        done = self.fail_with(3, "cost", "top.nml", "--seconds", "0.2", "--csv", "a.csv", "--set",
+                              "integrator.end_time=1e6", says=("no run was completed", "--seconds"))
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(self.names(), ["box.nml", "top.nml"])
+
+    def test_help(self):
+        text = self.succeed("cost", "--help").stdout
+        for words in ("--plot FILE.svg|png", "--csv FILE", "--seconds N", "--set GROUP.KEY=VALUE"):
+            self.assertIn(words, text)
+        self.assertTrue(all(len(line) <= 110 for line in text.splitlines()))
+        self.assertIn("nutate cost SCENE", self.succeed("--help").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
