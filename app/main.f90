@@ -3,6 +3,7 @@ program main
    use nutate_check_command, only: check_command
    use nutate_cli, only: argument_t, command_t, get_arguments, parse_arguments
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT
+   use nutate_cost_command, only: cost_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
    use nutate_help, only: help_page
    use nutate_run_command, only: run_command
@@ -25,6 +26,8 @@ program main
       call run_command(command, exit_code)
    case ('check')
       call check_command(command, exit_code)
+   case ('cost')
+      call cost_command(command, exit_code)
    case ('help')
       call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
    case ('version')

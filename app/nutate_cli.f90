@@ -1,6 +1,7 @@
 !> The command line: which commands and options there are, and what the arguments ask for.
 module nutate_cli
-   use nutate_kinds, only: long
+   use nutate_kinds, only: wp, long
+   use nutate_number_text, only: read_real
    use nutate_printable, only: quoted
    use nutate_spelling, only: is_listed, nearest_name
    implicit none
@@ -21,27 +22,32 @@ module nutate_cli
    end type verb_t
 
    !> All commands.
-   type(verb_t), parameter :: verbs(2) = [ &
+   type(verb_t), parameter :: verbs(3) = [ &
       verb_t('run', 'simulate a scene and write its history as CSV'), &
-      verb_t('check', 'say what would be simulated; write nothing')]
+      verb_t('check', 'say what would be simulated; write nothing'), &
+      verb_t('cost', 'say what accuracy costs in time on this scene, with every method')]
 
    !> One option.
    type :: option_t
       character(len=12) :: name
       !> What its value stands for; blank for an option without value.
-      character(len=16) :: placeholder
+      character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
       character(len=16) :: verbs
       character(len=80) :: purpose
    end type option_t
 
    !> All options.
-   type(option_t), parameter :: options(6) = [ &
+   type(option_t), parameter :: options(9) = [ &
       option_t('--output', 'FILE', 'run', 'where to write the history; - is standard output'), &
-      option_t('--set', 'GROUP.KEY=VALUE', 'run,check', 'override a value of the scene; may be given several times'), &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost', &
+               'override a value of the scene; may be given several times'), &
+      option_t('--plot', 'FILE.svg|png', 'cost', 'draw errors against time with gnuplot'), &
+      option_t('--csv', 'FILE', 'cost', 'write one row for each run; - is standard output'), &
+      option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
       option_t('--quiet', '', 'run', 'no progress bar and no summary; errors are still shown'), &
       option_t('--max-steps', 'N', 'run', 'end a run that needs more than N steps, with exit status 3'), &
-      option_t('--help', '', 'run,check', 'show this help'), &
+      option_t('--help', '', 'run,check,cost', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.
@@ -57,6 +63,10 @@ module nutate_cli
       character(len=:), allocatable :: overrides(:)
       logical :: quiet = .false.
       integer(long) :: max_steps = huge(1_long)
+      !> Where to draw and to write the runs of a cost study; not allocated where not wanted.
+      character(len=:), allocatable :: plot, csv
+      !> Time for a cost study, s.
+      real(wp) :: seconds = 20.0_wp
       !> What is wrong with the arguments; not allocated if nothing is.
       character(len=:), allocatable :: error
    end type command_t
@@ -146,18 +156,18 @@ contains
       n = option_number(name)
       if (n == 0) then
          command%error = 'unknown option '//quoted(name)//hint(nearest_name(name, options%name))
-      else if (options(n)%placeholder == '') then
+      else if (options(n)%value == '') then
          if (has_value) command%error = name//' takes no value'
       else if (.not. has_value) then
          if (i < size(arguments)) then
             i = i + 1
             value = arguments(i)%text
          else
-            command%error = name//' needs a value ('//name//' '//trim(options(n)%placeholder)//')'
+            command%error = name//' needs a value ('//name//' '//trim(options(n)%value)//')'
          end if
       end if
       if (allocated(command%error)) return
-      if (given(n) .and. options(n)%placeholder /= '' .and. name /= '--set') command%error = name//' is given twice'
+      if (given(n) .and. options(n)%value /= '' .and. name /= '--set') command%error = name//' is given twice'
       given(n) = .true.
       call take_value(name, value, command)
    end subroutine take_option
@@ -173,6 +183,15 @@ contains
          if (value == '') command%error = '--output needs the name of a file, or - for standard output'
       case ('--set')
          command%overrides = [character(len=len(command%overrides)) :: command%overrides, value]
+      case ('--csv')
+         command%csv = value
+         if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
+      case ('--plot')
+         command%plot = value
+         if (.not. is_picture(value)) &
+            command%error = '--plot '//quoted(value)//' is no picture (expected the name of a file in .svg or .png)'
+      case ('--seconds')
+         call take_seconds(value, command)
       case ('--quiet')
          command%quiet = .true.
       case ('--max-steps')
@@ -186,6 +205,24 @@ contains
          continue
       end select
    end subroutine take_value
+
+   !> True for the name of a file that gnuplot is to draw.
+   pure logical function is_picture(name)
+      character(len=*), intent(in) :: name
+      is_picture = .false.
+      if (len(name) > 4) is_picture = name(len(name) - 3:) == '.svg' .or. name(len(name) - 3:) == '.png'
+   end function is_picture
+
+   !> Notes the time for a cost study.
+   subroutine take_seconds(value, command)
+      character(len=*), intent(in) :: value
+      type(command_t), intent(inout) :: command
+      real(wp), parameter :: least = 0.1_wp, most = 1e6_wp
+      character(len=:), allocatable :: problem
+      call read_real(value, command%seconds, problem)
+      if (problem == '' .and. command%seconds >= least .and. command%seconds <= most) return
+      command%error = '--seconds '//quoted(value)//' is not a time (expected 0.1 to 1e6 s)'
+   end subroutine take_seconds
 
    !> Takes the words that are no options: the command, which may be left out, and the scene.
    subroutine take_words(words, given, command)

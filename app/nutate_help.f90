@@ -30,9 +30,10 @@ contains
       call page%line('Options')
       do i = 1, size(options)
          if (is_listed(topic, trim(options(i)%verbs))) call add_entry( &
-            page, trim(options(i)%name)//' '//options(i)%placeholder, options(i)%purpose)
+            page, trim(options(i)%name)//' '//options(i)%value, options(i)%purpose)
       end do
       if (topic == 'run') call add_run_notes(page)
+      if (topic == 'cost') call add_cost_notes(page)
    end function help_page
 
    subroutine add_overview(page)
@@ -65,6 +66,19 @@ contains
       end do
       call add_exit_codes(page)
    end subroutine add_run_notes
+
+   !> What a cost study is.
+   subroutine add_cost_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('The scene is run with every method over a ladder of time steps, each half of the one before,')
+      call page%line('from about 4 rad of turn in a step down to round-off, as far as the time allows. Times are')
+      call page%line('medians of repeated runs without output; errors come from a run of their own. The attitude')
+      call page%line('error is that at end_time, from the exact motion (free bodies, tops on their axis of symmetry)')
+      call page%line('or from what two independent methods agree on. A table goes to standard output, and below it')
+      call page%line('what some accuracies cost.')
+      call add_exit_codes(page)
+   end subroutine add_cost_notes
 
    subroutine add_exit_codes(page)
       type(page_t), intent(inout) :: page

@@ -45,3 +45,14 @@ period_error() {
 period_error precessing_top 140.6 10
 period_error fast_top 200 4.998774
 draw period_error
+
+# What accuracy costs: timings of this machine, which differ from run to run.
+cost() { # SCENE
+   local figure=docs/figures/cost_$1.svg
+   quietly "figure-cost-$1" "$program" cost "scenes/$1.nml" --plot "$figure" --csv "$data/cost_$1.csv" || exit 1
+   say "Drawn: $figure (table in $logs/figure-cost-$1.log)"
+}
+cost box
+cost precessing_top
+cost fast_top
+cost heavy_top

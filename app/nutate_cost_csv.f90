@@ -1,0 +1,123 @@
+!> The runs of a cost study as CSV: one row for each run, in the notation of histories.
+module nutate_cost_csv
+   use nutate_console, only: count_text
+   use nutate_cost_files, only: discard_file
+   use nutate_decimal, only: decimal_length, decimal_t
+   use nutate_files, only: output_file_t
+   use nutate_invariants, only: conserved_momentum, NO_COMPONENT
+   use nutate_kinds, only: wp, long
+   use nutate_ladder, only: ladder_t
+   use nutate_methods, only: methods
+   use nutate_reference, only: reference_t
+   use nutate_run_cost, only: run_cost_t
+   use nutate_status, only: status_t
+   use nutate_study_run, only: problem_t
+   implicit none
+   private
+
+   public :: cost_csv_t
+
+   character(len=*), parameter :: header = 'method,order,linear_solver,time_step,steps,cut_steps,samples,wall_time,'// &
+                                           'ns_per_step,iterations,attitude_error,reference_error,momentum_error,'// &
+                                           'energy_error,norm_error'
+
+   !> A CSV file under way.
+   type :: cost_csv_t
+      type(output_file_t), private :: file
+      logical :: on_standard_output = .false.
+   contains
+      !> Claims the file.
+      procedure :: open
+      !> Writes the runs and gives the file its name.
+      procedure :: write
+      !> Gives the file up.
+      procedure :: discard
+   end type cost_csv_t
+
+contains
+
+   !> Claims the file. Errors: `NUTATE_IO`.
+   subroutine open(self, name, status)
+      class(cost_csv_t), intent(inout) :: self
+      !> A path, or `-` for standard output.
+      character(len=*), intent(in) :: name
+      type(status_t), intent(out) :: status
+      self%on_standard_output = name == '-' .or. name == '/dev/stdout' .or. name == '/dev/fd/1'
+      call self%file%open(name, status)
+   end subroutine open
+
+   !> Gives the file up.
+   subroutine discard(self)
+      class(cost_csv_t), intent(inout) :: self
+      call discard_file(self%file)
+   end subroutine discard
+
+   !> Writes all runs, method by method, longest step first, and gives the file its name. Errors: `NUTATE_IO`.
+   subroutine write(self, problem, reference, ladder, status)
+      class(cost_csv_t), intent(inout) :: self
+      type(problem_t), intent(in) :: problem
+      type(reference_t), intent(in) :: reference
+      type(ladder_t), intent(in) :: ladder
+      type(status_t), intent(out) :: status
+      type(run_cost_t), allocatable :: runs(:)
+      type(decimal_t) :: decimal
+      integer :: m, i, components
+      real(wp) :: axis(3)
+
+      call conserved_momentum(problem%system%effects, components, axis)
+      call decimal%prepare()
+      call self%file%put_line(header, status)
+      do m = 1, size(methods)
+         runs = ladder%runs_of(m)
+         do i = 1, size(runs)
+            if (status%ok()) call self%file%put_line( &
+               row(decimal, runs(i), reference, components /= NO_COMPONENT), status)
+         end do
+      end do
+      if (status%ok()) then
+         call self%file%finish(status)
+      else
+         call discard_file(self%file)
+      end if
+   end subroutine write
+
+   !> One run. What is not known is an empty field.
+   function row(decimal, run, reference, has_momentum) result(line)
+      type(decimal_t), intent(in) :: decimal
+      type(run_cost_t), intent(in) :: run
+      type(reference_t), intent(in) :: reference
+      !> A component of the momentum is conserved.
+      logical, intent(in) :: has_momentum
+      character(len=:), allocatable :: line
+      associate (method => methods(run%method))
+         line = trim(method%name)//','//count_text(int(method%order, long))//','//trim(method%linear_solver)
+      end associate
+      line = line//field(decimal, run%time_step)//','//count_text(run%steps)//','//count_text(run%cut_steps)//','// &
+             count_text(int(run%samples, long))//field(decimal, run%seconds)//field(decimal, run%nanoseconds())// &
+             field(decimal, run%iterations)
+      if (reference%known()) then
+         line = line//field(decimal, run%attitude_error)//field(decimal, reference%uncertainty)
+      else
+         line = line//',,'
+      end if
+      if (has_momentum) then
+         line = line//field(decimal, run%momentum_error)
+      else
+         line = line//','
+      end if
+      line = line//field(decimal, run%energy_error)//field(decimal, run%norm_error)
+   end function row
+
+   !> A comma and a number.
+   function field(decimal, value) result(text)
+      type(decimal_t), intent(in) :: decimal
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=decimal_length) :: line
+      integer :: used
+      used = 0
+      call decimal%append(line, used, value)
+      text = ','//line(1:used)
+   end function field
+
+end module nutate_cost_csv

@@ -1,0 +1,35 @@
+!> Wall time since a start.
+module nutate_stopwatch
+   use nutate_kinds, only: wp, long
+   implicit none
+   private
+
+   public :: stopwatch_t
+
+   type :: stopwatch_t
+      private
+      integer(long) :: started = 0, rate = 1
+   contains
+      !> Starts from zero.
+      procedure :: start
+      !> Time since the start, s.
+      procedure :: seconds
+   end type stopwatch_t
+
+contains
+
+   !> Starts from zero.
+   subroutine start(self)
+      class(stopwatch_t), intent(inout) :: self
+      call system_clock(self%started, self%rate)
+   end subroutine start
+
+   !> Time since the start, s.
+   real(wp) function seconds(self)
+      class(stopwatch_t), intent(in) :: self
+      integer(long) :: now
+      call system_clock(now)
+      seconds = real(now - self%started, wp)/real(self%rate, wp)
+   end function seconds
+
+end module nutate_stopwatch

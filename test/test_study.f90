@@ -1,0 +1,273 @@
+!> What accuracy costs: references, measured runs, ladders and prices.
+module test_study
+   use nutate_kinds, only: wp, eps
+   use nutate_ladder, only: ladder_t, CLIMBING
+   use nutate_methods, only: methods
+   use nutate_price, only: price_of, price_t
+   use nutate_quaternion, only: attitude_distance
+   use nutate_reference, only: reference_methods, reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP, NO_REFERENCE
+   use nutate_run_cost, only: measure_cost, median, run_cost_t
+   use nutate_scene, only: parse_scene, scene_t
+   use nutate_status, only: status_t
+   use nutate_stopwatch, only: stopwatch_t
+   use nutate_study_run, only: fastest_rate, problem_t
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_study
+
+   character(len=*), parameter :: newline = new_line('a')
+   character(len=*), parameter :: box = '&body inertia = 5, 20, 17 /'//newline// &
+                                  '&initial angular_velocity = 0.1, 0, 10 /'//newline// &
+                                  '&integrator time_step = 0.01, end_time = 1 /'//newline
+   character(len=*), parameter :: top = '&body inertia = 5, 1, 5, mass = 2, center_of_mass = 0, 0.4, 0 /'//newline// &
+                                  '&initial axis = 1, 2, 0.3, angle = 1, angular_velocity = 0.3, 8, 1 /'//newline// &
+                                  '&integrator time_step = 0.01, end_time = 1 /'//newline// &
+                                  '&gravity acceleration = 1, 2, -9 /'//newline
+
+contains
+
+   subroutine collect_study(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("a closed solution is used where there is one", closed_solutions_are_found), &
+                  new_unittest("what two methods agree on is the exact attitude", agreement_is_exact), &
+                  new_unittest("a motion too long to be followed has no reference", chaos_has_no_reference), &
+                  new_unittest("errors fall with the order of the method", errors_fall_with_the_order), &
+                  new_unittest("a ladder ends in time with runs of every method", ladder_ends_in_time), &
+                  new_unittest("the user's step is on the ladder", ladder_holds_the_users_step), &
+                  new_unittest("prices follow from power laws", prices_follow_from_power_laws), &
+                  new_unittest("a hopeless step does not make a price better", prices_are_no_better_than_the_order), &
+                  new_unittest("an accuracy met by luck has no price", luck_has_no_price), &
+                  new_unittest("the median is the middle", median_is_the_middle)]
+   end subroutine collect_study
+
+   !> A problem from a scene in memory.
+   function problem_of(text) result(problem)
+      character(len=*), intent(in) :: text
+      type(problem_t) :: problem
+      type(scene_t) :: scene
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call parse_scene(text, 'study.nml', scene, status, message)
+      if (status%ok()) problem = problem_t(scene%system, scene%initial, scene%plan%end_time, scene%integrator)
+   end function problem_of
+
+   !> The reference of a problem, settled.
+   function reference_of(problem, seconds) result(reference)
+      type(problem_t), intent(in) :: problem
+      !> Time that it may take, s.
+      real(wp), intent(in) :: seconds
+      type(reference_t) :: reference
+      type(stopwatch_t) :: clock
+      type(status_t) :: status
+      real(wp) :: rate
+      integer :: first, second
+      call reference_methods(first, second)
+      call fastest_rate(problem, first, rate, status)
+      call clock%start()
+      call reference%begin(problem, rate)
+      do while (.not. reference%settled)
+         call reference%refine(problem, clock, seconds)
+      end do
+   end function reference_of
+
+   subroutine closed_solutions_are_found(error)
+      type(error_type), allocatable, intent(out) :: error
+      call expect(box, EXACT_FREE_BODY)
+      call expect(top, EXACT_TOP)
+      call expect(box//'&dipole moment = 0, 0, 0, field = 1, 0, 0 /', EXACT_FREE_BODY)
+      call expect('&body inertia = 2, 2, 2 /'//newline//'&initial angular_velocity = 1, 2, 3 /'//newline// &
+                  '&integrator time_step = 0.01, end_time = 1 /'//newline// &
+                  '&dipole moment = 1, -2, 0.5, field = 1, 0, 0 /', EXACT_TOP)
+      call expect(box//'&rotor momentum = 1, 0, 0 /', AGREED)
+      call expect(top//'&damping coefficient = 1, 1, 1 /', AGREED)
+      call expect(top//'&dipole moment = 0, 1, 0, field = 1, 0, 0 /', AGREED)
+      call expect(box//'&dipole moment = 0, 1, 0, field = 1, 0, 0 /', AGREED)
+   contains
+      subroutine expect(text, kind)
+         character(len=*), intent(in) :: text
+         integer, intent(in) :: kind
+         type(reference_t) :: reference
+         if (allocated(error)) return
+         reference = reference_of(problem_of(text), 2.0_wp)
+         call check(error, reference%kind == kind, 'another kind of reference for '//text)
+      end subroutine expect
+   end subroutine closed_solutions_are_found
+
+   !> A rotor at rest leaves the motion as it is, but no closed solution is looked for then.
+   subroutine agreement_is_exact(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(reference_t) :: exact, agreed_on
+      exact = reference_of(problem_of(box), 2.0_wp)
+      agreed_on = reference_of(problem_of(box//'&rotor momentum = 0, 0, 0 /'), 2.0_wp)
+      call check_below(error, agreed_on%uncertainty, 1e-11_wp, 'uncertainty')
+      if (allocated(error)) return
+      call check_below(error, attitude_distance(exact%q, agreed_on%q), 10*agreed_on%uncertainty, 'distance')
+      if (allocated(error)) return
+      exact = reference_of(problem_of(top), 2.0_wp)
+      agreed_on = reference_of(problem_of(top//'&rotor momentum = 0, 0, 0 /'), 2.0_wp)
+      call check_below(error, attitude_distance(exact%q, agreed_on%q), 10*agreed_on%uncertainty, 'distance, top')
+   end subroutine agreement_is_exact
+
+   subroutine chaos_has_no_reference(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(reference_t) :: reference
+      problem = problem_of('&body inertia = 5, 20, 17, mass = 9, center_of_mass = 0.4, 0.3, 0.2 /'//newline// &
+                           '&initial angular_velocity = 0.1, 0, 1 /'//newline// &
+                           '&integrator time_step = 0.1, end_time = 1e9 /'//newline//'&gravity /')
+      reference = reference_of(problem, 0.2_wp)
+      call check(error, reference%kind == NO_REFERENCE .and. .not. reference%known(), 'there is a reference')
+   end subroutine chaos_has_no_reference
+
+   subroutine errors_fall_with_the_order(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(reference_t) :: reference
+      type(run_cost_t) :: long, short
+      type(stopwatch_t) :: clock
+      type(status_t) :: status
+      real(wp) :: step
+      integer :: m
+      problem = problem_of(box)
+      reference = reference_of(problem, 1.0_wp)
+      call clock%start()
+      do m = 1, size(methods)
+         if (methods(m)%order < 1) cycle
+         step = merge(0.005_wp, 0.05_wp, methods(m)%order < 6)
+         long = run_cost_t(method=m, time_step=step)
+         short = run_cost_t(method=m, time_step=step/2)
+         call measure_cost(problem, reference, 0.0_wp, clock, 60.0_wp, long, status)
+         if (status%ok()) call measure_cost(problem, reference, 0.0_wp, clock, 60.0_wp, short, status)
+         call check(error, status%ok(), trim(status%message))
+         if (allocated(error)) return
+         call check_close(error, log(long%attitude_error/short%attitude_error)/log(2.0_wp), &
+                          real(methods(m)%order, wp), 0.6_wp, 'order of '//methods(m)%name)
+         if (allocated(error)) return
+         call check(error, short%steps == 2*long%steps .and. short%samples == 3 .and. short%seconds > 0.0_wp, &
+                    'steps and times of '//methods(m)%name)
+         if (allocated(error)) return
+         if (methods(m)%name == 'nielsen_krenk') call check_below(error, max(short%energy_error, &
+            short%momentum_error, short%norm_error), 100*eps, 'invariants')
+         if (allocated(error)) return
+      end do
+   end subroutine errors_fall_with_the_order
+
+   subroutine ladder_ends_in_time(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(ladder_t) :: ladder
+      type(problem_t) :: problem
+      type(reference_t) :: reference
+      type(run_cost_t), allocatable :: runs(:)
+      type(stopwatch_t) :: clock
+      integer :: m
+      problem = problem_of(box)
+      reference = reference_of(problem, 1.0_wp)
+      call clock%start()
+      call ladder%begin(problem, 10.0_wp, 0.01_wp)
+      do while (.not. ladder%done)
+         call ladder%climb(problem, reference, clock, 1.0_wp)
+      end do
+      call check_below(error, clock%seconds(), 2.0_wp, 'time')
+      if (allocated(error)) return
+      do m = 1, size(methods)
+         call check(error, ladder%ending(m) /= CLIMBING, 'a method is under way')
+         if (allocated(error)) return
+         if (methods(m)%order < 1) cycle
+         runs = ladder%runs_of(m)
+         call check(error, size(runs) >= 3, 'hardly a run of '//methods(m)%name)
+         if (allocated(error)) return
+         call check_close(error, runs(1)%time_step/runs(2)%time_step, 2.0_wp, 0.0_wp, 'rungs')
+         if (allocated(error)) return
+      end do
+   end subroutine ladder_ends_in_time
+
+   subroutine ladder_holds_the_users_step(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(ladder_t) :: ladder, free_ladder, backward
+      type(problem_t) :: problem
+      problem = problem_of(box)
+      call ladder%begin(problem, 10.0_wp, 0.01_wp)
+      call check_close(error, ladder%longest_step, 0.32_wp, 0.0_wp)
+      if (allocated(error)) return
+      call free_ladder%begin(problem, 10.0_wp, 0.0_wp)
+      call check_close(error, free_ladder%longest_step, 1.0_wp/3, eps)
+      if (allocated(error)) return
+      problem%end_time = -1.0_wp
+      call backward%begin(problem, 10.0_wp, -3.0_wp)
+      call check_close(error, backward%longest_step, -0.375_wp, 0.0_wp)
+   end subroutine ladder_holds_the_users_step
+
+   !> Runs whose errors and times are powers of the step.
+   pure function power_law(order, factor) result(runs)
+      integer, intent(in) :: order
+      !> Error at a step of 1, rad.
+      real(wp), intent(in) :: factor
+      type(run_cost_t) :: runs(6)
+      integer :: i
+      do i = 1, 6
+         runs(i)%method = 7
+         runs(i)%time_step = 0.5_wp**i
+         runs(i)%seconds = 1e-3_wp*2.0_wp**i
+         runs(i)%attitude_error = factor*runs(i)%time_step**order
+      end do
+   end function power_law
+
+   subroutine prices_follow_from_power_laws(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(price_t) :: price
+      real(wp) :: step
+      integer :: order
+      do order = 2, 8, 2
+         step = 0.1_wp
+         price = price_of(power_law(order, 0.3_wp), order, 0.3_wp*step**order)
+         call check(error, price%reached .and. price%method == 7, 'not reached')
+         if (allocated(error)) return
+         call check_close(error, [price%time_step, price%seconds], [step, 1e-3_wp/step], 1e-14_wp)
+         if (allocated(error)) return
+      end do
+      price = price_of(power_law(2, 0.3_wp), 2, 1e-6_wp)
+      call check(error, .not. price%reached, 'reached beyond the last run')
+      if (allocated(error)) return
+      price = price_of(power_law(2, 0.3_wp), 2, 1.0_wp)
+      call check_close(error, price%time_step, 0.5_wp, 0.0_wp, 'met by the first')
+   end subroutine prices_follow_from_power_laws
+
+   subroutine prices_are_no_better_than_the_order(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_cost_t) :: runs(6)
+      type(price_t) :: price
+      runs = power_law(4, 1e-4_wp)
+      runs(1)%attitude_error = 3.0_wp
+      price = price_of(runs, 4, 16*runs(2)%attitude_error)
+      call check_close(error, price%time_step, 0.5_wp, 1e-14_wp)
+      if (allocated(error)) return
+      price = price_of(runs, 4, 4*runs(2)%attitude_error)
+      call check_close(error, price%time_step, sqrt(0.125_wp), 1e-14_wp)
+   end subroutine prices_are_no_better_than_the_order
+
+   subroutine luck_has_no_price(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_cost_t) :: runs(6)
+      type(price_t) :: price
+      runs = power_law(2, 1.0_wp)
+      runs(1)%attitude_error = 1e-9_wp
+      price = price_of(runs, 2, 1e-3_wp)
+      call check_close(error, price%time_step, sqrt(1e-3_wp), 1e-14_wp)
+   end subroutine luck_has_no_price
+
+   subroutine median_is_the_middle(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_close(error, median([3.0_wp, 9.0_wp, 1.0_wp]), 3.0_wp, 0.0_wp)
+      if (allocated(error)) return
+      call check_close(error, median([3.0_wp, 9.0_wp, 1.0_wp, 4.0_wp]), 3.5_wp, 0.0_wp)
+      if (allocated(error)) return
+      call check_close(error, median([7.0_wp]), 7.0_wp, 0.0_wp)
+      if (allocated(error)) return
+      call check_close(error, median([2.0_wp, 2.0_wp, 1.0_wp]), 2.0_wp, 0.0_wp)
+   end subroutine median_is_the_middle
+
+end module test_study
