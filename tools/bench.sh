@@ -14,7 +14,7 @@ for name; do
    case $name in
    *.sh) bash "$name" build/nutate "$(fpm_path run --example free_step)" || status=1 ;;
    *)
-      fpm run --example "$name" --flag "$FFLAGS" | grep -v '^Project is up to date$'
+      fpm run --example "$name" --flag "$FFLAGS" 2>&1 | grep -v '^Project is up to date$'
       [ "${PIPESTATUS[0]}" -eq 0 ] || status=1
       ;;
    esac
