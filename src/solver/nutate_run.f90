@@ -222,6 +222,11 @@ contains
       type(status_t), intent(inout) :: status
 
       call stepper%step(system, state, length, status)
+      if (status%code /= 0) then
+         ! A step that failed has forgotten the steps before it, and guesses afresh: that may do.
+         record%iterations = record%iterations + stepper%iterations
+         call stepper%step(system, state, length, status)
+      end if
       if (status%code == 0) then
          call count_part(stepper, progress, summary, record)
       else
