@@ -1,27 +1,22 @@
-!> What the benchmarks share: a clock, medians, and the loop of steps that is timed.
+!> The loops that the benchmarks time.
 module bench_timing
-   use, intrinsic :: iso_fortran_env, only: error_unit, int64
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use nutate, only: integrator_settings_t, make_stepper, state_t, status_t, stepper_t, system_t, wp
    use nutate_lapack, only: dgesv
+   use nutate_stopwatch, only: stopwatch_t
    implicit none
    private
 
-   public :: time_dgesv, time_steps, median, mean_iterations
+   public :: time_dgesv, time_steps, mean_iterations
 
 contains
-
-   !> Wall clock, s.
-   real(wp) function seconds()
-      integer(int64) :: count, rate
-      call system_clock(count, rate)
-      seconds = real(count, wp)/real(rate, wp)
-   end function seconds
 
    !> ns that one solution of an 8×8 system takes, of the kind that a step leads to: near the unit matrix.
    real(wp) function time_dgesv() result(nanoseconds)
       integer, parameter :: repeats = 20000
-      real(wp) :: matrix(8, 8), lu(8, 8), x(8), start, checksum
+      real(wp) :: matrix(8, 8), lu(8, 8), x(8), checksum
       integer :: pivots(8), info, i, j
+      type(stopwatch_t) :: clock
       do j = 1, 8
          do i = 1, 8
             matrix(i, j) = 0.1_wp*sin(real(3*i + 7*j, wp))
@@ -29,14 +24,14 @@ contains
          matrix(j, j) = matrix(j, j) + 1
       end do
       checksum = 0.0_wp
-      start = seconds()
+      call clock%start()
       do i = 1, repeats
          lu = matrix
          x = 1.0_wp
          call dgesv(8, 1, lu, 8, pivots, x, 8, info)
          checksum = checksum + x(1)
       end do
-      nanoseconds = 1e9_wp*(seconds() - start)/repeats
+      nanoseconds = 1e9_wp*clock%seconds()/repeats
       if (.not. abs(checksum) > 0.0_wp) write (error_unit, '(a)') 'dgesv gave nothing'
    end function time_dgesv
 
@@ -50,17 +45,17 @@ contains
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
-      real(wp) :: begin
+      type(stopwatch_t) :: clock
       integer :: i
       call make_stepper(system, settings, stepper, status)
       if (.not. status%ok()) error stop 'a benchmark asks for a method that does not exist'
       state = start
-      begin = seconds()
+      call clock%start()
       do i = 1, repeats
          call stepper%step(system, state, dt, status)
          if (.not. status%ok()) error stop 'a step of a benchmark failed'
       end do
-      nanoseconds = 1e9_wp*(seconds() - begin)/repeats
+      nanoseconds = 1e9_wp*clock%seconds()/repeats
    end function time_steps
 
    !> Newton iterations of a step, mean over `repeats` steps.
@@ -82,16 +77,5 @@ contains
          mean_iterations = mean_iterations + real(status%iterations, wp)/repeats
       end do
    end function mean_iterations
-
-   !> The median of an odd number of values.
-   pure real(wp) function median(values)
-      real(wp), intent(in) :: values(:)
-      integer :: i
-      median = values(1)
-      do i = 1, size(values)
-         if (count(values < values(i)) <= size(values)/2 .and. count(values <= values(i)) > size(values)/2) &
-            median = values(i)
-      end do
-   end function median
 
 end module bench_timing

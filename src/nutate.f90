@@ -17,20 +17,25 @@
 !> `angular_velocity`, `body_momentum`, `space_momentum`, `total_energy` read the state. Effects are added with
 !> `system%effects%add(...)`: built-in ones such as `gravity_t`, or a program's own extension of `potential_t` or
 !> `torque_t`.
-!> `integrate` runs to an end time and shows rows to an `observer_t`; `read_scene` does all of this from a file.
+!>
+!> `integrate` runs to an end time and shows rows to an `observer_t`, `integrate_controlled` with steps chosen by
+!> their error;
+!> `read_scene` takes all of this from a file. `free_body_t` and `lagrange_top_t` are exact solutions.
 !>
 !> Quaternions have their scalar first and take body components to space components. SI units, radians.
 module nutate
+   use nutate_accuracy, only: find_error_rate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
-   use nutate_accuracy, only: find_error_rate
    use nutate_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: effect_t, potential_t, rotor_t, torque_t
    use nutate_effect_list, only: effect_list_t
+   use nutate_exact_free, only: free_body_t
+   use nutate_exact_top, only: lagrange_top_t
    use nutate_gravity, only: gravity_t, standard_gravity
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, potential_energy, &
@@ -48,6 +53,7 @@ module nutate
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NOT_CONVERGED, &
       NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, status_t
+   use nutate_steady_top, only: sleeping_spin, steady_precession
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    implicit none

@@ -6,19 +6,15 @@ module test_baselines
    use nutate_composition, only: composition_t
    use nutate_damping, only: damping_t
    use nutate_dop853, only: dop853_t, matrix => a, nodes => c, third => b3, fifth => e5, weights => b
-   use nutate_effect, only: rotor_t
-   use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: attitude_distance
    use nutate_reduced, only: reduced_t
    use nutate_rk4, only: rk4_t
-   use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
-   use test_problems, only: box, bruls_top, free_body, march, problem_t
+   use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -171,22 +167,6 @@ contains
       type(status_t) :: status
       call composition%compose(reduced, 8, status)
    end function conserving
-
-   !> A full tensor under potentials, torques and a rotor.
-   type(problem_t) function forced_body() result(problem)
-      type(status_t) :: status
-      call make_body(reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3]), &
-                     problem%system%body, status, mass=2.0_wp, center_of_mass=[0.3_wp, -0.2_wp, 0.5_wp])
-      associate (effects => problem%system%effects)
-         call effects%add(gravity_t(problem%system%body, [1.0_wp, -2.0_wp, -9.0_wp]))
-         call effects%add(spring_t([0.5_wp, 0.0_wp, 0.5_wp], [2.0_wp, 1.0_wp, 0.0_wp], 3.0_wp, 0.5_wp))
-         call effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
-         call effects%add(applied_torque_t(name='torque', amplitude=[0.5_wp, 1.0_wp, -1.0_wp], in_space=.true., &
-                                           frequency=0.4_wp))
-         call effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 2.0_wp, -1.0_wp]))
-      end associate
-      problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [1.0_wp, -2.0_wp, 3.0_wp])
-   end function forced_body
 
    !> Two methods that have nothing in common, where both are at round-off.
    subroutine as_the_conserving_steps(error)

@@ -1,11 +1,14 @@
 !> The problems that several suites integrate, with their published data, and a loop of steps.
 module test_problems
-   use nutate_body, only: body_t, diagonal, make_body, make_shape_body
+   use nutate_applied_torque, only: applied_torque_t
+   use nutate_body, only: diagonal, make_body, make_shape_body
+   use nutate_damping, only: damping_t
+   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, pi
    use nutate_nielsen_krenk, only: nielsen_krenk_t
-   use nutate_quaternion, only: rotate_to_body
+   use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -13,7 +16,7 @@ module test_problems
    implicit none
    private
 
-   public :: problem_t, box, precessing_top, fast_top, bruls_top, simo_top, free_body, march, solve
+   public :: problem_t, box, precessing_top, fast_top, bruls_top, simo_top, free_body, forced_body, march, solve
 
    !> A system with the state it starts from.
    type :: problem_t
@@ -78,6 +81,22 @@ contains
       call make_body(diagonal(moments), problem%system%body, status, check_triangle=.false.)
       problem%start = make_state(problem%system, identity, momentum/moments)
    end function free_body
+
+   !> A full tensor under potentials, torques and a rotor.
+   type(problem_t) function forced_body() result(problem)
+      type(status_t) :: status
+      call make_body(reshape([4.0_wp, 0.5_wp, -0.25_wp, 0.5_wp, 5.0_wp, 0.75_wp, -0.25_wp, 0.75_wp, 6.0_wp], [3, 3]), &
+                     problem%system%body, status, mass=2.0_wp, center_of_mass=[0.3_wp, -0.2_wp, 0.5_wp])
+      associate (effects => problem%system%effects)
+         call effects%add(gravity_t(problem%system%body, [1.0_wp, -2.0_wp, -9.0_wp]))
+         call effects%add(spring_t([0.5_wp, 0.0_wp, 0.5_wp], [2.0_wp, 1.0_wp, 0.0_wp], 3.0_wp, 0.5_wp))
+         call effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
+         call effects%add(applied_torque_t(name='torque', amplitude=[0.5_wp, 1.0_wp, -1.0_wp], in_space=.true., &
+                                           frequency=0.4_wp))
+         call effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 2.0_wp, -1.0_wp]))
+      end associate
+      problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [1.0_wp, -2.0_wp, 3.0_wp])
+   end function forced_body
 
    !> Takes `n` steps; on failure `status` says why and `state` is the last one reached.
    subroutine march(system, stepper, state, dt, n, status)

@@ -8,7 +8,7 @@ module nutate_body
    implicit none
    private
 
-   public :: body_t, make_body, make_shape_body, diagonal, parallel_axis, triangle_excess
+   public :: body_t, make_body, make_shape_body, diagonal, parallel_axis
 
    !> How far a moment may exceed the sum of the other two, relative to the largest moment, before the body is
    !> called impossible: flat plates given with rounded numbers are valid.

@@ -5,6 +5,7 @@
 !> here. A **torque** acts in body axes and does work. A **rotor** adds a constant body momentum.
 module nutate_effect
    use nutate_kinds, only: wp, eps
+   use nutate_quaternion, only: quat_product
    implicit none
    private
 
@@ -187,10 +188,7 @@ contains
    pure function turned(q, half) result(r)
       real(wp), intent(in) :: q(4), half(3)
       real(wp) :: r(4)
-      r(1) = q(1) - q(2)*half(1) - q(3)*half(2) - q(4)*half(3)
-      r(2) = q(2) + q(1)*half(1) + q(3)*half(3) - q(4)*half(2)
-      r(3) = q(3) + q(1)*half(2) + q(4)*half(1) - q(2)*half(3)
-      r(4) = q(4) + q(1)*half(3) + q(2)*half(2) - q(3)*half(1)
+      r = quat_product(q, [1.0_wp, half])
       r = r/norm2(r)
    end function turned
 
