@@ -26,6 +26,7 @@
 module nutate
    use nutate_accuracy, only: find_error_rate
    use nutate_applied_torque, only: applied_torque_t
+   use nutate_archive, only: archive_t
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
@@ -52,7 +53,7 @@ module nutate
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NOT_CONVERGED, &
-      NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, status_t
+      NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t
    use nutate_steady_top, only: sleeping_spin, steady_precession
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t

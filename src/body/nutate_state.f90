@@ -1,5 +1,6 @@
 !> The state of a rotating body: time, attitude and conjugate momentum, with the digits that rounding would lose.
 module nutate_state
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    implicit none
    private
@@ -16,9 +17,23 @@ module nutate_state
       real(wp) :: p(4) = 0.0_wp
       !> What is left of q and p after rounding, carried to the next increment; shape (4).
       real(wp) :: q_carry(4) = 0.0_wp, p_carry(4) = 0.0_wp
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_state
    end type state_t
 
 contains
+
+   !> Shows its values to an archive.
+   subroutine transfer_state(self, archive)
+      class(state_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%t)
+      call archive%transfer(self%q)
+      call archive%transfer(self%p)
+      call archive%transfer(self%q_carry)
+      call archive%transfer(self%p_carry)
+   end subroutine transfer_state
 
    !> Adds an increment to a sum kept as `total + carry` (Kahan's compensated summation): over many steps round-off
    !> grows like that of the increments, not of the sum.

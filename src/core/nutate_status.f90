@@ -6,7 +6,7 @@ module nutate_status
 
    public :: status_t, fail
    public :: NUTATE_OK, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR, NUTATE_NOT_FINITE
-   public :: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_STEP_LIMIT
+   public :: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_STEP_LIMIT, NUTATE_STOPPED
 
    !> Success.
    integer, parameter :: NUTATE_OK = 0
@@ -28,6 +28,8 @@ module nutate_status
    integer, parameter :: NUTATE_IO = 8
    !> The run would need more steps than were allowed.
    integer, parameter :: NUTATE_STEP_LIMIT = 9
+   !> An observer asked for the end of a run.
+   integer, parameter :: NUTATE_STOPPED = 10
 
    !> Outcome of a call.
    type :: status_t

@@ -54,8 +54,8 @@ contains
    !> The error rate that makes the attitude error at the end time about `goal%accuracy`, and an estimate of that error.
    !> Where round-off or instability keep the accuracy out of reach the estimate stays above it.
    !>
-   !> Errors: those of the pilot runs.
-   subroutine find_error_rate(system, settings, start, plan, goal, status)
+   !> Errors: those of the pilot runs, and what the observer returned.
+   subroutine find_error_rate(system, settings, start, plan, goal, status, observer)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(in) :: start
@@ -63,6 +63,8 @@ contains
       !> `accuracy` on entry; `error_rate` and `estimate` are set.
       type(control_settings_t), intent(inout) :: goal
       type(status_t), intent(out) :: status
+      !> Shown the first and the last state of each pilot run; its `poll` can end the search.
+      class(observer_t), intent(inout), optional :: observer
       type(pilot_t) :: coarse, fine
       real(wp) :: difference, gain, least, target, fall
       integer :: i
@@ -73,10 +75,10 @@ contains
       least = huge(1.0_wp)
       goal%estimate = huge(1.0_wp)
       coarse%rate = max(goal%accuracy, coarsest)/abs(plan%end_time - start%t)
-      call coarse%run(system, settings, start, plan, goal, status)
+      call coarse%run(system, settings, start, plan, goal, status, observer)
       fine%rate = coarse%rate/least_ratio
       do i = 1, most_pilots
-         if (status%ok()) call fine%run(system, settings, start, plan, goal, status)
+         if (status%ok()) call fine%run(system, settings, start, plan, goal, status, observer)
          if (.not. status%ok()) return
          difference = attitude_distance(coarse%q, fine%q)
          ! The error falls with the steps, not always with the rate: the longest turn may have limited the steps of
@@ -131,7 +133,7 @@ contains
    end subroutine relax
 
    !> Runs a pilot of a rate.
-   subroutine run_pilot(self, system, settings, start, plan, goal, status)
+   subroutine run_pilot(self, system, settings, start, plan, goal, status, observer)
       class(pilot_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
@@ -139,6 +141,7 @@ contains
       type(run_plan_t), intent(in) :: plan
       type(control_settings_t), intent(in) :: goal
       type(status_t), intent(out) :: status
+      class(observer_t), intent(inout), optional :: observer
       type(control_settings_t) :: own
       type(run_plan_t) :: end_only
       type(run_summary_t) :: summary
@@ -150,7 +153,11 @@ contains
       end_only = plan
       end_only%every = huge(plan%every)
       state = start
-      call integrate_controlled(system, settings, own, state, end_only, nobody, summary, status)
+      if (present(observer)) then
+         call integrate_controlled(system, settings, own, state, end_only, observer, summary, status)
+      else
+         call integrate_controlled(system, settings, own, state, end_only, nobody, summary, status)
+      end if
       self%q = state%q
       self%steps = max(summary%steps, 1_long)
    end subroutine run_pilot

@@ -3,6 +3,7 @@
 !> Every stage keeps every invariant, so the whole does, at any step. The coefficients are published sets of symmetric
 !> compositions of a symmetric second-order method, chosen for their small error constants.
 module nutate_composition
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -57,6 +58,7 @@ module nutate_composition
       procedure :: compose
       procedure :: prepare
       procedure :: step
+      procedure :: transfer_memory
    end type composition_t
 
 contains
@@ -136,5 +138,15 @@ contains
       trial%t = state%t + dt
       state = trial
    end subroutine step
+
+   !> The memories of all stages.
+   subroutine transfer_memory(self, archive)
+      class(composition_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      integer :: i
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%transfer(archive)
+      end do
+   end subroutine transfer_memory
 
 end module nutate_composition

@@ -5,11 +5,12 @@
 !> computed by a branch: two shorter steps of the same method from the start of the step, which keep the invariants
 !> and leave the run as it is.
 module nutate_control
+   use nutate_archive, only: archive_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: make_stepper, order_of
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: check_resumed, observer_t, run_plan_t, run_record_t, run_summary_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -71,6 +72,9 @@ module nutate_control
       !> First time of the run, s, and rows at intervals so far.
       real(wp) :: t_first = 0.0_wp
       integer(long) :: rows = 0
+      !> Times on which steps must end, in the order they are reached, s; the next one.
+      real(wp), allocatable :: ends(:)
+      integer :: next_end = 1
    contains
       procedure :: begin
       procedure :: reach
@@ -83,6 +87,8 @@ module nutate_control
       procedure :: estimate
       procedure :: show
       procedure :: show_between
+      procedure :: transfer => transfer_controller
+      procedure :: offer
    end type controller_t
 
 contains
@@ -96,9 +102,10 @@ contains
    !> Integrates from `state` to the plan's end time with steps that keep to the goal's `error_rate` or
    !> `local_tolerance`. Rows come every so many steps, or at the goal's `interval`.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` where the goal has neither, and those of the method; `NUTATE_NOT_CONVERGED` where
-   !> no step is short enough; `NUTATE_STEP_LIMIT`; what the observer returned. `state` is then the last one reached.
-   subroutine integrate_controlled(system, settings, goal, state, plan, observer, summary, status)
+   !> Errors: `NUTATE_BAD_ARGUMENT` where the goal has neither, or for an archive of another run, and those of the
+   !> method; `NUTATE_NOT_CONVERGED` where no step is short enough; `NUTATE_STEP_LIMIT`; what the observer returned.
+   !> `state` is then the last one reached.
+   subroutine integrate_controlled(system, settings, goal, state, plan, observer, summary, status, resumed)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(control_settings_t), intent(in) :: goal
@@ -108,19 +115,26 @@ contains
       class(observer_t), intent(inout) :: observer
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
+      !> What the observer's `keep` was given when this run, from the same `state` on, was under way: it goes on from
+      !> there.
+      type(archive_t), intent(inout), optional :: resumed
       type(controller_t) :: control
-      real(wp), allocatable :: ends(:)
-      integer :: i
 
       control%goal = goal
       control%plan = plan
       allocate (summary%work(system%effects%n_torques), source=0.0_wp)
       call control%begin(system, settings, state, status)
       if (.not. status%ok()) return
-      ends = [system%effects%breaks_between(state%t, plan%end_time), plan%end_time]
-      call observer%observe(system, state, control%record, status)
-      do i = 1, size(ends)
-         if (status%ok()) call control%reach(system, state, ends(i), observer, summary, status)
+      control%ends = [system%effects%breaks_between(state%t, plan%end_time), plan%end_time]
+      if (present(resumed)) then
+         call control%transfer(resumed, state, summary)
+         call check_resumed(resumed, status)
+      else
+         call observer%observe(system, state, control%record, status)
+      end if
+      do while (status%ok() .and. control%next_end <= size(control%ends))
+         call control%reach(system, state, control%ends(control%next_end), observer, summary, status)
+         control%next_end = control%next_end + 1
       end do
    end subroutine integrate_controlled
 
@@ -168,6 +182,7 @@ contains
       do while (abs(t_end - state%t) > 0.0_wp)
          if (summary%parts >= self%plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+            if (observer%keeps_archives) call self%offer(state, observer, summary, status)
             return
          end if
          ! What is left is not left over for a tiny step: less than two steps are halved.
@@ -184,6 +199,7 @@ contains
                self%t_carry = 0.0_wp
             end if
             call self%show(system, start, work, state, observer, summary, status)
+            if (observer%wants_archive) call self%offer(state, observer, summary, status)
          end if
          if (.not. status%ok()) return
       end do
@@ -398,5 +414,41 @@ contains
       row%residual = self%record%residual
       call observer%observe(system, between, row, status)
    end subroutine show_between
+
+   !> Puts the run in an archive and shows it to the observer.
+   subroutine offer(self, state, observer, summary, status)
+      class(controller_t), intent(inout) :: self
+      type(state_t), intent(inout) :: state
+      class(observer_t), intent(inout) :: observer
+      type(run_summary_t), intent(inout) :: summary
+      !> Why the run ends, if it does; what the observer returned otherwise.
+      type(status_t), intent(inout) :: status
+      type(archive_t) :: archive
+      type(status_t) :: kept
+      call archive%begin_writing()
+      call self%transfer(archive, state, summary)
+      observer%wants_archive = .false.
+      call observer%keep(archive, kept)
+      if (status%ok()) status = kept
+   end subroutine offer
+
+   !> All that changes in a run, shown to an archive.
+   subroutine transfer_controller(self, archive, state, summary)
+      class(controller_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      type(state_t), intent(inout) :: state
+      type(run_summary_t), intent(inout) :: summary
+      call state%transfer(archive)
+      call summary%transfer(archive)
+      call self%record%transfer(archive)
+      call self%whole%transfer(archive)
+      call self%half%transfer(archive)
+      call self%branch%transfer(archive)
+      call archive%transfer(self%momentum_scale)
+      call archive%transfer(self%step)
+      call archive%transfer(self%t_carry)
+      call archive%transfer(self%rows)
+      call archive%transfer(self%next_end)
+   end subroutine transfer_controller
 
 end module nutate_control

@@ -5,6 +5,7 @@
 !> DOP853. A step takes 12 evaluations; the first of a step is not taken over from the one before, since neither the
 !> result nor the estimate asks for an evaluation at the end.
 module nutate_dop853
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_rigid_rates, only: begin_step, end_step, get_rates, n_rates, prepare_rates, rigid_rates_t
    use nutate_state, only: state_t
@@ -87,6 +88,7 @@ module nutate_dop853
    contains
       procedure :: prepare
       procedure :: step
+      procedure :: transfer_memory
    end type dop853_t
 
 contains
@@ -190,5 +192,11 @@ contains
       weighted_square = 4*(error(1)**2 + error(2)**2 + error(3)**2 + error(4)**2) &
                         + scale*(error(5)**2 + error(6)**2 + error(7)**2)
    end function weighted_square
+
+   !> A step remembers nothing of the ones before.
+   subroutine transfer_memory(self, archive)
+      class(dop853_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+   end subroutine transfer_memory
 
 end module nutate_dop853

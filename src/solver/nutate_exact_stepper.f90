@@ -1,5 +1,6 @@
 !> `method = 'exact'`: a free body by its closed solution, at whatever times are asked for.
 module nutate_exact_stepper
+   use nutate_archive, only: archive_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp
@@ -17,13 +18,15 @@ module nutate_exact_stepper
    type, extends(stepper_t) :: exact_t
       private
       type(free_body_t) :: solution
-      !> The solution's start, s, and the state that the last step left: one that differs starts a new solution.
-      real(wp) :: t_first = 0.0_wp
-      type(state_t) :: last
+      !> The solution's start, and the state that the last step left: one that differs starts a new solution.
+      type(state_t) :: first, last
       logical :: started = .false.
+      !> The solution is that from `first`.
+      logical :: solved = .false.
    contains
       procedure :: prepare
       procedure :: step
+      procedure :: transfer_memory
    end type exact_t
 
 contains
@@ -41,6 +44,7 @@ contains
       if (.not. settings%projection) &
          status = fail(NUTATE_BAD_ARGUMENT, 'the exact solution has no projection', 'projection')
       self%started = .false.
+      self%solved = .false.
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(0))
    end subroutine prepare
@@ -56,17 +60,33 @@ contains
 
       if (.not. self%started .or. any(abs(state%q - self%last%q) > 0.0_wp) .or. &
           any(abs(state%p - self%last%p) > 0.0_wp)) then
-         call self%solution%prepare(system%body%moments, state%q, body_momentum(state), status, system%body%axes)
-         if (.not. status%ok()) return
-         self%t_first = state%t
+         self%first = state
          self%started = .true.
+         self%solved = .false.
+      end if
+      if (.not. self%solved) then
+         call self%solution%prepare(system%body%moments, self%first%q, body_momentum(self%first), status, &
+                                    system%body%axes)
+         self%solved = status%ok()
+         self%started = self%solved
+         if (.not. self%solved) return
       end if
       state%t = state%t + dt
-      call self%solution%evaluate(state%t - self%t_first, state%q, momentum)
+      call self%solution%evaluate(state%t - self%first%t, state%q, momentum)
       state%p = 2*quat_product(state%q, [0.0_wp, momentum])
       state%q_carry = 0.0_wp
       state%p_carry = 0.0_wp
       self%last = state
    end subroutine step
+
+   !> Where the solution started and where the last step ended; the solution is found again from its start.
+   subroutine transfer_memory(self, archive)
+      class(exact_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call self%first%transfer(archive)
+      call self%last%transfer(archive)
+      call archive%transfer(self%started)
+      if (archive%is_reading()) self%solved = .false.
+   end subroutine transfer_memory
 
 end module nutate_exact_stepper

@@ -6,6 +6,7 @@
 !> falling, since every digit left on the table is a drift of the invariants.
 module nutate_nielsen_krenk
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
    use nutate_newton, only: continue_steps, degree, has_converged, remember, too_slow
@@ -44,6 +45,7 @@ module nutate_nielsen_krenk
    contains
       procedure :: prepare
       procedure :: step
+      procedure :: transfer_memory
    end type nielsen_krenk_t
 
 contains
@@ -220,5 +222,18 @@ contains
       call dgetrs('N', 8, 8, lu, 8, pivots, self%inverse, 8, info)
       self%inverse_dt = self%equations%dt
    end subroutine factorize
+
+   !> Unit of momentum, inverse, past increments.
+   subroutine transfer_memory(self, archive)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call self%equations%transfer(archive)
+      call archive%transfer(self%inverse)
+      call archive%transfer(self%positive)
+      call archive%transfer(self%inverse_dt)
+      call archive%transfer(self%differences)
+      call archive%transfer(self%known)
+      call archive%transfer(self%last_dt)
+   end subroutine transfer_memory
 
 end module nutate_nielsen_krenk

@@ -4,6 +4,7 @@
 !> only the body momentum is integrated.
 module nutate_reduced
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, eps
    use nutate_newton, only: has_converged, too_slow
    use nutate_reduced_equations, only: reduced_equations_t
@@ -53,6 +54,7 @@ module nutate_reduced
    contains
       procedure :: prepare
       procedure :: step
+      procedure :: transfer_memory
    end type reduced_t
 
 contains
@@ -239,5 +241,18 @@ contains
       if (.not. abs(self%determinant) > tiny(1.0_wp)) &
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
    end subroutine renew
+
+   !> Length of the step, derivatives, past turns.
+   subroutine transfer_memory(self, archive)
+      class(reduced_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call self%equations%transfer(archive)
+      call archive%transfer(self%fresh)
+      call archive%transfer(self%rows)
+      call archive%transfer(self%determinant)
+      call archive%transfer(self%past)
+      call archive%transfer(self%known)
+      call archive%transfer(self%untested)
+   end subroutine transfer_memory
 
 end module nutate_reduced

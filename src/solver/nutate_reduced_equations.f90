@@ -11,6 +11,7 @@
 !> What a step always does is written component by component here: compilers keep components in registers, but arrays
 !> of three, and the arguments of a quaternion product in another file, in memory. It halves the time of a step.
 module nutate_reduced_equations
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_mid_forces, only: mid_forces_t
    use nutate_state, only: state_t
@@ -59,6 +60,8 @@ module nutate_reduced_equations
       procedure :: get_work
       !> Moves the state to the end of the step.
       procedure :: finish
+      !> Shows to an archive what stays from step to step.
+      procedure :: transfer => transfer_equations
    end type reduced_equations_t
 
 contains
@@ -314,6 +317,19 @@ contains
       carry = (total - (rounded - part)) + (addend - part)
       total = rounded
    end subroutine accumulate
+
+   !> Shows to an archive what stays from step to step: the step's length, what goes with it, the effects' derivatives.
+   subroutine transfer_equations(self, archive)
+      class(reduced_equations_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%dt)
+      call archive%transfer(self%rate)
+      call archive%transfer(self%scale)
+      call archive%transfer(self%weight)
+      call archive%transfer(self%rotor)
+      call archive%transfer(self%inertia)
+      call archive%transfer(self%by_forces)
+   end subroutine transfer_equations
 
    !> a·b
    pure real(wp) function dot(a, b)

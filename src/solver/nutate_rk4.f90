@@ -1,6 +1,7 @@
 !> The classical Runge-Kutta method of order 4 with the attitude normalised after every step: a baseline. It conserves
 !> nothing but |q| = 1.
 module nutate_rk4
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_rigid_rates, only: begin_step, end_step, get_rates, n_rates, prepare_rates, rigid_rates_t
    use nutate_state, only: state_t
@@ -22,6 +23,7 @@ module nutate_rk4
    contains
       procedure :: prepare
       procedure :: step
+      procedure :: transfer_memory
    end type rk4_t
 
 contains
@@ -58,5 +60,11 @@ contains
       call end_step(self%rates, y, state, status)
       if (status%code == 0) self%work(:) = self%rates%work
    end subroutine step
+
+   !> A step remembers nothing of the ones before.
+   subroutine transfer_memory(self, archive)
+      class(rk4_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+   end subroutine transfer_memory
 
 end module nutate_rk4

@@ -1,5 +1,6 @@
 !> A run: steps from a state to an end time, an observer shown the rows asked for, and what it took.
 module nutate_run
+   use nutate_archive, only: archive_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, long
    use nutate_state, only: state_t, add_increment
@@ -10,7 +11,7 @@ module nutate_run
    implicit none
    private
 
-   public :: run_plan_t, run_record_t, run_summary_t, observer_t, integrate, count_steps
+   public :: run_plan_t, run_record_t, run_summary_t, observer_t, integrate, count_steps, check_resumed
 
    !> A time within this fraction of a step of a step's end is that end.
    real(wp), parameter :: same_time = 1e-9_wp
@@ -40,6 +41,9 @@ module nutate_run
       real(wp) :: residual = 0.0_wp
       !> Work of all torques so far, J.
       real(wp) :: work = 0.0_wp
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_record
    end type run_record_t
 
    !> What a run took.
@@ -55,12 +59,19 @@ module nutate_run
       integer :: most_iterations = 0
       !> Work of each torque, J; shape (number of torques).
       real(wp), allocatable :: work(:)
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_summary
    end type run_summary_t
 
    !> Someone who is shown the rows of a run.
    type, abstract :: observer_t
       !> `watch` is to be called.
       logical :: sees_every_step = .false.
+      !> `keep` is to be called where a run ends at `max_steps`.
+      logical :: keeps_archives = .false.
+      !> `keep` is to be called now: for `poll` to set.
+      logical :: wants_archive = .false.
    contains
       !> Called with the first state, every `every` steps, and with the last state.
       procedure(observe_row), deferred :: observe
@@ -68,6 +79,8 @@ module nutate_run
       procedure :: poll => ignore_poll
       !> Called after every step, before `observe`, if `sees_every_step`: for what must be followed from step to step.
       procedure :: watch => ignore_watch
+      !> Called with all that the run needs to go on from where it is, in an archive; after the rows of that moment.
+      procedure :: keep => ignore_archive
    end type observer_t
 
    abstract interface
@@ -91,6 +104,9 @@ module nutate_run
       integer :: next_break = 1
       !> Digits of the work that its sum cannot hold, J.
       real(wp), allocatable :: work_carry(:)
+   contains
+      !> Shows to an archive what changes on the way.
+      procedure :: transfer => transfer_progress
    end type progress_t
 
 contains
@@ -98,9 +114,10 @@ contains
    !> Integrates from `state` to the plan's end time. The k-th step ends at t0 + kΔt, computed as such; the last one,
    !> shortened if need be, ends exactly at `end_time`. A step that fails is cut into parts as short as need be.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end; `NUTATE_STEP_LIMIT`; what the observer
-   !> returned; why a step failed in its shortest part. `state` is then the last state reached.
-   subroutine integrate(system, stepper, state, plan, observer, summary, status)
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, or for an archive of another run;
+   !> `NUTATE_STEP_LIMIT`; what the observer returned; why a step failed in its shortest part. `state` is then the last
+   !> state reached.
+   subroutine integrate(system, stepper, state, plan, observer, summary, status, resumed)
       type(system_t), intent(in) :: system
       !> Prepared for `system`.
       class(stepper_t), intent(inout) :: stepper
@@ -109,6 +126,8 @@ contains
       class(observer_t), intent(inout) :: observer
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
+      !> What `keep` was given when this run, from the same `state` on, was under way: it goes on from there.
+      type(archive_t), intent(inout), optional :: resumed
       type(progress_t) :: progress
       type(run_record_t) :: record
       integer(long) :: n_steps
@@ -116,7 +135,12 @@ contains
       call begin(system%effects, state%t, plan, progress, summary, status)
       if (.not. status%ok()) return
       n_steps = count_steps(state%t, plan)
-      call observer%observe(system, state, record, status)
+      if (present(resumed)) then
+         call transfer_run(resumed, stepper, state, progress, summary, record)
+         call check_resumed(resumed, status)
+      else
+         call observer%observe(system, state, record, status)
+      end if
       do while (status%code == 0 .and. summary%steps < n_steps)
          if (summary%parts >= plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
@@ -129,10 +153,86 @@ contains
             record%work = sum(summary%work)
             call observer%observe(system, state, record, status)
          end if
-         if (mod(summary%steps, poll_every) == 0 .and. status%code == 0) &
+         if (mod(summary%steps, poll_every) == 0 .and. status%code == 0) then
             call observer%poll(real(summary%steps, wp)/real(n_steps, wp), status)
+            if (observer%wants_archive) call offer(stepper, state, progress, summary, record, observer, status)
+         end if
       end do
+      if (status%code == NUTATE_STEP_LIMIT .and. observer%keeps_archives) &
+         call offer(stepper, state, progress, summary, record, observer, status)
    end subroutine integrate
+
+   !> Puts the run in an archive and shows it to the observer.
+   subroutine offer(stepper, state, progress, summary, record, observer, status)
+      class(stepper_t), intent(inout) :: stepper
+      type(state_t), intent(inout) :: state
+      type(progress_t), intent(inout) :: progress
+      type(run_summary_t), intent(inout) :: summary
+      type(run_record_t), intent(inout) :: record
+      class(observer_t), intent(inout) :: observer
+      !> Why the run ends, if it does; what the observer returned otherwise.
+      type(status_t), intent(inout) :: status
+      type(archive_t) :: archive
+      type(status_t) :: kept
+      call archive%begin_writing()
+      call transfer_run(archive, stepper, state, progress, summary, record)
+      observer%wants_archive = .false.
+      call observer%keep(archive, kept)
+      if (status%ok()) status = kept
+   end subroutine offer
+
+   !> All that changes in a run.
+   subroutine transfer_run(archive, stepper, state, progress, summary, record)
+      type(archive_t), intent(inout) :: archive
+      class(stepper_t), intent(inout) :: stepper
+      type(state_t), intent(inout) :: state
+      type(progress_t), intent(inout) :: progress
+      type(run_summary_t), intent(inout) :: summary
+      type(run_record_t), intent(inout) :: record
+      call state%transfer(archive)
+      call stepper%transfer(archive)
+      call progress%transfer(archive)
+      call summary%transfer(archive)
+      call record%transfer(archive)
+   end subroutine transfer_run
+
+   !> `NUTATE_BAD_ARGUMENT` where an archive did not hold what the run asked of it.
+   subroutine check_resumed(archive, status)
+      type(archive_t), intent(in) :: archive
+      type(status_t), intent(inout) :: status
+      if (archive%problem() /= '') status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
+   end subroutine check_resumed
+
+   !> Shows to an archive what changes on the way.
+   subroutine transfer_progress(self, archive)
+      class(progress_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%next_break)
+      call archive%transfer(self%work_carry)
+   end subroutine transfer_progress
+
+   !> Shows its values to an archive.
+   subroutine transfer_record(self, archive)
+      class(run_record_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%step)
+      call archive%transfer(self%iterations)
+      call archive%transfer(self%residual)
+      call archive%transfer(self%work)
+   end subroutine transfer_record
+
+   !> Shows its values to an archive.
+   subroutine transfer_summary(self, archive)
+      !> Its `work` allocated.
+      class(run_summary_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%steps)
+      call archive%transfer(self%cut_steps)
+      call archive%transfer(self%parts)
+      call archive%transfer(self%iterations)
+      call archive%transfer(self%most_iterations)
+      call archive%transfer(self%work)
+   end subroutine transfer_summary
 
    !> Number of nominal steps from a time to the plan's end, the shortened last one included; for more than can be
    !> counted, the largest count there is.
@@ -307,5 +407,14 @@ contains
       class(observer_t), intent(inout) :: self
       type(state_t), intent(in) :: state
    end subroutine ignore_watch
+
+   !> Does nothing.
+   subroutine ignore_archive(self, archive, status)
+      class(observer_t), intent(inout) :: self
+      !> To be given to the run that goes on.
+      type(archive_t), intent(inout) :: archive
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      type(status_t), intent(out) :: status
+   end subroutine ignore_archive
 
 end module nutate_run

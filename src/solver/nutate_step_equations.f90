@@ -7,6 +7,7 @@
 !> * all eight unknowns are of order one, for a molecule as for a planet, and no digit depends on the units;
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
 module nutate_step_equations
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_mid_forces, only: mid_forces_t
    use nutate_quaternion, only: quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix
@@ -46,6 +47,8 @@ module nutate_step_equations
       procedure :: jacobian
       !> a = J⁻¹w̄ at the end that z stands for.
       procedure :: mean_rate
+      !> Shows to an archive what stays from step to step.
+      procedure :: transfer => transfer_equations
    end type step_equations_t
 
 contains
@@ -173,5 +176,15 @@ contains
          matrix(5:8, i) = matrix(5:8, i) - factor*quat_product(xm, column)
       end do
    end subroutine add_forces
+
+   !> Shows to an archive what stays from step to step: the unit of momentum and what is measured in it.
+   subroutine transfer_equations(self, archive)
+      class(step_equations_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%unit)
+      call archive%transfer(self%inverse_inertia)
+      call archive%transfer(self%inverse_j0)
+      call archive%transfer(self%rotor)
+   end subroutine transfer_equations
 
 end module nutate_step_equations

@@ -1,5 +1,6 @@
 !> What an integration method is to the layers above it: something that moves a state by one step.
 module nutate_stepper
+   use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -49,6 +50,12 @@ module nutate_stepper
       procedure(prepare_stepper), deferred :: prepare
       !> Moves a state by one step.
       procedure(take_step), deferred :: step
+      !> Shows to an archive all that the next steps depend on, so that a stepper prepared in the same way can go on in
+      !> its place.
+      procedure, non_overridable :: transfer => transfer_stepper
+      !> What a method remembers from step to step, shown to an archive, each value once; a method that does not say so
+      !> cannot be archived.
+      procedure :: transfer_memory => refuse_archive
    end type stepper_t
 
    abstract interface
@@ -72,5 +79,28 @@ module nutate_stepper
          type(status_t), intent(out) :: status
       end subroutine take_step
    end interface
+
+contains
+
+   !> Shows to an archive what every method has, then the method's own memory.
+   subroutine transfer_stepper(self, archive)
+      !> Prepared.
+      class(stepper_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%iterations)
+      call archive%transfer(self%residual)
+      call archive%transfer(self%is_part)
+      call archive%transfer(self%whole_middle)
+      call archive%transfer(self%error_estimate)
+      call archive%transfer(self%work)
+      call self%transfer_memory(archive)
+   end subroutine transfer_stepper
+
+   !> Refuses: going on without a memory that nobody listed would be another run.
+   subroutine refuse_archive(self, archive)
+      class(stepper_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%refuse('this method cannot be interrupted and go on')
+   end subroutine refuse_archive
 
 end module nutate_stepper
