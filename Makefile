@@ -6,11 +6,12 @@ FFLAGS ?= -O3
 SCENE ?= scenes/box.nml
 PREFIX ?=
 BENCH ?=
+STRESS ?=
 
 export FFLAGS
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test bench figures lint docs install clean
+.PHONY: help setup build run test stress bench figures lint docs install clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
@@ -27,6 +28,9 @@ run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
 
 test: setup ## run the unit tests and the command-line tests
 	@bash tools/test.sh
+
+stress: setup ## run the stability cases at full length, hours, and write docs/stability.md (STRESS=long selects)
+	@bash tools/stress.sh $(STRESS)
 
 bench: ## measure costs (BENCH=bench_step selects)
 	@bash tools/setup.sh build

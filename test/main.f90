@@ -1,6 +1,9 @@
 !> Runs the unit tests: all of them, one suite (`fpm test -- SUITE`) or one test (`fpm test -- SUITE "TEST"`).
 !>
 !> Ends with a line `N passed, N failed`; a failure makes the exit status 1.
+!>
+!> `--stress GROUP` runs the stability cases of a group at full length instead and writes their part of
+!> docs/stability.md, the total to standard error; `--stress` alone names the groups (see tools/stress.sh).
 program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
@@ -36,6 +39,8 @@ program unit
    use test_scene_errors, only: collect_scene_errors
    use test_scene_notation, only: collect_scene_notation
    use test_shipped_scenes, only: collect_shipped_scenes
+   use test_stability_long, only: collect_stability_long
+   use test_stability_stress, only: list_groups, report_group
    use test_step, only: collect_step
    use test_study, only: collect_study
    use test_torque_physics, only: collect_torque_physics
@@ -51,6 +56,9 @@ program unit
    call get_argument(1, suite_name)
    call get_argument(2, test_name)
 
+   if (allocated(suite_name)) then
+      if (suite_name == '--stress') call run_stress(test_name)
+   end if
    if (.not. allocated(suite_name)) then
       do i = 1, size(suites)
          call run_suite(suites(i), tests, failures)
@@ -108,6 +116,7 @@ contains
          new_testsuite("scene_errors", collect_scene_errors), &
          new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
+         new_testsuite("stability_long", collect_stability_long), &
          new_testsuite("step", collect_step), &
          new_testsuite("study", collect_study), &
          new_testsuite("torque_physics", collect_torque_physics) &
@@ -124,6 +133,21 @@ contains
       tests = tests + size(members)
       call run_testsuite(suite%collect, error_unit, failures, parallel=.false.)
    end subroutine run_suite
+
+   !> Runs a group of stability cases at full length, or names the groups; does not return.
+   subroutine run_stress(group)
+      character(len=:), allocatable, intent(in) :: group
+      integer :: runs, misses
+      if (.not. allocated(group)) then
+         call list_groups()
+         stop
+      end if
+      call report_group(group, runs, misses)
+      if (runs == 0) call stop_with("no group '"//group//"' of stability cases")
+      write (error_unit, '(i0," passed, ",i0," failed")') runs - misses, misses
+      if (misses > 0) call stop_with("stability cases failed")
+      stop
+   end subroutine run_stress
 
    subroutine stop_listing(suites, name)
       type(testsuite_type), intent(in) :: suites(:)

@@ -1,0 +1,80 @@
+!> Long runs: the invariants stay at round-off over millions of steps.
+module test_stability_long
+   use nutate_kinds, only: wp, long
+   use test_problems, only: box, fast_top, problem_t
+   use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
+   use test_stability_meter, only: follow, meter_t
+   use testdrive, only: error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_stability_long, long_cases
+
+contains
+
+   subroutine collect_stability_long(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("the box keeps everything in a long run", box_keeps_everything), &
+                  new_unittest("the fast top keeps everything in a long run", top_keeps_everything)]
+   end subroutine collect_stability_long
+
+   !> The cases of this group.
+   function long_cases() result(cases)
+      type(stability_case_t), allocatable :: cases(:)
+      cases = [box_case(), top_case()]
+   end function long_cases
+
+   type(stability_case_t) function box_case() result(item)
+      item%name = 'box, 1e7 steps'
+      item%guards = 'round-off that adds up: a drift of 1e-20 a step would show'
+      item%selected = EVERY_WAY
+      item%run => run_box
+   end function box_case
+
+   type(stability_case_t) function top_case() result(item)
+      item%name = 'fast top, 1e6 steps'
+      item%guards = 'the same with a potential: every digit that the discrete gradient loses'
+      item%selected = EVERY_WAY
+      item%run => run_top
+   end function top_case
+
+   subroutine box_keeps_everything(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, box_case())
+   end subroutine box_keeps_everything
+
+   subroutine top_keeps_everything(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, top_case())
+   end subroutine top_keeps_everything
+
+   subroutine run_box(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      call run_long(box(), way, 0.05_wp, merge(10000000_long, 20000_long, whole), record)
+   end subroutine run_box
+
+   subroutine run_top(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      call run_long(fast_top(), way, 0.0025_wp, merge(1000000_long, 10000_long, whole), record)
+   end subroutine run_top
+
+   subroutine run_long(problem, way, dt, n, record)
+      type(problem_t), intent(in) :: problem
+      type(way_t), intent(in) :: way
+      real(wp), intent(in) :: dt
+      integer(long), intent(in) :: n
+      type(record_t), intent(inout) :: record
+      type(meter_t) :: meter
+      call follow(problem, way, dt, n, record, meter=meter, every=16_long)
+      write (record%outcome, '("growth exponents ",f5.2,2(", ",f5.2))') meter%growth()
+      call record%require(.not. record%refused, trim(record%outcome))
+      call record%require_below(record%energy, 1e-11_wp, 'energy')
+      call record%require_below(record%momentum, 1e-11_wp, 'momentum')
+   end subroutine run_long
+
+end module test_stability_long

@@ -1,0 +1,105 @@
+!> The groups of stability cases by name, and the report of a group run at full length: a part of docs/stability.md.
+module test_stability_stress
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use nutate_kinds, only: long
+   use test_stability_case, only: number_text, record_t, stability_case_t, way_label, ways
+   use test_stability_long, only: long_cases
+   implicit none
+   private
+
+   public :: list_groups, report_group
+
+   !> Cases that belong together.
+   type :: group_t
+      character(len=16) :: name
+      character(len=64) :: title
+      procedure(list_cases), nopass, pointer :: cases => null()
+   end type group_t
+
+   abstract interface
+      !> The cases of a group.
+      function list_cases() result(cases)
+         import :: stability_case_t
+         type(stability_case_t), allocatable :: cases(:)
+      end function list_cases
+   end interface
+
+contains
+
+   !> The groups: one line for each, in the order of the document.
+   function groups() result(list)
+      type(group_t), allocatable :: list(:)
+      list = [ &
+             group_t('long', 'Long runs', long_cases) &
+             ]
+   end function groups
+
+   !> Writes the names of the groups, a line for each.
+   subroutine list_groups()
+      type(group_t), allocatable :: list(:)
+      integer :: i
+      list = groups()
+      write (output_unit, '(a)') (trim(list(i)%name), i=1, size(list))
+   end subroutine list_groups
+
+   !> Runs all cases of a group at full length and writes its part of docs/stability.md; what is going on, and failures,
+   !> go to standard error.
+   subroutine report_group(name, runs, failures)
+      character(len=*), intent(in) :: name
+      !> Cases times ways; 0: there is no such group.
+      integer, intent(out) :: runs
+      integer, intent(out) :: failures
+      type(group_t), allocatable :: list(:)
+      type(stability_case_t), allocatable :: cases(:)
+      integer :: i, k
+      runs = 0
+      failures = 0
+      list = groups()
+      do i = 1, size(list)
+         if (list(i)%name /= name) cycle
+         cases = list(i)%cases()
+         write (output_unit, '("### ",a,/)') trim(list(i)%title)
+         do k = 1, size(cases)
+            write (output_unit, '("- **",a,"**: ",a)') trim(cases(k)%name), trim(cases(k)%guards)
+         end do
+         write (output_unit, '(/,a)') '| case | solver | steps | energy | momentum | norm | cut steps | outcome |'
+         write (output_unit, '(a)') '|---|---|---|---|---|---|---|---|'
+         do k = 1, size(cases)
+            call report_case(cases(k), runs, failures)
+         end do
+      end do
+   end subroutine report_group
+
+   !> The rows of one case.
+   subroutine report_case(item, runs, failures)
+      type(stability_case_t), intent(in) :: item
+      integer, intent(inout) :: runs, failures
+      type(record_t) :: record
+      integer :: i
+      do i = 1, size(ways)
+         if (.not. item%selected(i)) cycle
+         record = record_t()
+         call item%run(ways(i), .true., record)
+         runs = runs + 1
+         if (.not. record%passed) then
+            failures = failures + 1
+            record%outcome = 'FAILED: '//record%message
+         end if
+         write (error_unit, '(a," (",a,"): ",a)') trim(item%name), way_label(ways(i)), trim(record%outcome)
+         write (output_unit, '(*(a))') '| ', trim(item%name), ' | ', way_label(ways(i)), ' | ', &
+            count_text(record%steps), ' | ', number_text(record%energy), ' | ', number_text(record%momentum), ' | ', &
+            number_text(record%norm), ' | ', count_text(record%cut_steps), ' | ', trim(record%outcome), ' |'
+         flush (output_unit)
+      end do
+   end subroutine report_case
+
+   !> Digits of a count.
+   pure function count_text(count) result(text)
+      integer(long), intent(in) :: count
+      character(len=:), allocatable :: text
+      character(len=20) :: buffer
+      write (buffer, '(i0)') count
+      text = trim(buffer)
+   end function count_text
+
+end module test_stability_stress
