@@ -8,6 +8,7 @@ program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
       unittest_type
+   use test_archive, only: collect_archive
    use test_attitude, only: collect_attitude
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
@@ -33,6 +34,7 @@ program unit
    use test_plan, only: collect_plan
    use test_quaternion, only: collect_quaternion
    use test_reduced, only: collect_reduced
+   use test_resume, only: collect_resume
    use test_rotation, only: collect_rotation
    use test_run, only: collect_run
    use test_scene, only: collect_scene
@@ -85,6 +87,7 @@ contains
    function all_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("archive", collect_archive), &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("baselines", collect_baselines), &
          new_testsuite("body", collect_body), &
@@ -110,6 +113,7 @@ contains
          new_testsuite("plan", collect_plan), &
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
+         new_testsuite("resume", collect_resume), &
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("run", collect_run), &
          new_testsuite("scene", collect_scene), &

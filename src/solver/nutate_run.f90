@@ -200,7 +200,8 @@ contains
    subroutine check_resumed(archive, status)
       type(archive_t), intent(in) :: archive
       type(status_t), intent(inout) :: status
-      if (archive%problem() /= '') status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
+      if (archive%problem() /= '') &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
    end subroutine check_resumed
 
    !> Shows to an archive what changes on the way.

@@ -1,0 +1,461 @@
+!> What is interrupted and goes on from an archive is bit for bit what it would have been: steppers of every row of the
+!> table of methods, runs with fixed steps and with steps chosen by their error.
+module test_resume
+   use nutate_applied_torque, only: applied_torque_t
+   use nutate_archive, only: archive_t
+   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_kinds, only: wp, long
+   use nutate_methods, only: make_stepper, method_t, methods
+   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_state, only: state_t
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use test_problems, only: box, bruls_top, forced_body, problem_t
+   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+   implicit none
+   private
+
+   public :: collect_resume
+
+   !> Keeps all rows as bytes, and the last archive with the rows until then.
+   type, extends(observer_t) :: recorder_t
+      character(len=:), allocatable :: rows, archive
+      integer :: rows_kept = 0
+      !> Ask for an archive, and end the run, at the poll of this number; 0: never.
+      integer :: stops_at = 0, polls = 0
+      !> What the run took.
+      type(run_summary_t) :: summary
+   contains
+      procedure :: observe => record_row
+      procedure :: poll => count_poll
+      procedure :: keep => keep_archive
+   end type recorder_t
+
+   !> A method that does not say what it remembers.
+   type, extends(stepper_t) :: forgetful_t
+   contains
+      procedure :: prepare => prepare_nothing
+      procedure :: step => step_nowhere
+   end type forgetful_t
+
+contains
+
+   subroutine collect_resume(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("steppers of all methods go on bit for bit", steppers_go_on), &
+                  new_unittest("so they do after other lengths and failures", steppers_go_on_after_trouble), &
+                  new_unittest("so they do without attitude", steppers_go_on_without_attitude), &
+                  new_unittest("runs of all methods go on bit for bit", runs_go_on), &
+                  new_unittest("so they do with windows of torques", runs_go_on_with_windows), &
+                  new_unittest("so they do with cut steps", runs_go_on_with_cut_steps), &
+                  new_unittest("controlled runs of all methods go on bit for bit", controlled_runs_go_on), &
+                  new_unittest("so they do with rows at intervals, backwards", controlled_runs_go_on_with_intervals), &
+                  new_unittest("a poll can ask for an archive and stop", a_poll_can_ask_and_stop), &
+                  new_unittest("an archive of another run is refused", another_run_is_refused), &
+                  new_unittest("a method that does not list its memory is refused", forgetful_methods_are_refused)]
+   end subroutine collect_resume
+
+   !> The bytes of a state and a record.
+   function bytes_of(state, record) result(bytes)
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      character(len=:), allocatable :: bytes
+      type(archive_t) :: archive
+      type(state_t) :: a_state
+      type(run_record_t) :: a_record
+      a_state = state
+      a_record = record
+      call archive%begin_writing()
+      call a_state%transfer(archive)
+      call a_record%transfer(archive)
+      bytes = archive%content()
+   end function bytes_of
+
+   !> The bytes of all that a stepper shows to an archive.
+   function memory_of(stepper) result(bytes)
+      class(stepper_t), intent(inout) :: stepper
+      character(len=:), allocatable :: bytes
+      type(archive_t) :: archive
+      call archive%begin_writing()
+      call stepper%transfer(archive)
+      bytes = archive%content()
+      if (archive%problem() /= '') bytes = ''
+   end function memory_of
+
+   subroutine record_row(self, system, state, record, status)
+      class(recorder_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      if (.not. allocated(self%rows)) self%rows = ''
+      self%rows = self%rows//bytes_of(state, record)
+   end subroutine record_row
+
+   subroutine count_poll(self, fraction, status)
+      class(recorder_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      self%polls = self%polls + 1
+      if (self%polls /= self%stops_at) return
+      self%wants_archive = .true.
+      status = fail(NUTATE_STOPPED, 'asked to')
+   end subroutine count_poll
+
+   subroutine keep_archive(self, archive, status)
+      class(recorder_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      self%archive = archive%content()
+      if (.not. allocated(self%rows)) self%rows = ''
+      self%rows_kept = len(self%rows)
+   end subroutine keep_archive
+
+   !> Settings of a row of the table of methods.
+   pure type(integrator_settings_t) function settings_of(method) result(settings)
+      type(method_t), intent(in) :: method
+      settings%method = method%name
+      settings%linear_solver = method%linear_solver
+      settings%order = method%order
+   end function settings_of
+
+   function label_of(method) result(label)
+      type(method_t), intent(in) :: method
+      character(len=:), allocatable :: label
+      label = trim(method%name)//": "//trim(method%equations)
+   end function label_of
+
+   !> A problem that a method can solve: with every kind of effect, or free.
+   type(problem_t) function problem_for(method) result(problem)
+      type(method_t), intent(in) :: method
+      if (method%name == 'exact') then
+         problem = box()
+      else
+         problem = forced_body()
+      end if
+   end function problem_for
+
+   !> `first` and then `rest` steps, with and without a change of steppers in between, end on the same bits.
+   subroutine check_stepper(error, problem, settings, first, rest, label)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      !> Lengths of the steps, s.
+      real(wp), intent(in) :: first(:), rest(:)
+      character(len=*), intent(in) :: label
+      class(stepper_t), allocatable :: stepper, fresh
+      type(state_t) :: state, other
+      type(status_t) :: status
+      type(archive_t) :: archive
+      integer :: i
+      call make_stepper(problem%system, settings, stepper, status)
+      call make_stepper(problem%system, settings, fresh, status)
+      call check(error, status%ok(), label)
+      if (allocated(error)) return
+      state = problem%start
+      do i = 1, size(first)
+         call stepper%step(problem%system, state, first(i), status)
+      end do
+      other = state
+      call archive%begin_reading(memory_of(stepper))
+      call fresh%transfer(archive)
+      call check(error, archive%problem() == '', label//": "//archive%problem())
+      do i = 1, size(rest)
+         if (allocated(error)) return
+         call stepper%step(problem%system, state, rest(i), status)
+         call fresh%step(problem%system, other, rest(i), status)
+         call check(error, bytes_of(state, run_record_t()) == bytes_of(other, run_record_t()) .and. &
+                    memory_of(stepper) == memory_of(fresh), label)
+      end do
+   end subroutine check_stepper
+
+   subroutine steppers_go_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: moments(5) = [0, 1, 2, 5, 20]
+      integer :: m, i
+      do m = 1, size(methods)
+         do i = 1, size(moments)
+            call check_stepper(error, problem_for(methods(m)), settings_of(methods(m)), &
+                               spread(0.01_wp, 1, moments(i)), spread(0.01_wp, 1, 12), label_of(methods(m)))
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine steppers_go_on
+
+   !> Lengths that change before and after, and steps that are too long to be taken.
+   subroutine steppers_go_on_after_trouble(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: first(7) = [0.01_wp, 0.01_wp, 50.0_wp, 0.01_wp, 0.01_wp, 0.01_wp, 0.02_wp]
+      real(wp), parameter :: rest(6) = [0.02_wp, 0.02_wp, 0.015_wp, 60.0_wp, 0.015_wp, 0.015_wp]
+      integer :: m, n
+      do m = 1, size(methods)
+         do n = 1, size(first)
+            call check_stepper(error, problem_for(methods(m)), settings_of(methods(m)), first(1:n), rest, &
+                               label_of(methods(m)))
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine steppers_go_on_after_trouble
+
+   subroutine steppers_go_on_without_attitude(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(integrator_settings_t) :: settings
+      integer :: m
+      do m = 1, size(methods)
+         settings = settings_of(methods(m))
+         settings%attitude = .false.
+         call check_stepper(error, box(), settings, spread(0.01_wp, 1, 5), spread(0.01_wp, 1, 5), &
+                            label_of(methods(m)))
+         if (allocated(error)) return
+      end do
+   end subroutine steppers_go_on_without_attitude
+
+   !> One run, from an archive or from its start; with a goal that is active, with steps chosen by their error.
+   subroutine run(problem, settings, goal, plan, recorder, outcome, status, archived)
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      type(control_settings_t), intent(in) :: goal
+      type(run_plan_t), intent(in) :: plan
+      type(recorder_t), intent(inout) :: recorder
+      !> The bytes of the last state and of the summary.
+      character(len=:), allocatable, intent(out) :: outcome
+      type(status_t), intent(out) :: status
+      character(len=*), intent(in), optional :: archived
+      class(stepper_t), allocatable :: stepper
+      type(archive_t), allocatable :: resumed
+      type(archive_t) :: account
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      state = problem%start
+      ! Not allocated, it counts as absent.
+      if (present(archived)) then
+         allocate (resumed)
+         call resumed%begin_reading(archived)
+      end if
+      if (goal%active()) then
+         call integrate_controlled(problem%system, settings, goal, state, plan, recorder, summary, status, resumed)
+      else
+         call make_stepper(problem%system, settings, stepper, status)
+         call integrate(problem%system, stepper, state, plan, recorder, summary, status, resumed)
+      end if
+      call account%begin_writing()
+      call state%transfer(account)
+      if (allocated(summary%work)) call summary%transfer(account)
+      outcome = account%content()
+      recorder%summary = summary
+   end subroutine run
+
+   !> A run that ends at a number of steps and goes on from there has the rows, the last state and the summary of one
+   !> that was never interrupted.
+   subroutine check_run(error, problem, settings, goal, plan, limits, label)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      type(control_settings_t), intent(in) :: goal
+      type(run_plan_t), intent(in) :: plan
+      !> Numbers of steps to interrupt the run at.
+      integer, intent(in) :: limits(:)
+      character(len=*), intent(in) :: label
+      type(recorder_t) :: whole, begun, resumed
+      type(run_plan_t) :: limited
+      type(status_t) :: status
+      character(len=:), allocatable :: wanted, outcome
+      integer :: i
+      call run(problem, settings, goal, plan, whole, wanted, status)
+      call check(error, status%ok(), label//": "//trim(status%message))
+      do i = 1, size(limits)
+         if (allocated(error)) return
+         limited = plan
+         limited%max_steps = limits(i)
+         begun = recorder_t()
+         begun%keeps_archives = .true.
+         call run(problem, settings, goal, limited, begun, outcome, status)
+         call check(error, status%code == NUTATE_STEP_LIMIT .and. allocated(begun%archive), label//": no limit reached")
+         if (allocated(error)) return
+         resumed = recorder_t()
+         resumed%rows = begun%rows(1:begun%rows_kept)
+         call run(problem, settings, goal, plan, resumed, outcome, status, begun%archive)
+         call check(error, status%ok(), label//": "//trim(status%message))
+         if (allocated(error)) return
+         call check(error, resumed%rows == whole%rows, label//": rows")
+         if (allocated(error)) return
+         call check(error, outcome == wanted, label//": last state or summary")
+      end do
+   end subroutine check_run
+
+   subroutine runs_go_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer :: m
+      do m = 1, size(methods)
+         call check_run(error, problem_for(methods(m)), settings_of(methods(m)), control_settings_t(), &
+                        run_plan_t(time_step=0.01_wp, end_time=0.403_wp, every=3_long), [1, 2, 5, 12, 39, 40], &
+                        label_of(methods(m)))
+         if (allocated(error)) return
+      end do
+   end subroutine runs_go_on
+
+   !> The top of Brüls with torques that start and stop between the ends of steps.
+   type(problem_t) function windowed_top() result(problem)
+      problem = bruls_top()
+      associate (effects => problem%system%effects)
+         call effects%add(applied_torque_t(name='torque', amplitude=[3.0_wp, 0.0_wp, 1.0_wp], frequency=7.0_wp, &
+                                           start=0.0103_wp, stop=0.0287_wp))
+         call effects%add(applied_torque_t(name='torque', amplitude=[0.0_wp, -2.0_wp, 0.0_wp], in_space=.true., &
+                                           start=0.0152_wp))
+      end associate
+   end function windowed_top
+
+   subroutine runs_go_on_with_windows(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: limits(*) = [1, 9, 10, 11, 12, 16, 17, 18, 30, 31, 32, 40]
+      integer :: m
+      do m = 1, size(methods)
+         if (methods(m)%name == 'exact') cycle
+         call check_run(error, windowed_top(), settings_of(methods(m)), control_settings_t(), &
+                        run_plan_t(time_step=0.001_wp, end_time=0.045_wp), limits, &
+                        label_of(methods(m)))
+         if (allocated(error)) return
+      end do
+   end subroutine runs_go_on_with_windows
+
+   !> The box with steps that it cannot follow.
+   subroutine runs_go_on_with_cut_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.3_wp, end_time=6.0_wp)
+      type(recorder_t) :: recorder
+      type(status_t) :: status
+      character(len=:), allocatable :: outcome
+      integer :: m
+      do m = 1, size(methods)
+         if (methods(m)%name /= 'nielsen_krenk') cycle
+         call run(box(), settings_of(methods(m)), control_settings_t(), plan, recorder, outcome, status)
+         call check(error, recorder%summary%cut_steps > 0, trim(methods(m)%equations)//": no step is cut")
+         if (.not. allocated(error)) call check_run(error, box(), settings_of(methods(m)), control_settings_t(), plan, &
+                                                    [1, 2, 3, 7, 12, 19], trim(methods(m)%equations))
+         if (allocated(error)) return
+      end do
+   end subroutine runs_go_on_with_cut_steps
+
+   subroutine controlled_runs_go_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(control_settings_t) :: goal
+      integer :: m
+      do m = 1, size(methods)
+         if (methods(m)%order < 1) cycle
+         goal = control_settings_t(local_tolerance=1e-7_wp)
+         call check_run(error, windowed_top(), settings_of(methods(m)), goal, &
+                        run_plan_t(end_time=0.045_wp), [1, 2, 3, 5, 8], &
+                        label_of(methods(m)))
+         if (allocated(error)) return
+         goal = control_settings_t(error_rate=1e-6_wp)
+         call check_run(error, forced_body(), settings_of(methods(m)), goal, &
+                        run_plan_t(end_time=2.0_wp, every=2_long), [1, 2, 4], label_of(methods(m)))
+         if (allocated(error)) return
+      end do
+   end subroutine controlled_runs_go_on
+
+   subroutine controlled_runs_go_on_with_intervals(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(control_settings_t) :: goal
+      integer :: m
+      goal = control_settings_t(local_tolerance=1e-6_wp, interval=0.0007_wp)
+      do m = 1, size(methods)
+         if (methods(m)%order < 1) cycle
+         call check_run(error, windowed_top(), settings_of(methods(m)), goal, &
+                        run_plan_t(end_time=0.04_wp), [1, 2, 3, 6], label_of(methods(m)))
+         if (allocated(error)) return
+         call check_run(error, forced_body(), settings_of(methods(m)), goal, &
+                        run_plan_t(end_time=-1.0_wp), [1, 2, 3], &
+                        label_of(methods(m)))
+         if (allocated(error)) return
+      end do
+   end subroutine controlled_runs_go_on_with_intervals
+
+   !> The archive of a poll holds the rows before it, and the run ends with the poll's status.
+   subroutine a_poll_can_ask_and_stop(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(control_settings_t), parameter :: goals(2) = [control_settings_t(), &
+                                                         control_settings_t(local_tolerance=1e-8_wp)]
+      type(integrator_settings_t), parameter :: settings = integrator_settings_t(linear_solver='reduced')
+      type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.001_wp, end_time=4.0_wp, every=7_long)
+      type(recorder_t) :: whole, begun, resumed
+      type(status_t) :: status
+      character(len=:), allocatable :: wanted, outcome
+      integer :: i
+      do i = 1, 2
+         whole = recorder_t()
+         call run(forced_body(), settings, goals(i), plan, whole, wanted, status)
+         begun = recorder_t()
+         begun%stops_at = 3
+         call run(forced_body(), settings, goals(i), plan, begun, outcome, status)
+         call check(error, status%code == NUTATE_STOPPED .and. allocated(begun%archive), "stopped")
+         if (allocated(error)) return
+         resumed = recorder_t()
+         resumed%rows = begun%rows
+         call run(forced_body(), settings, goals(i), plan, resumed, outcome, status, begun%archive)
+         call check(error, resumed%rows == whole%rows .and. outcome == wanted)
+         if (allocated(error)) return
+      end do
+   end subroutine a_poll_can_ask_and_stop
+
+   !> An archive of another method, another problem, or with a part missing.
+   subroutine another_run_is_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.01_wp, end_time=1.0_wp)
+      type(integrator_settings_t), parameter :: reduced = integrator_settings_t(linear_solver='reduced')
+      type(recorder_t) :: recorder
+      type(status_t) :: status
+      character(len=:), allocatable :: outcome
+      type(run_plan_t) :: limited
+      limited = plan
+      limited%max_steps = 5
+      recorder%keeps_archives = .true.
+      call run(forced_body(), integrator_settings_t(), control_settings_t(), limited, recorder, outcome, status)
+      call run(forced_body(), reduced, control_settings_t(), plan, recorder, outcome, status, recorder%archive)
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "another method")
+      if (allocated(error)) return
+      call run(box(), integrator_settings_t(), control_settings_t(), plan, recorder, outcome, status, recorder%archive)
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "another problem")
+      if (allocated(error)) return
+      call run(forced_body(), integrator_settings_t(), control_settings_t(), plan, recorder, outcome, status, &
+               recorder%archive(1:len(recorder%archive) - 1))
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "cut short")
+      if (allocated(error)) return
+      call run(forced_body(), integrator_settings_t(), control_settings_t(local_tolerance=1e-3_wp), plan, recorder, &
+               outcome, status, recorder%archive)
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "another kind of run")
+   end subroutine another_run_is_refused
+
+   subroutine forgetful_methods_are_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(forgetful_t) :: stepper
+      type(archive_t) :: archive
+      type(problem_t) :: problem
+      type(status_t) :: status
+      problem = box()
+      call stepper%prepare(problem%system, integrator_settings_t(), status)
+      call archive%begin_writing()
+      call stepper%transfer(archive)
+      if (archive%problem() == '') call test_failed(error, "the archive says nothing")
+   end subroutine forgetful_methods_are_refused
+
+   subroutine prepare_nothing(self, system, settings, status)
+      class(forgetful_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      allocate (self%work(0))
+   end subroutine prepare_nothing
+
+   subroutine step_nowhere(self, system, state, dt, status)
+      class(forgetful_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      state%t = state%t + dt
+   end subroutine step_nowhere
+
+end module test_resume
