@@ -1,5 +1,6 @@
 !> Long runs: the invariants stay at round-off over millions of steps.
 module test_stability_long
+   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, long
    use test_problems, only: box, fast_top, problem_t
    use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
@@ -16,13 +17,14 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("the box keeps everything in a long run", box_keeps_everything), &
+                  new_unittest("a steady spin keeps everything in a long run", steady_spin_keeps_everything), &
                   new_unittest("the fast top keeps everything in a long run", top_keeps_everything)]
    end subroutine collect_stability_long
 
    !> The cases of this group.
    function long_cases() result(cases)
       type(stability_case_t), allocatable :: cases(:)
-      cases = [box_case(), top_case()]
+      cases = [box_case(), spin_case(), top_case()]
    end function long_cases
 
    type(stability_case_t) function box_case() result(item)
@@ -31,6 +33,13 @@ contains
       item%selected = EVERY_WAY
       item%run => run_box
    end function box_case
+
+   type(stability_case_t) function spin_case() result(item)
+      item%name = 'steady spin, 1e7 steps'
+      item%guards = 'rounding that is the same in every step, since the step is: it adds up in proportion to their number'
+      item%selected = EVERY_WAY
+      item%run => run_spin
+   end function spin_case
 
    type(stability_case_t) function top_case() result(item)
       item%name = 'fast top, 1e6 steps'
@@ -44,6 +53,11 @@ contains
       call check_case(error, box_case())
    end subroutine box_keeps_everything
 
+   subroutine steady_spin_keeps_everything(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, spin_case())
+   end subroutine steady_spin_keeps_everything
+
    subroutine top_keeps_everything(error)
       type(error_type), allocatable, intent(out) :: error
       call check_case(error, top_case())
@@ -55,6 +69,17 @@ contains
       type(record_t), intent(inout) :: record
       call run_long(box(), way, 0.05_wp, merge(10000000_long, 20000_long, whole), record)
    end subroutine run_box
+
+   !> About the axis of the largest moment.
+   subroutine run_spin(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      type(problem_t) :: problem
+      problem = box()
+      problem%start = make_state(problem%system, problem%start%q, [0.0_wp, 10.0_wp, 0.0_wp])
+      call run_long(problem, way, 0.05_wp, merge(10000000_long, 20000_long, whole), record)
+   end subroutine run_spin
 
    subroutine run_top(way, whole, record)
       type(way_t), intent(in) :: way
