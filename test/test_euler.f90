@@ -33,6 +33,8 @@ contains
                   new_unittest("angles are followed over many turns", angles_are_followed_over_turns), &
                   new_unittest("at the poles the spin is kept when following", spin_is_kept_at_poles), &
                   new_unittest("through a pole the angles jump by half a turn", angles_jump_through_a_pole), &
+                  new_unittest("through a pole what is defined is continuous", sums_continue_through_poles), &
+                  new_unittest("a spin of nearly a turn a step is followed", fast_spin_is_followed), &
                   new_unittest("Euler rates give the angular velocity", euler_rates_give_angular_velocity), &
                   new_unittest("Euler rates agree with differences", euler_rates_agree_with_differences)]
    end subroutine collect_euler
@@ -176,12 +178,12 @@ contains
       real(wp) :: phi, theta, psi
       phi = 6.0_wp
       psi = 12.5_wp
-      call follow_euler(quat_exp(0.5_wp*e3), phi, theta, psi)
+      call follow_euler(-quat_exp(0.5_wp*e3), phi, theta, psi)
       ! φ + ψ is 1 and whole turns.
       call check_close(error, [phi, theta, psi], [1 - 12.5_wp + 6*pi, 0.0_wp, 12.5_wp], 32*eps, "θ = 0")
       if (allocated(error)) return
       phi = 6.0_wp
-      call follow_euler(quat_product(quat_exp(0.5_wp*e3), [0.0_wp, e1]), phi, theta, psi)
+      call follow_euler(-quat_product(quat_exp(0.5_wp*e3), [0.0_wp, e1]), phi, theta, psi)
       ! φ - ψ is 1 and whole turns.
       call check_close(error, [phi, theta, psi], [1 + 12.5_wp - 2*pi, pi, 12.5_wp], 32*eps, "θ = π")
    end subroutine spin_is_kept_at_poles
@@ -211,6 +213,45 @@ contains
          psi_before = psi
       end do
    end subroutine angles_jump_through_a_pole
+
+   !> φ+ψ at θ = 0 and φ-ψ at θ = π, straight through and past the pole at a distance of round-off.
+   subroutine sums_continue_through_poles(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer(int64) :: seed
+      real(wp) :: q(4), aside(3), phi, theta, psi
+      integer :: n, i, pole
+      seed = 38
+      do i = 1, samples
+         pole = mod(i, 2)
+         aside = 8*eps*random_vector(seed)
+         phi = 0.3_wp
+         psi = 0.2_wp
+         do n = 4, -4, -1
+            q = quat_product(quat_exp(aside), quat_from_euler(0.3_wp, pole*pi + 0.1_wp*n, 0.2_wp))
+            call follow_euler(q, phi, theta, psi)
+            ! Beside the pole the turn by `aside` adds nothing to the sum, away from it 8 eps/θ.
+            call check_close(error, merge(phi - psi, phi + psi, pole == 1), merge(0.1_wp, 0.5_wp, pole == 1), &
+                             1000*eps, "what is defined")
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine sums_continue_through_poles
+
+   subroutine fast_spin_is_followed(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: step = 6.0_wp, tilts(3) = [1e-9_wp, 0.01_wp, 2.0_wp]
+      real(wp) :: phi, theta, psi
+      integer :: n, i
+      do i = 1, size(tilts)
+         phi = 0
+         psi = 0
+         do n = 1, 100
+            call follow_euler(quat_from_euler(0.1_wp*n, tilts(i), step*n), phi, theta, psi)
+            call check_close(error, [phi, psi], [0.1_wp*n, step*n], 600*8*eps, "φ, ψ")
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine fast_spin_is_followed
 
    subroutine euler_rates_give_angular_velocity(error)
       type(error_type), allocatable, intent(out) :: error

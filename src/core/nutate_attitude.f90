@@ -149,15 +149,21 @@ contains
       real(wp), intent(out) :: theta
       !> Spin ψ (rad).
       real(wp), intent(out) :: psi
+      real(wp) :: half_sum, half_difference
       integer :: place
-      call locate_euler(q, phi, theta, psi, place)
+      call locate_euler(q, theta, half_sum, half_difference, place)
+      if (place == pole_at_zero) half_difference = half_sum
+      if (place == pole_at_pi) half_sum = half_difference
+      phi = half_turn(half_sum + half_difference)
+      psi = half_turn(half_sum - half_difference)
    end subroutine euler_from_quat
 
    !> Replaces the z-x-z angles of an earlier moment by those of `q`, with φ and ψ continued beyond ±π.
    !>
-   !> φ and ψ each take the value nearest to the one given, which continues them if they change by less than π between
-   !> calls. At a pole ψ stays and φ takes the rest. θ does not leave [0, π]: a motion straight through a pole makes φ
-   !> and ψ jump by π each, and round-off decides the direction of either jump.
+   !> `q` must continue the quaternion of the earlier angles, sign included: then (φ+ψ)/2 and (φ-ψ)/2, which are angles
+   !> in its planes of q0, q3 and of q1, q2, are followed as long as φ+ψ and φ-ψ change by less than 2π between calls.
+   !> At a pole ψ stays and φ takes the rest. θ does not leave [0, π]: a motion straight through a pole makes φ and ψ
+   !> jump by π each, and round-off decides the direction; φ+ψ stays continuous at θ = 0, φ-ψ at θ = π.
    pure subroutine follow_euler(q, phi, theta, psi)
       !> Attitude, body to space. Shape: (4).
       real(wp), intent(in) :: q(4)
@@ -167,17 +173,19 @@ contains
       real(wp), intent(out) :: theta
       !> Spin ψ (rad): on entry the earlier one, on return that of `q`.
       real(wp), intent(inout) :: psi
-      real(wp) :: phi_now, psi_now
+      real(wp) :: half_sum, half_difference
       integer :: place
-      call locate_euler(q, phi_now, theta, psi_now, place)
+      call locate_euler(q, theta, half_sum, half_difference, place)
+      half_sum = unwrap_angle((phi + psi)/2, half_sum)
+      half_difference = unwrap_angle((phi - psi)/2, half_difference)
       select case (place)
       case (pole_at_zero)
-         phi = unwrap_angle(phi, phi_now - psi)
+         phi = 2*half_sum - psi
       case (pole_at_pi)
-         phi = unwrap_angle(phi, phi_now + psi)
+         phi = 2*half_difference + psi
       case default
-         phi = unwrap_angle(phi, phi_now)
-         psi = unwrap_angle(psi, psi_now)
+         phi = half_sum + half_difference
+         psi = half_sum - half_difference
       end select
    end subroutine follow_euler
 
@@ -211,14 +219,16 @@ contains
       omega(3) = phi_dot*cos(theta) + psi_dot
    end function angular_velocity_from_euler_rates
 
-   !> The z-x-z angles by half sum and half difference, and whether they are at a pole.
+   !> θ, half the sum and half the difference of φ and ψ, and whether θ is at a pole.
    !>
    !> From `q = [cos(θ/2) cos σ, sin(θ/2) cos δ, sin(θ/2) sin δ, cos(θ/2) sin σ]`, `σ = (φ+ψ)/2`, `δ = (φ-ψ)/2`.
-   pure subroutine locate_euler(q, phi, theta, psi, place)
+   pure subroutine locate_euler(q, theta, half_sum, half_difference, place)
       real(wp), intent(in) :: q(4)
-      real(wp), intent(out) :: phi, theta, psi
+      real(wp), intent(out) :: theta
+      !> In [-π, π]; 0 where q does not say.
+      real(wp), intent(out) :: half_sum, half_difference
       integer, intent(out) :: place
-      real(wp) :: u(4), cosine, sine, half_sum, half_difference
+      real(wp) :: u(4), cosine, sine
       u = quat_normalized(q)
       cosine = hypot(u(1), u(4))
       sine = hypot(u(2), u(3))
@@ -233,13 +243,9 @@ contains
       place = regular
       if (sine <= eps) then
          place = pole_at_zero
-         half_difference = half_sum
       else if (cosine <= eps) then
          place = pole_at_pi
-         half_sum = half_difference
       end if
-      phi = half_turn(half_sum + half_difference)
-      psi = half_turn(half_sum - half_difference)
    end subroutine locate_euler
 
    !> Takes an angle of [-2π, 2π] to (-π, π] by at most one turn.

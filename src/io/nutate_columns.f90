@@ -1,7 +1,7 @@
 !> The columns of a history: which sets there are, and what stands in them. A new set is a line of the table and a
 !> case of `write_set`.
 module nutate_columns
-   use nutate_attitude, only: euler_from_quat, follow_euler
+   use nutate_attitude, only: euler_from_quat, follow_euler, quat_from_euler
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
    use nutate_kinds, only: wp
@@ -51,6 +51,8 @@ module nutate_columns
       real(wp) :: omega(3) = 0.0_wp
       !> φ, θ, ψ, rad, followed from the first state on. Only where a set needs them.
       real(wp) :: phi = 0.0_wp, theta = 0.0_wp, psi = 0.0_wp
+      !> The quaternion of these angles is q, 1, or -q, -1.
+      real(wp) :: side = 1.0_wp
       !> H of the first state, J. Only where a set needs it.
       real(wp) :: first_energy = 0.0_wp
       !> 1/J0, kg⁻¹ m⁻².
@@ -128,15 +130,18 @@ contains
       real(wp), intent(in) :: inverse_j0
       self%shared%inverse_j0 = inverse_j0
       if (any(self%chosen == ENERGY)) self%shared%first_energy = total_energy(system, state, inverse_j0)
-      if (self%follows_steps) &
-         call euler_from_quat(state%q, self%shared%phi, self%shared%theta, self%shared%psi)
+      if (.not. self%follows_steps) return
+      associate (shared => self%shared)
+         call euler_from_quat(state%q, shared%phi, shared%theta, shared%psi)
+         shared%side = sign(1.0_wp, dot_product(state%q, quat_from_euler(shared%phi, shared%theta, shared%psi)))
+      end associate
    end subroutine start
 
    !> Follows angles that must not lose turns between rows: to be called after every step if `follows_steps`.
    pure subroutine follow(self, state)
       class(columns_t), intent(inout) :: self
       type(state_t), intent(in) :: state
-      call follow_euler(state%q, self%shared%phi, self%shared%theta, self%shared%psi)
+      call follow_euler(self%shared%side*state%q, self%shared%phi, self%shared%theta, self%shared%psi)
    end subroutine follow
 
    !> One row: t, then the values of the sets.
