@@ -5,7 +5,7 @@ module nutate_cost_answer
    use nutate_decimal, only: rounded_text
    use nutate_kinds, only: wp
    use nutate_ladder, only: ladder_t
-   use nutate_methods, only: methods
+   use nutate_methods, only: family_of, methods
    use nutate_price, only: price_of, price_t
    use nutate_reference, only: reference_t
    implicit none
@@ -56,31 +56,32 @@ contains
       end if
       first = .true.
       do m = 1, size(methods)
-         if (methods(m)%order < 1 .or. any(methods(:m - 1)%name == methods(m)%name)) cycle
-         price = cheapest(ladder, methods(m)%name, tolerance)
+         if (methods(m)%order < 1 .or. any(family_of(methods(:m - 1)) == family_of(methods(m)))) cycle
+         price = cheapest(ladder, family_of(methods(m)), tolerance)
          if (.not. first) text = text//';'
          if (price%reached) then
             text = text//price_text(price, first)
          else if (first) then
-            text = text//' is reached by no '//trim(methods(m)%name)//' run here'
+            text = text//' is reached by no '//trim(family_of(methods(m)))//' run here'
          else
-            text = text//' '//trim(methods(m)%name)//' does not get there'
+            text = text//' '//trim(family_of(methods(m)))//' does not get there'
          end if
          first = .false.
       end do
       text = text//'.'
    end function sentence
 
-   !> The least price among the rows of a method's name.
-   function cheapest(ladder, name, tolerance) result(best)
+   !> The least price among the rows of a method.
+   function cheapest(ladder, family, tolerance) result(best)
       type(ladder_t), intent(in) :: ladder
-      character(len=*), intent(in) :: name
+      !> `family_of` its rows.
+      character(len=*), intent(in) :: family
       !> rad.
       real(wp), intent(in) :: tolerance
       type(price_t) :: best, price
       integer :: m
       do m = 1, size(methods)
-         if (methods(m)%name /= name .or. methods(m)%order < 1) cycle
+         if (family_of(methods(m)) /= family .or. methods(m)%order < 1) cycle
          price = price_of(ladder%runs_of(m), methods(m)%order, tolerance)
          if (price%reached .and. price%seconds < best%seconds) best = price
       end do

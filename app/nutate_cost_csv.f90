@@ -7,7 +7,7 @@ module nutate_cost_csv
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT
    use nutate_kinds, only: wp, long
    use nutate_ladder, only: ladder_t
-   use nutate_methods, only: methods
+   use nutate_methods, only: family_of, methods
    use nutate_reference, only: reference_t
    use nutate_run_cost, only: run_cost_t
    use nutate_status, only: status_t
@@ -90,7 +90,7 @@ contains
       logical, intent(in) :: has_momentum
       character(len=:), allocatable :: line
       associate (method => methods(run%method))
-         line = trim(method%name)//','//count_text(int(method%order, long))//','//trim(method%linear_solver)
+         line = trim(family_of(method))//','//count_text(int(method%order, long))//','//trim(method%linear_solver)
       end associate
       line = line//field(decimal, run%time_step)//','//count_text(run%steps)//','//count_text(run%cut_steps)//','// &
              count_text(int(run%samples, long))//field(decimal, run%seconds)//field(decimal, run%nanoseconds())// &

@@ -2,7 +2,7 @@
 module nutate_cost_names
    use nutate_console, only: count_text
    use nutate_kinds, only: long
-   use nutate_methods, only: methods
+   use nutate_methods, only: family_of, methods
    implicit none
    private
 
@@ -10,14 +10,13 @@ module nutate_cost_names
 
 contains
 
-   !> A row of the table of methods in a few words: `nielsen_krenk order 6 (reduced)`, `dop853`.
+   !> A row of the table of methods in a few words: `nielsen_krenk order 6 (reduced)`, `dop853+conserve`.
    pure function method_label(method) result(label)
       !> Row of `methods`.
       integer, intent(in) :: method
       character(len=:), allocatable :: label
-      label = trim(methods(method)%name)
-      if (count(methods%name == methods(method)%name) > 1) &
-         label = label//' order '//count_text(int(methods(method)%order, long))
+      label = trim(family_of(methods(method)))
+      if (has_relatives(method)) label = label//' order '//count_text(int(methods(method)%order, long))
       if (methods(method)%linear_solver /= '') label = label//' ('//trim(methods(method)%linear_solver)//')'
    end function method_label
 
@@ -27,7 +26,14 @@ contains
       integer, intent(in) :: method
       character(len=:), allocatable :: label
       label = method_label(method)
-      if (count(methods%name == methods(method)%name) > 1) label = label(len_trim(methods(method)%name) + 2:)
+      if (has_relatives(method)) label = label(len_trim(family_of(methods(method))) + 2:)
    end function short_label
+
+   !> There are rows that differ from this one in order or solver only.
+   pure logical function has_relatives(method)
+      !> Row of `methods`.
+      integer, intent(in) :: method
+      has_relatives = count(family_of(methods) == family_of(methods(method))) > 1
+   end function has_relatives
 
 end module nutate_cost_names

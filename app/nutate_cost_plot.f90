@@ -7,7 +7,7 @@ module nutate_cost_plot
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp, long
    use nutate_ladder, only: ladder_t
-   use nutate_methods, only: methods
+   use nutate_methods, only: family_of, methods
    use nutate_reference, only: reference_t
    use nutate_run_cost, only: run_cost_t
    use nutate_status, only: status_t, fail, NUTATE_IO
@@ -17,8 +17,8 @@ module nutate_cost_plot
    public :: cost_plot_t, gnuplot_is_here
 
    !> Colours that differ for every kind of colour vision, one for each method and order.
-   character(len=7), parameter :: colours(8) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &
-                                                '#666666', '#000000']
+   character(len=7), parameter :: colours(10) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &
+                                                '#666666', '#000000', '#8c510a', '#66a61e']
    !> Errors are drawn no lower than here: zero has no logarithm.
    real(wp), parameter :: lowest = 1e-17_wp
    !> Attitude errors above this are not drawn, rad.
@@ -207,7 +207,7 @@ contains
       text = '1e'//count_text(int(floor(log10(max(1e3_wp*seconds, 1e-9_wp))) + above, long))
    end function power_text
 
-   !> Colour by method and order; a second solver of the same is dashed.
+   !> Colour by method, correction and order; a second solver of the same is dashed.
    function style(method) result(text)
       !> Row of `methods`.
       integer, intent(in) :: method
@@ -216,11 +216,12 @@ contains
       logical :: is_new, repeats
       colour = 0
       do i = 1, method
-         is_new = .not. any(methods(:i - 1)%name == methods(i)%name .and. methods(:i - 1)%order == methods(i)%order)
+         is_new = .not. any(family_of(methods(:i - 1)) == family_of(methods(i)) .and. &
+                            methods(:i - 1)%order == methods(i)%order)
          if (is_new .and. methods(i)%order > 0) colour = colour + 1
-         if (methods(i)%name == methods(method)%name .and. methods(i)%order == methods(method)%order) exit
+         if (family_of(methods(i)) == family_of(methods(method)) .and. methods(i)%order == methods(method)%order) exit
       end do
-      repeats = any(methods(method + 1:)%name == methods(method)%name .and. &
+      repeats = any(family_of(methods(method + 1:)) == family_of(methods(method)) .and. &
                     methods(method + 1:)%order == methods(method)%order)
       text = 'linecolor rgb '''//colours(1 + modulo(colour - 1, size(colours)))//''''
       if (repeats) text = text//' dashtype 2 linewidth 1 pointtype 6 pointsize 0.4'

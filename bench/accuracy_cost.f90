@@ -7,7 +7,7 @@ program bench_accuracy
    use, intrinsic :: iso_fortran_env, only: error_unit
    use nutate, only: read_scene, scene_t, status_t, wp
    use nutate_ladder, only: ladder_t
-   use nutate_methods, only: methods
+   use nutate_methods, only: family_of, methods
    use nutate_price, only: price_of, price_t
    use nutate_reference, only: reference_methods, reference_t
    use nutate_stopwatch, only: stopwatch_t
@@ -43,7 +43,7 @@ contains
       call climb(scene, end_time, ladder)
       baseline = 0
       do i = 1, size(methods)
-         if (methods(i)%name == 'dop853') baseline = i
+         if (family_of(methods(i)) == 'dop853') baseline = i
          do k = 1, size(accuracies)
             prices(i, k) = price_of(ladder%runs_of(i), methods(i)%order, accuracies(k))
          end do
@@ -53,7 +53,8 @@ contains
       write (*, '(a,t26,4a12)') 'method', '1e-6 (ms)', 'ratio', '1e-10 (ms)', 'ratio'
       do i = 1, size(methods)
          if (methods(i)%order < 1) cycle
-         call write_row(methods(i)%name, methods(i)%linear_solver, methods(i)%order, prices(i, :), prices(baseline, :))
+         call write_row(family_of(methods(i)), methods(i)%linear_solver, methods(i)%order, prices(i, :), &
+                        prices(baseline, :))
       end do
       write (*, *)
    end subroutine write_table

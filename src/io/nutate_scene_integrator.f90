@@ -4,7 +4,7 @@ module nutate_scene_integrator
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT, NOT_ZERO, POSITIVE, &
       POSITIVE_OR_INFINITE
    use nutate_kinds, only: wp
-   use nutate_methods, only: methods
+   use nutate_methods, only: default_settings, methods
    use nutate_run, only: run_plan_t
    use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
    use nutate_spelling, only: comma_list, distinct, joined
@@ -23,7 +23,7 @@ contains
 
    !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods.
    pure function integrator_keys() result(keys)
-      type(key_t) :: keys(11)
+      type(key_t) :: keys(12)
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
 
       keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct(names))), &
@@ -35,6 +35,7 @@ contains
               key_t(name='end_time', range=NOT_ZERO, required=.true.), &
               key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
               key_t(name='projection', kind=KEY_LOGICAL), &
+              key_t(name='conserve', kind=KEY_LOGICAL), &
               key_t(name='tolerance', range=POSITIVE), &
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
@@ -48,11 +49,11 @@ contains
       type(scene_error_t), intent(inout) :: error
       real(wp) :: j0
 
-      settings%method = group%text('method', settings%method)
-      call take_defaults(settings)
+      settings = default_settings(trim(group%text('method', settings%method)))
       settings%order = group%whole('order', settings%order)
       settings%linear_solver = group%text('linear_solver', settings%linear_solver)
       settings%projection = group%flag('projection', settings%projection)
+      settings%conserve = group%flag('conserve', settings%conserve)
       settings%tolerance = group%number('tolerance', settings%tolerance)
       settings%max_iterations = group%whole('max_iterations', settings%max_iterations)
       if (group%has('auxiliary_inertia')) then
@@ -66,18 +67,6 @@ contains
       if (.not. error%raised) call build_control(group, settings, control, error)
       if (.not. error%raised) call build_times(group, control, plan, error)
    end subroutine build_integrator
-
-   !> Order and solver of the first of a method's rows in the table.
-   pure subroutine take_defaults(settings)
-      type(integrator_settings_t), intent(inout) :: settings
-      integer :: i
-      do i = 1, size(methods)
-         if (methods(i)%name /= settings%method) cycle
-         settings%order = methods(i)%order
-         settings%linear_solver = methods(i)%linear_solver
-         return
-      end do
-   end subroutine take_defaults
 
    !> What steps must keep to, where their length is not given.
    subroutine build_control(group, settings, control, error)
@@ -109,6 +98,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
       integer, parameter :: orders(*) = methods%order
+      logical, parameter :: corrected(*) = methods%corrected
       logical :: fits(size(methods))
       character(len=name_length) :: numbers(size(methods))
       character(len=12) :: order
@@ -122,6 +112,9 @@ contains
          write (numbers, '(i0)') orders
          call error%raise(group%line_of('order'), 'order '//trim(order)//' is not available', &
                           expected=comma_list(distinct(pack(numbers, fits))))
+      else if (.not. any(fits .and. (corrected .eqv. settings%conserve))) then
+         call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no correction: it conserves by '// &
+                          'itself', expected='no conserve with it')
       end if
    end subroutine check_method
 

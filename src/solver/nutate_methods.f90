@@ -1,6 +1,7 @@
 !> The integration methods a scene can name: one line each. A new method is its own file and a line here.
 module nutate_methods
    use nutate_composition, only: composition_t
+   use nutate_conserving, only: conserving_t
    use nutate_dop853, only: dop853_t
    use nutate_exact_stepper, only: exact_t
    use nutate_nielsen_krenk, only: nielsen_krenk_t
@@ -12,7 +13,7 @@ module nutate_methods
    implicit none
    private
 
-   public :: method_t, methods, make_stepper, equations_of, order_of
+   public :: method_t, methods, make_stepper, default_settings, equations_of, family_of, order_of
 
    !> One method, as scene files and messages speak of it.
    type :: method_t
@@ -23,10 +24,13 @@ module nutate_methods
       integer :: order
       !> What is solved in a step.
       character(len=64) :: equations
+      !> The conserving correction follows each step.
+      logical :: corrected = .false.
    end type method_t
 
-   !> Every combination of method, linear solver and order that there is.
-   type(method_t), parameter :: methods(11) = [ &
+   !> Every combination of method, linear solver, order and correction that there is; of each method the default comes
+   !> first.
+   type(method_t), parameter :: methods(13) = [ &
       method_t('nielsen_krenk', 'lapack', 2, '8 equations in q and p (LAPACK)'), &
       method_t('nielsen_krenk', 'lapack', 4, '8 equations in q and p (LAPACK), 5 times'), &
       method_t('nielsen_krenk', 'lapack', 6, '8 equations in q and p (LAPACK), 9 times'), &
@@ -36,10 +40,35 @@ module nutate_methods
       method_t('nielsen_krenk', 'reduced', 6, '3 equations in the turn of the step, 9 times'), &
       method_t('nielsen_krenk', 'reduced', 8, '3 equations in the turn of the step, 17 times'), &
       method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations'), &
+      method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations', .true.), &
       method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations'), &
+      method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations', .true.), &
       method_t('exact', '', 0, 'the closed solution of a free body')]
 
 contains
+
+   !> What rows that differ in order and solver only have in common: the name, and `+conserve` after it for a method
+   !> with the correction.
+   elemental function family_of(method) result(name)
+      type(method_t), intent(in) :: method
+      character(len=32) :: name
+      name = method%name
+      if (method%corrected) name = trim(name)//'+conserve'
+   end function family_of
+
+   !> The settings that a method has where nothing else is said: those of its first row in the table.
+   pure type(integrator_settings_t) function default_settings(method) result(settings)
+      !> Name of the method.
+      character(len=*), intent(in) :: method
+      integer :: i
+      settings%method = method
+      do i = size(methods), 1, -1
+         if (methods(i)%name /= method) cycle
+         settings%order = methods(i)%order
+         settings%linear_solver = methods(i)%linear_solver
+         settings%conserve = methods(i)%corrected
+      end do
+   end function default_settings
 
    !> Row of the table that the settings mean; 0 where there is none. Order and solver count where the method has
    !> several.
@@ -48,7 +77,7 @@ contains
       integer :: i
       row_of = 0
       do i = 1, size(methods)
-         if (methods(i)%name /= settings%method) cycle
+         if (methods(i)%name /= settings%method .or. (methods(i)%corrected .neqv. settings%conserve)) cycle
          if (methods(i)%linear_solver == '' .or. (methods(i)%linear_solver == settings%linear_solver .and. &
                                                   methods(i)%order == settings%order)) row_of = i
       end do
@@ -71,6 +100,7 @@ contains
       row = row_of(settings)
       text = ''
       if (row > 0) text = trim(methods(row)%equations)
+      if (settings%conserve) text = text//', conserving correction'
       if (leaves_attitude_out(settings)) &
          text = '3 equations for the body momentum; nothing depends on the attitude, which is left out'
    end function equations_of
@@ -91,8 +121,8 @@ contains
       class(stepper_t), allocatable, intent(out) :: stepper
       type(status_t), intent(out) :: status
       if (row_of(settings) == 0) then
-         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)//"' of this order and solver", &
-                       'method')
+         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
+                       "' of this order and solver, with or without correction as asked for", 'method')
          return
       end if
       select case (settings%method)
@@ -110,8 +140,18 @@ contains
          end if
          if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
       end select
+      if (settings%conserve) call correct_stepper(stepper)
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
+
+   !> Puts a stepper with the conserving correction in its place.
+   subroutine correct_stepper(stepper)
+      class(stepper_t), allocatable, intent(inout) :: stepper
+      type(conserving_t), allocatable :: conserving
+      allocate (conserving)
+      call conserving%wrap(stepper)
+      call move_alloc(conserving, stepper)
+   end subroutine correct_stepper
 
    !> Puts the composition of a stepper in its place.
    subroutine compose_stepper(order, stepper, status)

@@ -21,6 +21,8 @@ module nutate_stepper
       logical :: projection = .true.
       !> Integrate the attitude; `.false.` only where neither an effect nor the output depends on it.
       logical :: attitude = .true.
+      !> Correct the state after every step so that the invariants are kept: for methods that do not keep them.
+      logical :: conserve = .false.
       !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
       real(wp) :: tolerance = 0.0_wp
       integer :: max_iterations = 20

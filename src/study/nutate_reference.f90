@@ -79,7 +79,7 @@ contains
    end subroutine begin
 
    !> Two rows of `methods` that have as little in common as there is: the highest order of the default method, and the
-   !> highest order of another one; another order of the same, if nothing better is there.
+   !> highest order of another one as it is, without correction; another order of the same, if nothing better is there.
    pure subroutine reference_methods(first, second)
       integer, intent(out) :: first, second
       type(integrator_settings_t) :: default
@@ -92,7 +92,7 @@ contains
       second = first
       best = 0
       do i = 1, size(methods)
-         if (methods(i)%order < 1) cycle
+         if (methods(i)%order < 1 .or. methods(i)%corrected) cycle
          if (methods(i)%name == methods(first)%name .and. methods(i)%order == methods(first)%order) cycle
          rank = 2*methods(i)%order
          if (methods(i)%name /= methods(first)%name) rank = rank + 1
