@@ -43,6 +43,7 @@ program unit
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_stability_long, only: collect_stability_long
    use test_stability_stress, only: list_groups, report_group
+   use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
    use test_study, only: collect_study
    use test_torque_physics, only: collect_torque_physics
@@ -121,6 +122,7 @@ contains
          new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("stability_long", collect_stability_long), &
+         new_testsuite("stability_top", collect_stability_top), &
          new_testsuite("step", collect_step), &
          new_testsuite("study", collect_study), &
          new_testsuite("torque_physics", collect_torque_physics) &

@@ -1,9 +1,11 @@
 !> The step in reduced form: the trajectory of the 8×8 system to round-off, its Jacobian, and what it refuses.
 module test_reduced
    use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_body, only: diagonal, make_body
    use nutate_effect, only: rotor_t
    use nutate_damping, only: damping_t
-   use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state
+   use nutate_gravity, only: gravity_t
+   use nutate_hamiltonian, only: body_momentum, kinetic_energy, make_state, total_energy
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
@@ -12,6 +14,7 @@ module test_reduced
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
    use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, fast_top, forced_body, march, precessing_top, problem_t
    use test_support, only: check_below, check_close, random_unit_quaternion, random_vector
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -31,6 +34,7 @@ contains
                   new_unittest("Jacobian against differences", jacobian_matches_differences), &
                   new_unittest("momentum does not drift", momentum_does_not_drift), &
                   new_unittest("energy of a forced top does not drift", energy_does_not_drift), &
+                  new_unittest("a root that clearing denominators adds is refused", added_root_is_refused), &
                   new_unittest("momentum alone as with the attitude", momentum_alone_as_with_attitude), &
                   new_unittest("states off the constraints are refused", states_off_the_constraints_are_refused), &
                   new_unittest("projection cannot be left out", projection_cannot_be_left_out)]
@@ -141,6 +145,29 @@ contains
       if (allocated(error)) return
       call check_below(error, invariants%norm_error, 1e-13_wp, "norm")
    end subroutine check_drift
+
+   !> Under 1e6 g the iteration from these steps comes to b = (-1, 0, 0), where the equation loses its rank but the
+   !> Jacobian's determinant stays positive; |b| may round to less than 1.
+   subroutine added_root_is_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(reduced_t) :: stepper
+      type(system_t) :: system
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: energy
+      integer :: k
+      call make_body(diagonal([1.0_wp, 1.0_wp, 0.25_wp]), system%body, status, mass=1.0_wp, &
+                     center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
+      call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -9.81e6_wp]))
+      do k = 1, 40
+         call stepper%prepare(system, integrator_settings_t(), status)
+         state = make_state(system, [cos(0.5_wp), sin(0.5_wp), 0.0_wp, 0.0_wp], [1.0_wp, 0.0_wp, 3.0_wp])
+         energy = total_energy(system, state)
+         call stepper%step(system, state, k*2.5e-4_wp, status)
+         call check_close(error, total_energy(system, state), energy, 1e-12_wp*energy, "energy")
+         if (allocated(error)) return
+      end do
+   end subroutine added_root_is_refused
 
    subroutine momentum_alone_as_with_attitude(error)
       type(error_type), allocatable, intent(out) :: error

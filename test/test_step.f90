@@ -2,10 +2,11 @@
 !> trace.
 module test_step
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_body, only: make_body
+   use nutate_body, only: diagonal, make_body
+   use nutate_damping, only: damping_t
    use nutate_effect, only: potential_t, rotor_t, torque_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: bilinear_form, make_state
+   use nutate_hamiltonian, only: angular_velocity, bilinear_form, make_state, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: cross, quat_left_matrix, quat_right_matrix, rotate_to_body
@@ -51,7 +52,9 @@ contains
                   new_unittest("a step off the true branch is refused", step_off_the_branch_is_refused), &
                   new_unittest("projection off needs a finite J0", projection_off_needs_finite_j0), &
                   new_unittest("tolerance ends the iteration early", tolerance_ends_the_iteration), &
-                  new_unittest("a body at rest stays at rest", body_at_rest_stays)]
+                  new_unittest("a body at rest stays at rest", body_at_rest_stays), &
+                  new_unittest("momentum may outgrow its unit", momentum_outgrows_its_unit), &
+                  new_unittest("a force against the motion sets no unit", damping_sets_no_unit)]
    end subroutine collect_step
 
    pure real(wp) function crooked_energy(self, gamma)
@@ -274,5 +277,40 @@ contains
       call check_close(error, [state%q, state%p], &
                        [0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp)
    end subroutine body_at_rest_stays
+
+   !> The upright pendulum falls from 1e-8 rad/s to 6 rad/s in steps of one length.
+   subroutine momentum_outgrows_its_unit(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(system_t) :: system
+      type(nielsen_krenk_t) :: stepper
+      type(state_t) :: state
+      type(status_t) :: status
+      call make_body(diagonal([1.0_wp, 1.0_wp, 0.25_wp]), system%body, status, mass=1.0_wp, &
+                     center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
+      call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+      state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1e-8_wp, 0.0_wp, 0.0_wp])
+      call stepper%prepare(system, integrator_settings_t(), status)
+      call march(system, stepper, state, 0.01_wp, 1000, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, total_energy(system, state), 9.81_wp, 100*eps*9.81_wp, "energy")
+   end subroutine momentum_outgrows_its_unit
+
+   !> Damping that would reverse the motion 1e10 times over: Ω1 = -Ω0(1 - 4e-10).
+   subroutine damping_sets_no_unit(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(system_t) :: system
+      type(nielsen_krenk_t) :: stepper
+      type(state_t) :: state
+      type(status_t) :: status
+      call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body, status)
+      call system%effects%add(damping_t([1e12_wp, 1e12_wp, 1e12_wp]))
+      state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 2.0_wp, 3.0_wp])
+      call stepper%prepare(system, integrator_settings_t(), status)
+      call march(system, stepper, state, 0.01_wp, 1, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, angular_velocity(system, state), -(1 - 4e-10_wp)*[1.0_wp, 2.0_wp, 3.0_wp], 1e-14_wp, "Ω")
+   end subroutine damping_sets_no_unit
 
 end module test_step

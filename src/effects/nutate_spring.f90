@@ -68,8 +68,7 @@ contains
       spring%stiffness = stiffness
       if (present(rest_length)) spring%rest_length = rest_length
       spring%closeness = 0.0_wp
-      if (spring%rest_length /= 0.0_wp .and. &
-          abs(norm2(body_point) - norm2(anchor)) <= nearly*norm2(anchor)) spring%closeness = 1.0_wp
+      if (abs(norm2(body_point) - norm2(anchor)) <= nearly*norm2(anchor)) spring%closeness = 1.0_wp
    end function new_spring
 
    !> A spring as a scene's group asks for it. No errors of its own.

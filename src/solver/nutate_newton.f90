@@ -4,7 +4,7 @@ module nutate_newton
    implicit none
    private
 
-   public :: degree, too_slow, has_converged, remember, continue_steps
+   public :: degree, too_slow, attitude_noise, patience, has_converged, remember, continue_steps
 
    !> The first guess continues the increments of earlier steps by a polynomial of this degree.
    integer, parameter :: degree = 3
@@ -14,6 +14,10 @@ module nutate_newton
    real(wp), parameter :: round_off = 2*eps
    !> Relative increment below which an iteration that no longer falls has reached round-off.
    real(wp), parameter :: floor_level = 1e4_wp*eps
+   !> A force that varies steeply with the attitude is as uncertain as the attitude's own round-off makes it, however
+   !> short the step: increments of the attitude (rad) at this level that failed to fall so many times are that noise.
+   real(wp), parameter :: attitude_noise = 16*eps
+   integer, parameter :: patience = 3
 
 contains
 

@@ -9,7 +9,7 @@ module nutate_nielsen_krenk
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
-   use nutate_newton, only: continue_steps, degree, has_converged, remember, too_slow
+   use nutate_newton, only: attitude_noise, continue_steps, degree, has_converged, patience, remember, too_slow
    use nutate_quaternion, only: quat_conjugate, quat_product
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
@@ -24,8 +24,12 @@ module nutate_nielsen_krenk
 
    !> Iterations of a step above which the next one starts with a new Jacobian: it costs about as much as 15 iterations.
    integer, parameter :: many = 7
-   !> A step longer than this many times the unit sphere's radius has gone astray.
-   real(wp), parameter :: astray = 1e3_wp
+   !> A step longer than this many times the unit sphere's radius has gone astray. Where a stiff force acts, momentum
+   !> may be far off on the way.
+   real(wp), parameter :: astray = 1e3_wp, far_off = 1e100_wp
+   !> Units of momentum above which |p| has outgrown its unit; least unit, over that which turns the body by 1 rad in a
+   !> step: a shorter one would leave the range of numbers.
+   real(wp), parameter :: outgrown = 64.0_wp, least_unit = 1e-150_wp
 
    !> The 8×8 stepper. `step` allocates nothing.
    type, extends(stepper_t) :: nielsen_krenk_t
@@ -78,13 +82,24 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       real(wp) :: z(8), a(4), decisive
+      integer :: spent
 
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
       call self%equations%start(system, state, dt, decisive)
-      if (dt /= self%inverse_dt) call choose_unit(self, system, state, dt, decisive)
+      if (dt /= self%inverse_dt .or. maxval(abs(state%p)) > outgrown*self%equations%unit) &
+         call choose_unit(self, system, state, dt, decisive)
       call guess(self, dt, z)
       call iterate(self, system, z, status)
+      if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
+         ! A stiff force may hold the body where it is.
+         spent = self%iterations
+         status = status_t()
+         z = 0.0_wp
+         self%inverse_dt = 0.0_wp
+         call iterate(self, system, z, status)
+         self%iterations = self%iterations + spent
+      end if
       if (status%code == 0) then
          a = self%equations%mean_rate(z)
          if (.not. (self%positive .and. norm2(0.125_wp*dt*a(2:4)) < 1.0_wp)) &
@@ -119,28 +134,31 @@ contains
       if (self%iterations > many) self%inverse_dt = 0.0_wp
    end subroutine accept
 
-   !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p by the forces in a
-   !> step; for a body at rest without forces, the momentum that turns it by about 1 rad in a step. Called when the
-   !> factors belong to another step or have been dropped.
+   !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p in a step by the forces
+   !> on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest without forces,
+   !> the momentum that turns it by about 1 rad in a step. Called when the factors belong to another step, have been
+   !> dropped, or |p| has outgrown its unit.
    pure subroutine choose_unit(self, system, state, dt, decisive)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
       real(wp), intent(in) :: dt, decisive
-      real(wp), parameter :: at_start(8) = 0.0_wp
-      real(wp) :: size, old, s(4), a(4)
+      real(wp), parameter :: at_rest(3) = 0.0_wp
+      real(wp) :: size, old, natural, s(4)
       size = maxval(abs(state%p))
+      natural = maxval(system%body%moments)/max(abs(dt), tiny(1.0_wp))
       if (self%equations%forces%active) then
-         a = self%equations%mean_rate(at_start)
-         call self%equations%forces%evaluate(system%effects, self%equations%x0, self%equations%x0, 0.5_wp*a(2:4), s)
+         call self%equations%forces%evaluate(system%effects, self%equations%x0, self%equations%x0, at_rest, s)
          size = max(size, 2*abs(dt)*maxval(abs(s)))
       end if
-      if (size <= 0.0_wp) size = maxval(system%body%moments)/max(abs(dt), tiny(1.0_wp))
+      if (size <= 0.0_wp) size = natural
+      size = max(size, least_unit*natural)
       old = self%equations%unit
       call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
       call self%equations%start(system, state, dt, decisive)
       self%differences(5:8, :) = self%differences(5:8, :)*(old/self%equations%unit)
+      self%inverse_dt = 0.0_wp
    end subroutine choose_unit
 
    !> First guess: the last increments continued, else the rates at the start of the step.
@@ -168,9 +186,10 @@ contains
       real(wp), intent(inout) :: z(8)
       type(status_t), intent(inout) :: status
       real(wp) :: r(8), d(8), change, previous, length
-      integer :: j, k
+      integer :: j, k, stalled
 
       previous = huge(1.0_wp)
+      stalled = 0
       do k = 1, self%settings%max_iterations
          self%iterations = k
          if (self%inverse_dt /= self%equations%dt) then
@@ -185,10 +204,12 @@ contains
          z = z - d
          change = maxval(abs(d))
          length = maxval(abs(z))
-         if (.not. length <= astray) exit
+         if (.not. (maxval(abs(z(1:4))) <= astray .and. length <= far_off)) exit
          self%residual = 0.0_wp
          if (length > 0.0_wp) self%residual = change/length
          if (has_converged(change, previous, length, self%settings%tolerance)) return
+         if (change > 0.5_wp*previous .and. maxval(abs(d(1:4))) <= attitude_noise) stalled = stalled + 1
+         if (stalled >= patience .and. self%settings%tolerance <= 0.0_wp) return
          if (change > too_slow*previous) self%inverse_dt = 0.0_wp
          previous = change
       end do

@@ -6,7 +6,7 @@ module nutate_reduced
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, eps
-   use nutate_newton, only: has_converged, too_slow
+   use nutate_newton, only: attitude_noise, has_converged, patience, too_slow
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
@@ -24,6 +24,9 @@ module nutate_reduced
    integer, parameter :: many = 4
    !> Increment of b above which the free part of the Jacobian, cheap as it is, is taken anew.
    real(wp), parameter :: coarse = 1e-6_wp
+   !> Largest |b|² of a step. At 1, the end of the branch, the equation without its denominators has roots of its own,
+   !> which conserve nothing.
+   real(wp), parameter :: end_of_branch = 1 - 1e-6_wp
    !> Bound of the second derivative of the free F, by which the rate of convergence is known beforehand.
    real(wp), parameter :: curvature = 200.0_wp
    !> The first guess continues the b of this many steps by a polynomial: column m holds the weights of the last, the
@@ -89,6 +92,7 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       real(wp) :: b(3), decisive
+      integer :: spent
 
       if (self%untested) call test_manifold(self, state, status)
       if (status%code /= 0) return
@@ -102,7 +106,16 @@ contains
          b = self%equations%first_guess(system)
       end if
       call iterate(self, system, b, status)
-      if (status%code == 0 .and. .not. (self%determinant > 0.0_wp .and. b(1)**2 + b(2)**2 + b(3)**2 < 1.0_wp)) &
+      if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
+         ! A stiff force may hold the body where it is.
+         spent = self%iterations
+         status = status_t()
+         b = 0.0_wp
+         self%fresh = .false.
+         call iterate(self, system, b, status)
+         self%iterations = self%iterations + spent
+      end if
+      if (status%code == 0 .and. .not. (self%determinant > 0.0_wp .and. b(1)**2 + b(2)**2 + b(3)**2 < end_of_branch)) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
       status%iterations = self%iterations
       status%residual = self%residual
@@ -178,11 +191,12 @@ contains
       real(wp), intent(inout) :: b(3)
       type(status_t), intent(inout) :: status
       real(wp) :: f(3), d(3), change, previous, length, moved
-      integer :: i, k
+      integer :: i, k, stalled
 
       previous = huge(1.0_wp)
       change = previous
       moved = 0.0_wp
+      stalled = 0
       do k = 1, self%settings%max_iterations
          self%iterations = k
          if (change > coarse) then
@@ -200,7 +214,9 @@ contains
          ! The turn of a step on the branch of the true motion is below 1.
          if (.not. length <= 1e3_wp) exit
          moved = moved + change
-         if (is_done(self, change, previous, moved, length)) then
+         if (change > 0.5_wp*previous .and. change <= attitude_noise) stalled = stalled + 1
+         if (is_done(self, change, previous, moved, length) .or. &
+             (stalled >= patience .and. self%settings%tolerance <= 0.0_wp)) then
             self%residual = 0.0_wp
             if (length > 0.0_wp) self%residual = change/length
             ! The last step of the iteration must not leave the torque behind.
