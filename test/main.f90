@@ -28,6 +28,7 @@ program unit
    use test_exact_top, only: collect_exact_top
    use test_exact_top_limits, only: collect_exact_top_limits
    use test_hamiltonian, only: collect_hamiltonian
+   use test_heap, only: collect_heap
    use test_history, only: collect_history
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
@@ -108,6 +109,7 @@ contains
          new_testsuite("exact_top", collect_exact_top), &
          new_testsuite("exact_top_limits", collect_exact_top_limits), &
          new_testsuite("hamiltonian", collect_hamiltonian), &
+         new_testsuite("heap", collect_heap), &
          new_testsuite("history", collect_history), &
          new_testsuite("literature", collect_literature), &
          new_testsuite("paper", collect_paper), &

@@ -18,13 +18,13 @@ module test_shipped_scenes
    implicit none
    private
 
-   public :: collect_shipped_scenes
+   public :: collect_shipped_scenes, scene_names
 
    !> Names of the scenes.
-   character(len=26), parameter :: names(11) = [character(len=26) :: &
-                                                'all_effects', 'box', 'compass', 'fast_top', &
-                                                'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
-                                                'precessing_top', 'slowing_plate', 'spin_up', 'spring_gyroscope']
+   character(len=26), parameter :: scene_names(11) = [character(len=26) :: &
+                                                      'all_effects', 'box', 'compass', 'fast_top', &
+                                                      'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
+                                                      'precessing_top', 'slowing_plate', 'spin_up', 'spring_gyroscope']
 
    !> Keeps the largest departure of the invariants.
    type, extends(observer_t) :: guard_t
@@ -72,8 +72,8 @@ contains
       type(state_t) :: a, b
       real(wp) :: tolerance
       integer :: i
-      do i = 1, size(names)
-         call load(error, names(i), scene)
+      do i = 1, size(scene_names)
+         call load(error, scene_names(i), scene)
          if (allocated(error)) return
          call march(error, scene, 'lapack', 2, scene%plan%time_step, 1000, a)
          if (allocated(error)) return
@@ -81,8 +81,8 @@ contains
          if (allocated(error)) return
          tolerance = 1e-11_wp
          ! Its instability amplifies round-off.
-         if (names(i) == 'box') tolerance = 1e-9_wp
-         call check_close(error, b%q, a%q, tolerance, trim(names(i)))
+         if (scene_names(i) == 'box') tolerance = 1e-9_wp
+         call check_close(error, b%q, a%q, tolerance, trim(scene_names(i)))
          if (allocated(error)) return
       end do
    end subroutine solvers_agree
@@ -146,8 +146,8 @@ contains
       real(wp) :: reference(4), q(4), finest
       integer :: i, exponent
       character(len=48) :: label
-      do i = 1, size(names)
-         call load(error, names(i), scene)
+      do i = 1, size(scene_names)
+         call load(error, scene_names(i), scene)
          if (allocated(error)) return
          finest = 1e4_wp*eps*norm2(angular_velocity(scene%system, scene%initial))*scene%plan%end_time
          goal = control_settings_t(accuracy=max(1e-13_wp, 1e-3_wp*finest))
@@ -155,7 +155,7 @@ contains
          do exponent = 4, 12, 4
             if (allocated(error)) return
             if (10.0_wp**(-exponent) < finest) exit
-            write (label, '(a,", accuracy 1e-",i0)') trim(names(i)), exponent
+            write (label, '(a,", accuracy 1e-",i0)') trim(scene_names(i)), exponent
             goal = control_settings_t(accuracy=10.0_wp**(-exponent))
             call solve(error, scene, 'nielsen_krenk', goal, q)
             if (allocated(error)) return

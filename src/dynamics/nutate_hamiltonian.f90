@@ -8,6 +8,7 @@ module nutate_hamiltonian
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, rotate_to_space
+   use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -62,7 +63,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp) :: omega(3)
-      omega = matmul(system%body%inverse_inertia, body_momentum(state) - system%effects%rotor_momentum)
+      omega = times_vector(system%body%inverse_inertia, body_momentum(state) - system%effects%rotor_momentum)
    end function angular_velocity
 
    !> p = M(q,q) q̇ = 4 Q(q) J Q(q)ᵀ q̇ for a finite J0; shape (4).
@@ -124,7 +125,7 @@ contains
       real(wp) :: w(4), u(3)
       w = bilinear_form(state%q, state%p)
       u = w(2:4) - 2*system%effects%rotor_momentum
-      energy = 0.125_wp*dot_product(u, matmul(system%body%inverse_inertia, u))
+      energy = 0.125_wp*dot_product(u, times_vector(system%body%inverse_inertia, u))
       if (present(inverse_j0)) energy = energy + 0.125_wp*inverse_j0*w(1)**2
    end function kinetic_energy
 
@@ -204,7 +205,7 @@ contains
       w = bilinear_form(state%q, state%p)
       a(1) = 0.0_wp
       if (present(inverse_j0)) a(1) = inverse_j0*w(1)
-      a(2:4) = matmul(system%body%inverse_inertia, w(2:4) - 2*system%effects%rotor_momentum)
+      a(2:4) = times_vector(system%body%inverse_inertia, w(2:4) - 2*system%effects%rotor_momentum)
       tau = potential_torque(system%effects, state%q)
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)

@@ -10,6 +10,7 @@ module nutate_mid_forces
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotation_matrix
+   use nutate_small_products, only: times_columns, times_vector
    implicit none
    private
 
@@ -153,7 +154,7 @@ contains
       !> ∂τ/∂Ω̄; shape (3,3).
       real(wp), intent(out) :: by_rate(3, 3)
       real(wp) :: attitude(4), rotation(3, 3), rate(3, 3), turn(4, 4)
-      integer :: i
+      integer :: i, j
       call self%evaluate(effects, x1, xm, omega, s)
       by_x = 0.0_wp
       by_rate = 0.0_wp
@@ -167,7 +168,9 @@ contains
       do i = 1, effects%n_torques
          if (.not. self%acts(i)) cycle
          call effects%torques(i)%item%derivatives(self%t, attitude, omega, rotation, rate)
-         by_x(2:4, :) = by_x(2:4, :) + matmul(rotation, turn(2:4, :))
+         do j = 1, 4
+            by_x(2:4, j) = by_x(2:4, j) + times_vector(rotation, turn(2:4, j))
+         end do
          by_rate = by_rate + rate
       end do
    end subroutine linearize
@@ -179,20 +182,22 @@ contains
       integer, intent(in) :: i
       real(wp), intent(in) :: x1(4), xm(4)
       real(wp), intent(inout) :: by_x(4, 4)
-      real(wp) :: gamma(3), gamma1(3), gradient(3), at_mean(4, 4), at_end(4, 4), slope(3, 4)
+      real(wp) :: n(4), gamma(3), gamma1(3), gradient(3), hessian(3, 3), at_mean(4, 4), at_end(4, 4), slope(3)
       integer :: j
-      associate (potential => effects%potentials(i)%item, n => self%direction(:, i), gamma0 => self%gamma0(:, i))
-         gamma = rotate_to_body(xm, n)
-         gamma1 = rotate_to_body(x1, n)
-         gradient = potential%discrete_gradient(gamma0, gamma1)
-         at_mean = quat_left_matrix(quat_product(quat_conjugate(xm), [0.0_wp, n]))
-         at_end = 2*quat_left_matrix(quat_product(quat_conjugate(x1), [0.0_wp, n]))
-         slope = matmul(potential%discrete_hessian(gamma0, gamma1), at_end(2:4, :))
+      n = [0.0_wp, self%direction(1, i), self%direction(2, i), self%direction(3, i)]
+      gamma = rotate_to_body(xm, n(2:4))
+      gamma1 = rotate_to_body(x1, n(2:4))
+      associate (potential => effects%potentials(i)%item)
+         gradient = potential%discrete_gradient(self%gamma0(:, i), gamma1)
+         hessian = potential%discrete_hessian(self%gamma0(:, i), gamma1)
       end associate
+      at_mean = quat_left_matrix(quat_product(quat_conjugate(xm), n))
+      at_end = 2*quat_left_matrix(quat_product(quat_conjugate(x1), n))
       do j = 1, 4
-         by_x(2:4, j) = by_x(2:4, j) + cross(at_mean(2:4, j), gradient) + cross(gamma, slope(:, j))
+         slope = times_vector(hessian, at_end(2:4, j))
+         by_x(2:4, j) = by_x(2:4, j) + cross(at_mean(2:4, j), gradient) + cross(gamma, slope)
          if (.not. self%projection) &
-            by_x(1, j) = by_x(1, j) - dot_product(at_mean(2:4, j), gradient) - dot_product(gamma, slope(:, j))
+            by_x(1, j) = by_x(1, j) - dot_product(at_mean(2:4, j), gradient) - dot_product(gamma, slope)
       end do
    end subroutine add_potential_derivative
 
@@ -272,7 +277,7 @@ contains
          if (.not. self%acts(i)) cycle
          tau = tau + effects%torques(i)%item%torque(self%t, attitude, rate*b)
          call effects%torques(i)%item%derivatives(self%t, attitude, rate*b, rotation, by_rate)
-         by_b = by_b + matmul(rotation, turns) + rate*by_rate
+         by_b = by_b + times_columns(rotation, turns) + rate*by_rate
       end do
    end subroutine linearize_turn
 
@@ -296,8 +301,8 @@ contains
       do j = 1, 3
          by_b(:, j) = by_b(:, j) - (2*shrink*b(j))*own + shrink*( &
                       cross_of(cross_of(middle, turns(:, j)), gradient) &
-                      + cross_of(middle, matmul(hessian, cross_of(end, turns(:, j) &
-                                                                  + shrink*turned_back(b, turns(:, j))))))
+                      + cross_of(middle, times_vector(hessian, cross_of(end, turns(:, j) &
+                                                                        + shrink*turned_back(b, turns(:, j))))))
       end do
    end subroutine add_turned_potential
 

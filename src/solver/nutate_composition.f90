@@ -116,7 +116,7 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       type(state_t) :: trial
-      integer :: i
+      integer :: i, k
       trial = state
       self%iterations = 0
       self%residual = 0.0_wp
@@ -129,7 +129,9 @@ contains
             self%iterations = self%iterations + stage%iterations
             self%residual = max(self%residual, stage%residual)
             if (status%code /= 0) exit
-            self%work = self%work + stage%work
+            do k = 1, size(self%work)
+               self%work(k) = self%work(k) + stage%work(k)
+            end do
          end associate
       end do
       status%iterations = self%iterations

@@ -61,6 +61,8 @@ module nutate_control
       !> The whole step, its halves, and branches for rows; each with its own memory.
       class(stepper_t), allocatable :: whole, half, branch
       type(run_record_t) :: record
+      !> Work of each torque in the step tried, J; shape (number of torques).
+      real(wp), allocatable :: work(:)
       !> Largest |L| seen, kg m²/s.
       real(wp) :: momentum_scale = 0.0_wp
       !> The next step to try, s, positive.
@@ -122,7 +124,7 @@ contains
 
       control%goal = goal
       control%plan = plan
-      allocate (summary%work(system%effects%n_torques), source=0.0_wp)
+      allocate (summary%work(system%effects%n_torques), control%work(system%effects%n_torques), source=0.0_wp)
       call control%begin(system, settings, state, status)
       if (.not. status%ok()) return
       control%ends = [system%effects%breaks_between(state%t, plan%end_time), plan%end_time]
@@ -216,14 +218,14 @@ contains
       logical, intent(out) :: accepted
       type(status_t), intent(out) :: status
       type(state_t) :: next
-      real(wp) :: error, allowed, turn, work(size(summary%work))
+      real(wp) :: error, allowed, turn
 
       next = state
       self%record%iterations = 0
       if (self%half%has_estimate) then
-         call self%go_whole(system, next, step, work, error, status)
+         call self%go_whole(system, next, step, error, status)
       else
-         call self%go_halves(system, next, step, work, error, status)
+         call self%go_halves(system, next, step, error, status)
       end if
       accepted = status%ok()
       if (.not. accepted) then
@@ -243,36 +245,36 @@ contains
       call add_increment(state%t, self%t_carry, self%sense*step)
       summary%parts = summary%parts + 1
       summary%steps = summary%steps + 1
-      summary%work = summary%work + work
+      summary%work(:) = summary%work + self%work
       summary%iterations = summary%iterations + self%record%iterations
       summary%most_iterations = max(summary%most_iterations, self%record%iterations)
       call self%adapt(step, self%growth(allowed, error), turn)
    end subroutine try
 
    !> One step by a method that estimates its errors.
-   subroutine go_whole(self, system, state, step, work, error, status)
+   subroutine go_whole(self, system, state, step, error, status)
       class(controller_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       !> s, positive.
       real(wp), intent(in) :: step
-      !> Of each torque, J, and error, rad.
-      real(wp), intent(out) :: work(:), error
+      !> rad.
+      real(wp), intent(out) :: error
       type(status_t), intent(out) :: status
       call take_part(self%half, system, state, self%sense*step, state%t + 0.5_wp*self%sense*step, self%record, status)
-      work = self%half%work
+      self%work(:) = self%half%work
       error = self%half%error_estimate
    end subroutine go_whole
 
    !> One step by two halves, and as a whole for the estimate of their error.
-   subroutine go_halves(self, system, state, step, work, error, status)
+   subroutine go_halves(self, system, state, step, error, status)
       class(controller_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       !> s, positive.
       real(wp), intent(in) :: step
-      !> Of each torque, J, and error, rad.
-      real(wp), intent(out) :: work(:), error
+      !> rad.
+      real(wp), intent(out) :: error
       type(status_t), intent(out) :: status
       type(state_t) :: once
       real(wp) :: middle
@@ -281,9 +283,9 @@ contains
       error = 0.0_wp
       call take_part(self%whole, system, once, self%sense*step, middle, self%record, status)
       if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, self%record, status)
-      work = self%half%work
+      self%work(:) = self%half%work
       if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, self%record, status)
-      work = work + self%half%work
+      self%work(:) = self%work + self%half%work
       if (status%ok()) error = self%estimate(once, state)
    end subroutine go_halves
 

@@ -14,6 +14,7 @@ module nutate_reduced_equations
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_mid_forces, only: mid_forces_t
+   use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -117,8 +118,8 @@ contains
       class(reduced_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
       real(wp) :: b(3)
-      b = (0.25_wp*self%dt)*matmul(system%body%inverse_inertia, &
-                                   self%half_momentum(2:4) - system%effects%rotor_momentum)
+      b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, &
+                                         self%half_momentum(2:4) - system%effects%rotor_momentum)
    end function first_guess
 
    !> F(b); shape (3). Keeps the torque.

@@ -11,6 +11,7 @@ module nutate_step_equations
    use nutate_kinds, only: wp
    use nutate_mid_forces, only: mid_forces_t
    use nutate_quaternion, only: quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix
+   use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -157,7 +158,9 @@ contains
       xm = self%x0 + 0.5_wp*z(1:4)
       ym = self%y0 + 0.5_wp*z(5:8)
       by_z = rate_derivative(self, z)
-      matrix(1:4, :) = -(0.25_wp*self%dt)*matmul(quat_left_matrix(xm), by_z)
+      do i = 1, 8
+         matrix(1:4, i) = -(0.25_wp*self%dt)*quat_product(xm, by_z(:, i))
+      end do
       matrix(1:4, 1:4) = matrix(1:4, 1:4) - (0.125_wp*self%dt)*quat_right_matrix(a)
       do i = 1, 8
          matrix(5:8, i) = (0.25_wp*self%dt)*quat_product(ym, conjugation*by_z(:, i))
@@ -180,7 +183,7 @@ contains
       by_w(:, 5:8) = quat_left_matrix(quat_conjugate(self%x0 + z(1:4)))
       do i = 1, 8
          by_z(1, i) = 0.5_wp*self%inverse_j0*by_w(1, i)
-         by_z(2:4, i) = 0.5_wp*matmul(self%inverse_inertia, by_w(2:4, i))
+         by_z(2:4, i) = 0.5_wp*times_vector(self%inverse_inertia, by_w(2:4, i))
       end do
    end function rate_derivative
 
@@ -201,7 +204,8 @@ contains
          matrix(5:8, i) = matrix(5:8, i) + factor*(xm(i)*image - quat_product(xm, by_x(:, i)))
       end do
       do i = 1, 8
-         column = [0.0_wp, 0.5_wp*matmul(by_rate, by_z(2:4, i))]
+         column(1) = 0.0_wp
+         column(2:4) = 0.5_wp*times_vector(by_rate, by_z(2:4, i))
          matrix(5:8, i) = matrix(5:8, i) - factor*quat_product(xm, column)
       end do
    end subroutine add_forces
