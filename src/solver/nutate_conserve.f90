@@ -22,6 +22,7 @@
 !> whole, rows between steps branch off. All of them lie on the same invariants, to round-off, and so keep the targets
 !> (or, where torques did work, those of the step before); a state that does not starts anew from its own.
 module nutate_conserve
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
@@ -50,23 +51,28 @@ module nutate_conserve
       real(wp) :: q(4)
       !> L, body axes, N m s; shape (3).
       real(wp) :: momentum(3)
-      !> Rᵀ; shape (3,3).
-      real(wp) :: to_body(3, 3)
+      !> Rᵀ; shape (3,3), and γ = Rᵀn, if l·n is conserved; shape (3).
+      real(wp) :: to_body(3, 3), gamma(3)
       !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
       real(wp) :: omega(3), rate(3)
       !> 2T, H and T + Σ|U|, J.
       real(wp) :: twice_kinetic, energy, size
    end type point_t
 
-   !> Invariants that states are put back to.
-   type :: target_t
-      !> H₀ + work and the digits its sum cannot hold, J.
-      real(wp) :: energy = 0.0_wp, energy_carry = 0.0_wp
-      !> l, space axes, N m s; shape (3).
-      real(wp) :: momentum(3) = 0.0_wp
-      !> The conserved part of it: l·n, or |l|, N m s.
-      real(wp) :: component = 0.0_wp
-   end type target_t
+   !> The direction in which the energy of a point falls. Energies are in units of 1/`unit`.
+   type :: slope_t
+      !> L̇, body axes; shape (3).
+      real(wp) :: turn(3)
+      !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
+      real(wp) :: omega(3), inertia
+      !> |L̇|² + S²|Ω⊥|².
+      real(wp) :: steepness
+   end type slope_t
+
+   !> An energy as a sum and the digits that it cannot hold, J.
+   type :: account_t
+      real(wp) :: energy = 0.0_wp, carry = 0.0_wp
+   end type account_t
 
    !> The correction of one run.
    type :: correction_t
@@ -76,17 +82,21 @@ module nutate_conserve
       real(wp) :: axis(3) = 0.0_wp
       !> There is an attitude to turn; the momentum may change; J is diagonal; there are rotors.
       logical :: attitude = .true., pushes = .false., diagonal = .true., has_rotor = .false.
+      !> There are potentials linear in n itself; m of their sum U = -m·γ, body axes, J; shape (3).
+      logical :: has_weight = .false.
+      real(wp) :: weight(3) = 0.0_wp
+      !> Which other potentials of the system there are, and whether there are any.
+      logical :: has_others = .false.
+      integer, allocatable :: others(:)
       !> J⁻¹, kg⁻¹ m⁻²; shape (3,3); h, body axes, and |h|, N m s; shape (3).
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp, rotor_length = 0.0_wp
-      !> Potentials linear in a direction: m, body axes, and n, space axes; shape (3, number of them).
-      real(wp), allocatable :: moment(:, :), direction(:, :)
-      !> Which potentials of the system are not linear.
-      integer, allocatable :: others(:)
       !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and a power of two next to its inverse.
       real(wp) :: size = 0.0_wp, largest = 0.0_wp, unit = 1.0_wp
-      !> The targets at the last state, and those before its step.
-      type(target_t) :: now, before
-      !> The last state corrected: one that differs is compared with the targets.
+      !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
+      real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
+      !> H₀ + work at the last state, and before its step.
+      type(account_t) :: now, before
+      !> q and p of the last state followed or corrected: one that differs is compared with the targets; shape (4).
       real(wp) :: last_q(4) = 0.0_wp, last_p(4) = 0.0_wp
       logical :: started = .false.
    contains
@@ -98,6 +108,8 @@ module nutate_conserve
       procedure :: follow
       !> Corrects the state that the step reached.
       procedure :: correct
+      !> Puts q and p back to where the step started.
+      procedure :: restore
    end type correction_t
 
 contains
@@ -122,32 +134,27 @@ contains
       call sort_potentials(self, system%effects)
    end subroutine prepare
 
-   !> Separates the potentials that are linear in a direction, which need no call, from the others.
+   !> Adds up the potentials that are linear in n, if l·n is conserved: they need no call and no γ of their own.
    pure subroutine sort_potentials(self, effects)
       class(correction_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      logical :: is_linear(effects%n_potentials)
-      integer :: i, n
-      is_linear = .false.
+      logical :: is_other(effects%n_potentials)
+      integer :: i
+      is_other = .true.
+      self%weight = 0.0_wp
       do i = 1, effects%n_potentials
          select type (potential => effects%potentials(i)%item)
          class is (linear_potential_t)
-            is_linear(i) = .true.
+            is_other(i) = self%components /= ALONG_AXIS
+            if (.not. is_other(i)) &
+               self%weight = self%weight + dot_product(potential%direction, self%axis)*potential%moment
          end select
       end do
-      if (allocated(self%others)) deallocate (self%others, self%moment, self%direction)
-      allocate (self%others(count(.not. is_linear)))
-      allocate (self%moment(3, count(is_linear)), self%direction(3, count(is_linear)))
-      self%others = pack([(i, i=1, effects%n_potentials)],.not. is_linear)
-      n = 0
-      do i = 1, effects%n_potentials
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            n = n + 1
-            self%moment(:, n) = potential%moment
-            self%direction(:, n) = potential%direction
-         end select
-      end do
+      if (allocated(self%others)) deallocate (self%others)
+      allocate (self%others(count(is_other)))
+      self%others = pack([(i, i=1, effects%n_potentials)], is_other)
+      self%has_others = any(is_other)
+      self%has_weight = .not. all(is_other)
    end subroutine sort_potentials
 
    !> Takes the invariants' values from a state.
@@ -156,14 +163,11 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(point_t) :: point
-      type(target_t) :: first
-      call read_state(self, state, point)
-      call evaluate(self, system, point)
-      first%energy = point%energy
-      first%momentum = matmul(point%momentum, point%to_body)
-      first%component = component_of(self, point)
-      self%now = first
-      self%before = first
+      call read_point(self, system, state, point)
+      self%now = account_t(point%energy, 0.0_wp)
+      self%before = self%now
+      self%momentum = matmul(point%momentum, point%to_body)
+      self%component = component_of(self, point)
       self%size = 0.0_wp
       self%largest = 0.0_wp
       self%unit = 1.0_wp
@@ -180,56 +184,82 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(point_t) :: point
-      if (.not. self%started) then
-         call self%start(system, state)
-         return
+      real(wp) :: difference(4)
+      logical :: on
+      if (self%started) then
+         difference = abs(state%q - self%last_q) + abs(state%p - self%last_p)
+         if ((difference(1) + difference(2)) + (difference(3) + difference(4)) == 0.0_wp) return
       end if
-      associate (q => state%q, p => state%p, a => self%last_q, b => self%last_p)
-         if (.not. max(abs(q(1) - a(1)), abs(q(2) - a(2)), abs(q(3) - a(3)), abs(q(4) - a(4)), abs(p(1) - b(1)), &
-                       abs(p(2) - b(2)), abs(p(3) - b(3)), abs(p(4) - b(4))) > 0.0_wp) return
-      end associate
-      call read_state(self, state, point)
-      call evaluate(self, system, point)
-      if (.not. is_on(self, point, self%now)) then
-         if (is_on(self, point, self%before)) then
-            self%now = self%before
-         else
-            call self%start(system, state)
+      if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
+      if (self%started) then
+         call read_point(self, system, state, point)
+         call find_account(self, point, on)
+         if (on) then
+            self%last_q = state%q
+            self%last_p = state%p
+            return
          end if
       end if
+      call self%start(system, state)
    end subroutine follow
 
-   !> True for a point whose invariants are those of a target, to round-off.
-   pure logical function is_on(self, point, target)
+   !> A state as a point, with its energy.
+   pure subroutine read_point(self, system, state, point)
+      class(correction_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(point_t), intent(out) :: point
+      call take_attitude(state, point)
+      call take_momentum(state, point)
+      call set_gamma(self, point)
+      call evaluate(self, system%effects, point)
+   end subroutine read_point
+
+   !> True for a point whose invariants are those of the last state corrected, to round-off, or of the one before, which
+   !> then is the last.
+   pure subroutine find_account(self, point, on)
+      class(correction_t), intent(inout) :: self
+      type(point_t), intent(in) :: point
+      logical, intent(out) :: on
+      real(wp) :: noise
+      on = .false.
+      if (.not. has_momentum(self, point)) return
+      noise = doubtful*max(self%size, point%size)
+      on = abs(point%energy - self%now%energy) <= noise
+      if (on .or. .not. abs(point%energy - self%before%energy) <= noise) return
+      self%now = self%before
+      on = .true.
+   end subroutine find_account
+
+   !> True for a point whose conserved components of l have the stored values, to round-off.
+   pure logical function has_momentum(self, point)
       class(correction_t), intent(in) :: self
       type(point_t), intent(in) :: point
-      type(target_t), intent(in) :: target
       real(wp) :: error
-      is_on = abs(point%energy - target%energy) <= doubtful*max(self%size, point%size)
       select case (self%components)
       case (ALL_COMPONENTS)
-         error = norm2(matmul(point%momentum, point%to_body) - target%momentum)
+         error = norm2(matmul(point%momentum, point%to_body) - self%momentum)
       case (NO_COMPONENT)
          error = 0.0_wp
       case default
-         error = abs(component_of(self, point) - target%component)
+         error = abs(component_of(self, point) - self%component)
       end select
-      is_on = is_on .and. error <= doubtful*norm2(point%momentum)
-   end function is_on
+      has_momentum = error <= doubtful*norm2(point%momentum)
+   end function has_momentum
 
    !> l·n where that is conserved, else |l|.
    pure real(wp) function component_of(self, point)
       class(correction_t), intent(in) :: self
       type(point_t), intent(in) :: point
       if (self%components == ALONG_AXIS) then
-         component_of = dot_product(point%momentum, matmul(point%to_body, self%axis))
+         component_of = dot_product(point%momentum, point%gamma)
       else
          component_of = norm2(point%momentum)
       end if
    end function component_of
 
-   !> Corrects a state. Called after `follow` with the state from which the step started. Errors, with the state and
-   !> the targets as they were: `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
+   !> Corrects a state. To be called after `follow` with the state from which the step started. Errors, with the state
+   !> and the targets as they were: `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
    pure subroutine correct(self, system, state, work, status)
       class(correction_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -239,138 +269,177 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       type(point_t) :: point
-      type(target_t) :: next
-      real(wp) :: scales(3)
+      type(account_t) :: target
+      real(wp) :: size, largest, unit
       logical :: reached
 
-      scales = [self%size, self%largest, self%unit]
-      call read_state(self, state, point)
+      size = self%size
+      largest = self%largest
+      unit = self%unit
+      call take_attitude(state, point)
+      if (self%components /= ALL_COMPONENTS) call take_momentum(state, point)
+      call set_gamma(self, point)
       call set_momentum(self, point)
-      next = self%now
-      if (abs(work) > 0.0_wp) call add_increment(next%energy, next%energy_carry, work)
-      call set_energy(self, system, next, point, reached)
-      if (.not. reached) then
-         self%size = scales(1)
-         self%largest = scales(2)
-         self%unit = scales(3)
-         status = fail(NUTATE_OFF_BRANCH, 'the step is too long: the energy it lost cannot be restored nearby')
-         return
+      target = self%now
+      if (abs(work) > 0.0_wp) call add_increment(target%energy, target%carry, work)
+      call set_energy(self, system%effects, target, point, reached)
+      if (reached) then
+         self%before = self%now
+         self%now = target
+         call write_state(self, point, state)
+         self%last_q = state%q
+         self%last_p = state%p
+      else
+         self%size = size
+         self%largest = largest
+         self%unit = unit
+         status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
       end if
-      self%before = self%now
-      self%now = next
-      call write_state(self, point, state)
-      self%last_q = state%q
-      self%last_p = state%p
    end subroutine correct
 
-   !> Moves a point to the target's energy.
-   pure subroutine set_energy(self, system, target, point, reached)
+   !> Puts q and p back to what they were in the last call of `follow`, for a step that is not to be taken.
+   pure subroutine restore(self, state)
+      class(correction_t), intent(in) :: self
+      type(state_t), intent(inout) :: state
+      state%q = self%last_q
+      state%p = self%last_p
+   end subroutine restore
+
+   !> Moves a point to the energy of an account.
+   pure subroutine set_energy(self, effects, target, point, reached)
       class(correction_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(target_t), intent(in) :: target
+      type(effect_list_t), intent(in) :: effects
+      type(account_t), intent(in) :: target
       type(point_t), intent(inout) :: point
       !> False if that is too far.
       logical, intent(out) :: reached
-      real(wp) :: excess, square, slope(3), push, steepness
+      type(slope_t) :: slope
+      real(wp) :: excess, square
       integer :: i
 
       reached = .true.
       do i = 1, most_moves
-         call evaluate(self, system, point)
+         call evaluate(self, effects, point)
          call note_size(self, point)
-         excess = (point%energy - target%energy) - target%energy_carry
+         excess = (point%energy - target%energy) - target%carry
          if (abs(excess) <= dead_band*self%size) return
-         call get_slope(self, point, slope, push, steepness)
-         square = (self%unit*excess)**2
-         if (abs(excess) <= doubtful*self%size) then
-            if (.not. square < longest_doubtful*steepness) return
-         else if (.not. square < longest*steepness) then
-            exit
+         call get_slope(self, point, slope)
+         excess = self%unit*excess
+         square = excess*excess
+         if (.not. square < longest_doubtful*slope%steepness) then
+            if (abs(excess) <= doubtful*(self%unit*self%size)) return
+            if (.not. square < longest*slope%steepness) exit
          end if
-         call move(self, self%unit*excess/steepness, slope, push, point)
-         if (square <= negligible*steepness) return
+         excess = excess/slope%steepness
+         if (square <= negligible*slope%steepness) then
+            call move_little(self, excess, slope, point)
+            return
+         end if
+         call move(self, excess, slope, point)
       end do
       reached = .false.
    end subroutine set_energy
 
-   !> The direction in which the energy falls, in units of 1/`unit`.
-   pure subroutine get_slope(self, point, slope, push, steepness)
+   !> The direction in which the energy falls.
+   pure subroutine get_slope(self, point, slope)
       class(correction_t), intent(in) :: self
       type(point_t), intent(in) :: point
-      !> L̇; shape (3).
-      real(wp), intent(out) :: slope(3)
-      !> S² times the unit and a factor of dimension 1/energy: ΔL = -c push Ω⊥, s² N m.
-      real(wp), intent(out) :: push
-      !> |L̇|² + S²|Ω⊥|².
-      real(wp), intent(out) :: steepness
+      type(slope_t), intent(out) :: slope
       real(wp) :: square, kinetic, along
-      slope = self%unit*point%rate
-      steepness = slope(1)*slope(1) + slope(2)*slope(2) + slope(3)*slope(3)
-      push = 0.0_wp
+      slope%turn = self%unit*point%rate
+      associate (x => slope%turn)
+         slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
+      end associate
       if (.not. self%pushes) return
-      associate (w => point%omega)
+      slope%inertia = 0.0_wp
+      slope%omega = point%omega
+      associate (w => slope%omega, gamma => point%gamma)
          square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
          if (square <= tiny(1.0_wp)/eps) return
          kinetic = self%unit*point%twice_kinetic
-         push = kinetic*(point%twice_kinetic/square)
-         along = 0.0_wp
-         if (self%components == ALONG_AXIS) along = dot_product(w, matmul(point%to_body, self%axis))**2
-         steepness = steepness + kinetic*((kinetic/square)*max(square - along, 0.0_wp))
+         slope%inertia = kinetic*(point%twice_kinetic/square)
+         if (self%components == ALONG_AXIS) then
+            along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
+            w = w - along*gamma
+            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
+         else
+            kinetic = kinetic*kinetic
+         end if
+         slope%steepness = slope%steepness + kinetic
       end associate
    end subroutine get_slope
 
-   !> Turns the attitude by δ = c·slope at fixed l, by Cayley's map, and changes the momentum by ΔL = -c·push·Ω⊥.
-   pure subroutine move(self, c, slope, push, point)
+   !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by Cayley's map, and L by ΔL = -c·inertia·Ω⊥.
+   pure subroutine move(self, c, slope, point)
       class(correction_t), intent(in) :: self
-      real(wp), intent(in) :: c, slope(3), push
+      real(wp), intent(in) :: c
+      type(slope_t), intent(in) :: slope
       type(point_t), intent(inout) :: point
-      real(wp) :: b(3), gamma(3), change(3), u(3), scalar, factor
-      b = (0.5_wp*c)*slope
-      if (self%pushes) then
-         change = point%omega
-         if (self%components == ALONG_AXIS) then
-            gamma = matmul(point%to_body, self%axis)
-            change = change - dot_product(change, gamma)*gamma
-         end if
-         point%momentum = point%momentum - (c*push)*change
-      end if
-      factor = b(1)*b(1) + b(2)*b(2) + b(3)*b(3)
-      ! R(c)ᵀL = L + 2/(1+|b|²) (L×b + (L×b)×b)
-      scalar = 2/(1 + factor)
-      associate (l => point%momentum)
-         u(1) = l(2)*b(3) - l(3)*b(2)
-         u(2) = l(3)*b(1) - l(1)*b(3)
-         u(3) = l(1)*b(2) - l(2)*b(1)
-         change(1) = u(1) + u(2)*b(3) - u(3)*b(2)
-         change(2) = u(2) + u(3)*b(1) - u(1)*b(3)
-         change(3) = u(3) + u(1)*b(2) - u(2)*b(1)
-      end associate
-      point%momentum = point%momentum + scalar*change
+      real(wp) :: b(3), factor
+      b = (0.5_wp*c)*slope%turn
+      factor = 1 + (b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
+      if (self%pushes) point%momentum = point%momentum - (c*slope%inertia)*slope%omega
+      if (self%components /= ALL_COMPONENTS) call turn_back(b, factor, point%momentum)
       if (.not. self%attitude) return
-      scalar = 1/sqrt(1 + factor)
-      b = scalar*b
-      associate (q => point%q)
-         point%q = [scalar*q(1) - q(2)*b(1) - q(3)*b(2) - q(4)*b(3), &
-                    scalar*q(2) + q(1)*b(1) + q(3)*b(3) - q(4)*b(2), &
-                    scalar*q(3) + q(1)*b(2) + q(4)*b(1) - q(2)*b(3), &
-                    scalar*q(4) + q(1)*b(3) + q(2)*b(2) - q(3)*b(1)]
-      end associate
+      point%q = (1/sqrt(factor))*(point%q + times(point%q, b))
       call set_rows(point)
+      call set_gamma(self, point)
       if (self%components == ALL_COMPONENTS) call set_momentum(self, point)
    end subroutine move
 
-   !> q normalised, L, and Rᵀ.
-   pure subroutine read_state(self, state, point)
+   !> R(c)ᵀL = L + u + u×b, u = 2 L×b/(1 + |b|²), with c = (1 + b)/√(1 + |b|²).
+   pure subroutine turn_back(b, factor, momentum)
+      !> b, and 1 + |b|²; shape (3).
+      real(wp), intent(in) :: b(3), factor
+      !> Shape (3).
+      real(wp), intent(inout) :: momentum(3)
+      real(wp) :: u(3)
+      u = (2/factor)*across(momentum, b)
+      momentum = momentum + (u + across(u, b))
+   end subroutine turn_back
+
+   !> The last move: one so short that its square is round-off, after which q and L alone are needed.
+   pure subroutine move_little(self, c, slope, point)
       class(correction_t), intent(in) :: self
+      real(wp), intent(in) :: c
+      type(slope_t), intent(in) :: slope
+      type(point_t), intent(inout) :: point
+      if (self%attitude) point%q = point%q + times(point%q, (0.5_wp*c)*slope%turn)
+      if (self%pushes) point%momentum = point%momentum - (c*slope%inertia)*slope%omega
+      if (self%components == ALL_COMPONENTS) then
+         call set_rows(point)
+         call set_momentum(self, point)
+      else
+         point%momentum = point%momentum + across(point%momentum, c*slope%turn)
+      end if
+   end subroutine move_little
+
+   !> a×b; here, so that it is compiled into its callers; shape (3).
+   pure function across(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c(1) = a(2)*b(3) - a(3)*b(2)
+      c(2) = a(3)*b(1) - a(1)*b(3)
+      c(3) = a(1)*b(2) - a(2)*b(1)
+   end function across
+
+   !> q∘[0, v]; shape (4).
+   pure function times(q, v) result(r)
+      real(wp), intent(in) :: q(4), v(3)
+      real(wp) :: r(4)
+      r(1) = -(q(2)*v(1) + q(3)*v(2) + q(4)*v(3))
+      r(2) = q(1)*v(1) + q(3)*v(3) - q(4)*v(2)
+      r(3) = q(1)*v(2) + q(4)*v(1) - q(2)*v(3)
+      r(4) = q(1)*v(3) + q(2)*v(2) - q(3)*v(1)
+   end function times
+
+   !> q normalised, and Rᵀ.
+   pure subroutine take_attitude(state, point)
       type(state_t), intent(in) :: state
-      type(point_t), intent(out) :: point
-      real(wp) :: square, half
-      associate (q => state%q, p => state%p)
-         square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
-         half = 0.5_wp/square
-         point%momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
-         point%momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
-         point%momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+      type(point_t), intent(inout) :: point
+      real(wp) :: square
+      associate (q => state%q)
+         square = (q(1)*q(1) + q(2)*q(2)) + (q(3)*q(3) + q(4)*q(4))
          if (abs(square - 1) <= nearly_unit) then
             point%q = (1.5_wp - 0.5_wp*square)*q
          else
@@ -378,7 +447,20 @@ contains
          end if
       end associate
       call set_rows(point)
-   end subroutine read_state
+   end subroutine take_attitude
+
+   !> The L of p = 2 q∘[0, L], whatever round-off |q| has gathered.
+   pure subroutine take_momentum(state, point)
+      type(state_t), intent(in) :: state
+      type(point_t), intent(inout) :: point
+      real(wp) :: half
+      associate (q => state%q, p => state%p)
+         half = 0.5_wp/((q(1)*q(1) + q(2)*q(2)) + (q(3)*q(3) + q(4)*q(4)))
+         point%momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
+         point%momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
+         point%momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+      end associate
+   end subroutine take_momentum
 
    !> Rᵀ of a unit quaternion.
    pure subroutine set_rows(point)
@@ -396,37 +478,47 @@ contains
       end associate
    end subroutine set_rows
 
+   !> γ = Rᵀn, where l·n is conserved.
+   pure subroutine set_gamma(self, point)
+      class(correction_t), intent(in) :: self
+      type(point_t), intent(inout) :: point
+      if (self%components /= ALONG_AXIS) return
+      associate (n => self%axis)
+         point%gamma = point%to_body(:, 1)*n(1) + point%to_body(:, 2)*n(2) + point%to_body(:, 3)*n(3)
+      end associate
+   end subroutine set_gamma
+
    !> Gives the conserved components of the momentum their stored values.
    pure subroutine set_momentum(self, point)
       class(correction_t), intent(in) :: self
       type(point_t), intent(inout) :: point
-      real(wp) :: gamma(3), length
+      real(wp) :: length
       select case (self%components)
       case (ALL_COMPONENTS)
-         associate (l => self%now%momentum)
+         associate (l => self%momentum)
             point%momentum = point%to_body(:, 1)*l(1) + point%to_body(:, 2)*l(2) + point%to_body(:, 3)*l(3)
          end associate
       case (ALONG_AXIS)
-         associate (n => self%axis, l => point%momentum)
-            gamma = point%to_body(:, 1)*n(1) + point%to_body(:, 2)*n(2) + point%to_body(:, 3)*n(3)
-            point%momentum = l + (self%now%component - (l(1)*gamma(1) + l(2)*gamma(2) + l(3)*gamma(3)))*gamma
+         associate (l => point%momentum, gamma => point%gamma)
+            l = l + (self%component - (l(1)*gamma(1) + l(2)*gamma(2) + l(3)*gamma(3)))*gamma
          end associate
       case (ONLY_LENGTH)
          length = norm2(point%momentum)
-         if (length > 0.0_wp) point%momentum = (self%now%component/length)*point%momentum
+         if (length > 0.0_wp) point%momentum = (self%component/length)*point%momentum
       case default
          return
       end select
    end subroutine set_momentum
 
    !> Ω, L̇, T, H and the size of its terms.
-   pure subroutine evaluate(self, system, point)
+   pure subroutine evaluate(self, effects, point)
       class(correction_t), intent(in) :: self
-      type(system_t), intent(in) :: system
+      type(effect_list_t), intent(in) :: effects
       type(point_t), intent(inout) :: point
       real(wp) :: x(3)
-      associate (l => point%momentum, w => point%omega, inverse => self%inverse_inertia)
-         x = l - self%rotor
+      associate (w => point%omega, inverse => self%inverse_inertia)
+         x = point%momentum
+         if (self%has_rotor) x = x - self%rotor
          if (self%diagonal) then
             w(1) = inverse(1, 1)*x(1)
             w(2) = inverse(2, 2)*x(2)
@@ -438,56 +530,56 @@ contains
          point%energy = 0.5_wp*point%twice_kinetic
          point%size = point%energy
          if (self%has_rotor) point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3))
-         point%rate(1) = l(2)*w(3) - l(3)*w(2)
-         point%rate(2) = l(3)*w(1) - l(1)*w(3)
-         point%rate(3) = l(1)*w(2) - l(2)*w(1)
+         associate (l => point%momentum, rate => point%rate)
+            rate(1) = l(2)*w(3) - l(3)*w(2)
+            rate(2) = l(3)*w(1) - l(1)*w(3)
+            rate(3) = l(1)*w(2) - l(2)*w(1)
+         end associate
       end associate
-      if (.not. self%attitude) then
-         if (self%pushes) point%rate = 0.0_wp
-         return
-      end if
-      if (size(self%moment, 2) > 0) call add_linear(self, point)
-      if (size(self%others) > 0) call add_others(self, system%effects, point)
+      if (self%has_weight) call add_weight(self%weight, point)
+      if (self%has_others) call add_others(self%others, effects, point)
+      if (.not. self%attitude .and. self%pushes) point%rate = 0.0_wp
    end subroutine evaluate
 
-   !> Adds U = -m·γ and m×γ of the linear potentials.
-   pure subroutine add_linear(self, point)
-      class(correction_t), intent(in) :: self
+   !> Adds U and γ×∇U.
+   pure subroutine add_potential(energy, slope, gamma, point)
+      !> U, J, and ∇U; shape (3).
+      real(wp), intent(in) :: energy, slope(3)
+      !> Shape (3).
+      real(wp), intent(in) :: gamma(3)
       type(point_t), intent(inout) :: point
-      real(wp) :: gamma(3), energy
-      integer :: i
-      do i = 1, size(self%moment, 2)
-         associate (m => self%moment(:, i), n => self%direction(:, i))
-            gamma = point%to_body(:, 1)*n(1) + point%to_body(:, 2)*n(2) + point%to_body(:, 3)*n(3)
-            energy = -(m(1)*gamma(1) + m(2)*gamma(2) + m(3)*gamma(3))
-            point%energy = point%energy + energy
-            point%size = point%size + abs(energy)
-            point%rate(1) = point%rate(1) + (m(2)*gamma(3) - m(3)*gamma(2))
-            point%rate(2) = point%rate(2) + (m(3)*gamma(1) - m(1)*gamma(3))
-            point%rate(3) = point%rate(3) + (m(1)*gamma(2) - m(2)*gamma(1))
-         end associate
-      end do
-   end subroutine add_linear
+      point%energy = point%energy + energy
+      point%size = point%size + abs(energy)
+      point%rate(1) = point%rate(1) + (gamma(2)*slope(3) - gamma(3)*slope(2))
+      point%rate(2) = point%rate(2) + (gamma(3)*slope(1) - gamma(1)*slope(3))
+      point%rate(3) = point%rate(3) + (gamma(1)*slope(2) - gamma(2)*slope(1))
+   end subroutine add_potential
+
+   !> Adds U = -m·γ and γ×∇U = m×γ of the potentials linear in n.
+   pure subroutine add_weight(m, point)
+      !> Shape (3).
+      real(wp), intent(in) :: m(3)
+      type(point_t), intent(inout) :: point
+      associate (gamma => point%gamma)
+         call add_potential(-(m(1)*gamma(1) + m(2)*gamma(2) + m(3)*gamma(3)), -m, gamma, point)
+      end associate
+   end subroutine add_weight
 
    !> Adds U and γ×∇U of the other potentials.
-   pure subroutine add_others(self, effects, point)
-      class(correction_t), intent(in) :: self
+   pure subroutine add_others(others, effects, point)
+      !> Which potentials; shape (any).
+      integer, intent(in) :: others(:)
       type(effect_list_t), intent(in) :: effects
       type(point_t), intent(inout) :: point
-      real(wp) :: gamma(3), slope(3), energy
+      real(wp) :: gamma(3), slope(3)
       integer :: i
-      do i = 1, size(self%others)
-         associate (potential => effects%potentials(self%others(i))%item)
-            gamma = point%to_body(:, 1)*potential%direction(1) + point%to_body(:, 2)*potential%direction(2) &
-                    + point%to_body(:, 3)*potential%direction(3)
-            energy = potential%energy(gamma)
+      do i = 1, size(others)
+         associate (potential => effects%potentials(others(i))%item, rows => point%to_body)
+            gamma = rows(:, 1)*potential%direction(1) + rows(:, 2)*potential%direction(2) &
+                    + rows(:, 3)*potential%direction(3)
             slope = potential%gradient(gamma)
+            call add_potential(potential%energy(gamma), slope, gamma, point)
          end associate
-         point%energy = point%energy + energy
-         point%size = point%size + abs(energy)
-         point%rate(1) = point%rate(1) + (gamma(2)*slope(3) - gamma(3)*slope(2))
-         point%rate(2) = point%rate(2) + (gamma(3)*slope(1) - gamma(1)*slope(3))
-         point%rate(3) = point%rate(3) + (gamma(1)*slope(2) - gamma(2)*slope(1))
       end do
    end subroutine add_others
 
@@ -508,15 +600,8 @@ contains
       class(correction_t), intent(in) :: self
       type(point_t), intent(in) :: point
       type(state_t), intent(inout) :: state
-      real(wp) :: double(3)
       if (self%attitude) state%q = point%q
-      double = 2*point%momentum
-      associate (q => state%q)
-         state%p(1) = -(q(2)*double(1) + q(3)*double(2) + q(4)*double(3))
-         state%p(2) = q(1)*double(1) + q(3)*double(3) - q(4)*double(2)
-         state%p(3) = q(1)*double(2) + q(4)*double(1) - q(2)*double(3)
-         state%p(4) = q(1)*double(3) + q(2)*double(2) - q(3)*double(1)
-      end associate
+      state%p = times(state%q, 2*point%momentum)
       state%q_carry = 0.0_wp
       state%p_carry = 0.0_wp
    end subroutine write_state

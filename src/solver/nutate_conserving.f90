@@ -60,10 +60,12 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      type(state_t) :: first
-      real(wp) :: work
+      real(wp) :: work, t, q_carry(4), p_carry(4)
       integer :: i
-      first = state
+      t = state%t
+      q_carry = state%q_carry
+      p_carry = state%p_carry
+      call self%correction%follow(system, state)
       self%base%is_part = self%is_part
       self%base%whole_middle = self%whole_middle
       call self%base%step(system, state, dt, status)
@@ -76,9 +78,12 @@ contains
          work = work + self%work(i)
       end do
       self%error_estimate = self%base%error_estimate
-      call self%correction%follow(system, first)
       call self%correction%correct(system, state, work, status)
-      if (status%code /= 0) state = first
+      if (status%code == 0) return
+      call self%correction%restore(state)
+      state%t = t
+      state%q_carry = q_carry
+      state%p_carry = p_carry
    end subroutine step
 
 end module nutate_conserving
