@@ -114,17 +114,16 @@ contains
       end if
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*a(2:4), self%work)
-      call accept(self, system, state, dt, z, a)
+      call accept(self, state, dt, z, a)
    end subroutine step
 
    !> Moves the state by the increments that the root z with its rate a stands for, and remembers z.
-   pure subroutine accept(self, system, state, dt, z, a)
+   pure subroutine accept(self, state, dt, z, a)
       class(nielsen_krenk_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, z(8), a(4)
       real(wp) :: dq(4), dp(4)
-      call self%equations%increments(system, state, z, a, dq, dp)
+      call self%equations%increments(state, z, a, dq, dp)
       call add_increment(state%q, state%q_carry, dq)
       call add_increment(state%p, state%p_carry, dp)
       state%t = state%t + dt

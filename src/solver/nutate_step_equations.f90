@@ -118,19 +118,20 @@ contains
       r(5:8) = r(5:8) - (2*self%dt/(self%unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
 
-   !> q1 - q0 and p1 - p0 at the root. They follow from its a alone: with α = ⅛Δt a and κ = Cα the equations of the step
-   !> are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f, f = 2 q0∘(1-α)*∘s/|q0|². Taken from z instead, seen from
-   !> u, they would carry the rounding of |u| along, and |p| would drift in proportion to the number of steps.
-   pure subroutine increments(self, system, state, z, a, dq, dp)
+   !> q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a and κ = Cα the equations
+   !> of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. Taken from z instead, seen from u, it would
+   !> carry the rounding of |u| along, and |p| would drift in proportion to the number of steps. The impulse Δt f is
+   !> what z has beyond the free motion: evaluated from a, a damping much stronger than the inertia would blow up a's
+   !> rounding.
+   pure subroutine increments(self, state, z, a, dq, dp)
       class(step_equations_t), intent(in) :: self
-      type(system_t), intent(in) :: system
       !> At the start of the step.
       type(state_t), intent(in) :: state
       !> Root, shape (8), and the a that belongs to it, shape (4).
       real(wp), intent(in) :: z(8), a(4)
       !> Shape (4); the second in kg m²/s.
       real(wp), intent(out) :: dq(4), dp(4)
-      real(wp) :: alpha(4), turn(4), beta, s(4)
+      real(wp) :: alpha(4), turn(4), beta, impulse(4)
       alpha = (0.125_wp*self%dt)*a
       beta = alpha(2)**2 + alpha(3)**2 + alpha(4)**2
       turn = [alpha(1)*(1 - alpha(1)) - beta, alpha(2:4)]
@@ -138,9 +139,9 @@ contains
       turn(1) = -alpha(1)*(1 + alpha(1)) - beta
       dp = quat_product(state%p, turn)
       if (self%forces%active) then
-         call self%forces%evaluate(system%effects, self%x0 + z(1:4), self%x0 + 0.5_wp*z(1:4), 0.5_wp*a(2:4), s)
-         turn = quat_product(quat_product([1 - alpha(1), alpha(2:4)], s), [1 + alpha(1), alpha(2:4)])
-         dp = dp + (self%dt/dot_product(state%q, state%q))*quat_product(state%q, turn)
+         impulse = z(5:8) + 2*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*alpha)
+         turn = quat_product(impulse, [1 + alpha(1), alpha(2:4)])
+         dp = dp + (0.5_wp*self%unit)*quat_product(self%frame, turn)
       end if
       dp = (2/((1 + alpha(1))**2 + beta))*dp
    end subroutine increments
