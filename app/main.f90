@@ -2,11 +2,12 @@
 program main
    use nutate_check_command, only: check_command
    use nutate_cli, only: argument_t, command_t, get_arguments, parse_arguments
-   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT
+   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
    use nutate_cost_command, only: cost_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
    use nutate_help, only: help_page
    use nutate_run_command, only: run_command
+   use nutate_signals, only: end_by_signal
    use nutate_version, only: version
    implicit none
    type(argument_t), allocatable :: arguments(:)
@@ -37,5 +38,6 @@ program main
       call show_page(help_page(''), STANDARD_ERROR, exit_code)
       exit_code = EXIT_INPUT
    end select
+   if (exit_code > EXIT_SIGNAL) call end_by_signal(exit_code - EXIT_SIGNAL)
    if (exit_code /= 0) stop exit_code, quiet=.true.
 end program main

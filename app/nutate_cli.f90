@@ -29,7 +29,7 @@ module nutate_cli
 
    !> One option.
    type :: option_t
-      character(len=12) :: name
+      character(len=16) :: name
       !> What its value stands for; blank for an option without value.
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
@@ -38,7 +38,7 @@ module nutate_cli
    end type option_t
 
    !> All options.
-   type(option_t), parameter :: options(9) = [ &
+   type(option_t), parameter :: options(12) = [ &
       option_t('--output', 'FILE', 'run', 'where to write the history; - is standard output'), &
       option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost', &
                'override a value of the scene; may be given several times'), &
@@ -47,6 +47,9 @@ module nutate_cli
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
       option_t('--quiet', '', 'run', 'no progress bar and no summary; errors are still shown'), &
       option_t('--max-steps', 'N', 'run', 'end a run that needs more than N steps, with exit status 3'), &
+      option_t('--checkpoint', 'FILE', 'run', 'note in FILE how to go on, should the run be interrupted'), &
+      option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
+      option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &
       option_t('--help', '', 'run,check,cost', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
@@ -63,6 +66,10 @@ module nutate_cli
       character(len=:), allocatable :: overrides(:)
       logical :: quiet = .false.
       integer(long) :: max_steps = huge(1_long)
+      !> Where to write checkpoints, and the one to go on from; not allocated where not wanted.
+      character(len=:), allocatable :: checkpoint, resume
+      !> Time between checkpoints, s.
+      real(wp) :: every_seconds = 60.0_wp
       !> Where to draw and to write the runs of a cost study; not allocated where not wanted.
       character(len=:), allocatable :: plot, csv
       !> Time for a cost study, s.
@@ -191,7 +198,15 @@ contains
          if (.not. is_picture(value)) &
             command%error = '--plot '//quoted(value)//' is no picture (expected the name of a file in .svg or .png)'
       case ('--seconds')
-         call take_seconds(value, command)
+         call take_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
+      case ('--checkpoint')
+         command%checkpoint = value
+         if (value == '') command%error = '--checkpoint needs the name of a file'
+      case ('--every-seconds')
+         call take_seconds(name, value, 0.0_wp, '0', command%every_seconds, command%error)
+      case ('--resume')
+         command%resume = value
+         if (value == '') command%error = '--resume needs the name of a file'
       case ('--quiet')
          command%quiet = .true.
       case ('--max-steps')
@@ -213,15 +228,20 @@ contains
       if (len(name) > 4) is_picture = name(len(name) - 3:) == '.svg' .or. name(len(name) - 3:) == '.png'
    end function is_picture
 
-   !> Notes the time for a cost study.
-   subroutine take_seconds(value, command)
-      character(len=*), intent(in) :: value
-      type(command_t), intent(inout) :: command
-      real(wp), parameter :: least = 0.1_wp, most = 1e6_wp
+   !> Notes a time.
+   subroutine take_seconds(name, value, least, least_text, seconds, error)
+      !> The option and its value.
+      character(len=*), intent(in) :: name, value
+      !> The shortest time, s, as a number and as text.
+      real(wp), intent(in) :: least
+      character(len=*), intent(in) :: least_text
+      real(wp), intent(inout) :: seconds
+      character(len=:), allocatable, intent(inout) :: error
+      real(wp), parameter :: most = 1e6_wp
       character(len=:), allocatable :: problem
-      call read_real(value, command%seconds, problem)
-      if (problem == '' .and. command%seconds >= least .and. command%seconds <= most) return
-      command%error = '--seconds '//quoted(value)//' is not a time (expected 0.1 to 1e6 s)'
+      call read_real(value, seconds, problem)
+      if (problem == '' .and. seconds >= least .and. seconds <= most) return
+      error = name//' '//quoted(value)//' is not a time (expected '//least_text//' to 1e6 s)'
    end subroutine take_seconds
 
    !> Takes the words that are no options: the command, which may be left out, and the scene.
@@ -278,6 +298,8 @@ contains
             return
          end if
       end do
+      if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
+          allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
    end subroutine check_options
 
    !> What to try instead of an unknown name.

@@ -8,11 +8,13 @@ module nutate_console
    private
 
    public :: page_t, say_error, show_page, count_text, vector_text, plural
-   public :: EXIT_SUCCESS, EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT
+   public :: EXIT_SUCCESS, EXIT_INPUT, EXIT_RUN, EXIT_OUTPUT, EXIT_SIGNAL
 
    !> Exit codes: all went well; the command line or the scene is wrong; the run failed half-way; the output cannot
    !> be written.
    integer, parameter :: EXIT_SUCCESS = 0, EXIT_INPUT = 2, EXIT_RUN = 3, EXIT_OUTPUT = 4
+   !> To this the number of the signal is added that stopped the program.
+   integer, parameter :: EXIT_SIGNAL = 128
    !> Width of the labels' column.
    integer, parameter :: label_width = 20
 

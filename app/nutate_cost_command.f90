@@ -1,7 +1,8 @@
 !> `nutate cost SCENE`: what accuracy costs in time on a scene.
 module nutate_cost_command
    use nutate_cli, only: command_t
-   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SUCCESS
+   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
+      EXIT_SUCCESS
    use nutate_cost_answer, only: add_answer
    use nutate_cost_csv, only: cost_csv_t
    use nutate_cost_plot, only: cost_plot_t, gnuplot_is_here
@@ -15,6 +16,7 @@ module nutate_cost_command
    use nutate_reference, only: reference_methods, reference_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
+   use nutate_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
    use nutate_status, only: status_t
    use nutate_stopwatch, only: stopwatch_t
    use nutate_study_run, only: fastest_rate, problem_t
@@ -53,7 +55,15 @@ contains
       call open_outputs(command, scene, study, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       study%problem = problem_t(scene%system, scene%initial, scene%plan%end_time, scene%integrator)
+      allocate (stop_watcher_t :: study%problem%onlooker)
+      call watch_signals()
       call measure(study, scene%plan%time_step, command%seconds)
+      if (caught_signal() /= 0) then
+         call discard_outputs(study)
+         call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; nothing was written')
+         exit_code = EXIT_SIGNAL + caught_signal()
+         return
+      end if
       if (size(study%ladder%runs) == 0) then
          call discard_outputs(study)
          call say_error('nutate: '//printable_path(scene%file)//': no run was completed within '// &
@@ -147,12 +157,12 @@ contains
       ! What the pilot run fails at is said by the runs themselves.
       call fastest_rate(study%problem, first, study%rate, status)
       call study%reference%begin(study%problem, study%rate)
-      do while (.not. study%reference%settled)
+      do while (.not. study%reference%settled .and. caught_signal() == 0)
          call study%reference%refine(study%problem, study%clock, reference_share*seconds)
          call show_progress(progress, study%clock%seconds()/seconds)
       end do
       call study%ladder%begin(study%problem, study%rate, time_step)
-      do while (.not. study%ladder%done)
+      do while (.not. study%ladder%done .and. caught_signal() == 0)
          call study%ladder%climb(study%problem, study%reference, study%clock, seconds)
          call show_progress(progress, study%clock%seconds()/seconds)
       end do

@@ -1,20 +1,23 @@
 !> `nutate run SCENE`: simulates a scene and writes its history.
 module nutate_run_command
    use nutate_accuracy, only: find_error_rate
+   use nutate_archive, only: archive_t
+   use nutate_checkpoint, only: read_checkpoint
    use nutate_cli, only: command_t
-   use nutate_console, only: plural, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SUCCESS
+   use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
    use nutate_control, only: integrate_controlled
-   use nutate_decimal, only: rounded_text
-   use nutate_files, only: same_file, STANDARD_ERROR
-   use nutate_kinds, only: wp, long
+   use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
+   use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_printable, only: printable_path
    use nutate_run, only: integrate, run_summary_t
+   use nutate_run_reports, only: report_checkpoint, report_failure, report_output, report_signal, kept_rows
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
+   use nutate_signals, only: caught_signal, signal_flag, stop_watcher_t, watch_signals
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, NUTATE_IO
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
    use nutate_stepper, only: stepper_t
    use nutate_summary, only: summary_page
    implicit none
@@ -31,128 +34,228 @@ contains
       type(scene_t) :: scene
       class(stepper_t), allocatable :: stepper
       type(run_watcher_t) :: watcher
+      type(archive_t), allocatable :: archive
       type(status_t) :: status
 
       call load_scene(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
+      call watch_signals()
       scene%plan%max_steps = command%max_steps
-      exit_code = EXIT_INPUT
-      if (same_file(scene%file, scene%output%file)) then
-         call say_error('nutate: '//printable_path(scene%output%file)// &
-                        ' is the scene itself and will not be written over')
-         return
-      end if
+      call take_checkpoint(command, scene, archive, exit_code)
+      if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
       call make_stepper(scene%system, scene%integrator, stepper, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
+         exit_code = EXIT_INPUT
          return
       end if
-      if (scene%control%accuracy > 0.0_wp) then
-         call find_error_rate(scene%system, scene%integrator, scene%initial, scene%plan, scene%control, status)
-         if (.not. status%ok()) then
-            call say_error('nutate: '//printable_path(scene%file)//': a pilot run failed: '//trim(status%message))
-            exit_code = EXIT_RUN
-            return
-         end if
+      if (scene%control%accuracy > 0.0_wp .and. .not. allocated(archive)) call find_steps(scene, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      if (allocated(command%checkpoint)) then
+         call watcher%checkpoint%prepare(command%checkpoint, command%every_seconds, scene, is_resumed(command))
+      else if (allocated(command%resume)) then
+         call watcher%checkpoint%prepare(command%resume, command%every_seconds, scene, .true.)
       end if
-      call watcher%history%open(scene%output%file, scene%output%columns, scene%system, scene%initial, &
-                                scene%integrator%inverse_auxiliary_inertia, status)
-      if (.not. status%ok()) then
-         call report_output(scene, status)
-         if (status%code == NUTATE_IO) exit_code = EXIT_OUTPUT
-         return
-      end if
-      call simulate(command, scene, stepper, watcher, exit_code)
+      call open_history(command, scene, watcher, archive, exit_code)
+      if (exit_code == EXIT_SUCCESS) call simulate(command, scene, stepper, watcher, archive, exit_code)
    end subroutine run_command
 
+   !> Reads the checkpoint that the run is to go on from, if there is one.
+   subroutine take_checkpoint(command, scene, archive, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(inout) :: scene
+      !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
+      type(archive_t), allocatable, intent(out) :: archive
+      integer, intent(out) :: exit_code
+      character(len=:), allocatable :: content, problem
+      exit_code = EXIT_SUCCESS
+      if (.not. allocated(command%resume)) return
+      exit_code = EXIT_INPUT
+      call read_checkpoint(command%resume, scene, content, problem)
+      if (problem == '' .and. allocated(command%output)) then
+         if (command%output /= scene%output%file) problem = 'the rows of '//printable_path(command%resume)//' are in '// &
+            printable_path(scene%output%file)//' (expected no other --output)'
+      end if
+      if (problem /= '') then
+         call say_error('nutate: '//problem)
+         return
+      end if
+      allocate (archive)
+      call archive%begin_reading(content)
+      exit_code = EXIT_SUCCESS
+   end subroutine take_checkpoint
+
+   !> Refuses names of files by which the run would destroy its scene, its rows or another run's checkpoint.
+   subroutine check_names(command, scene, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      integer, intent(inout) :: exit_code
+      character(len=:), allocatable :: problem
+      problem = ''
+      if (same_file(scene%file, scene%output%file)) &
+         problem = printable_path(scene%output%file)//' is the scene itself and will not be written over'
+      if (allocated(command%checkpoint)) then
+         associate (file => command%checkpoint)
+            if (.not. goes_to_file(scene%output%file)) then
+               problem = '--checkpoint needs rows in a file (expected --output FILE)'
+            else if (file == scene%output%file) then
+               problem = '--checkpoint '//printable_path(file)//' is where the rows go'
+            else if (file_exists(file) .and. .not. is_resumed(command)) then
+               problem = printable_path(file)//' exists: go on with --resume, or remove it'
+            end if
+         end associate
+      end if
+      if (problem == '') return
+      call say_error('nutate: '//problem)
+      exit_code = EXIT_INPUT
+   end subroutine check_names
+
+   !> True where checkpoints go on in the file of the one resumed.
+   logical function is_resumed(command)
+      type(command_t), intent(in) :: command
+      is_resumed = .false.
+      if (allocated(command%resume)) is_resumed = same_file(command%resume, command%checkpoint)
+   end function is_resumed
+
+   !> Finds the steps that keep to the scene's accuracy.
+   subroutine find_steps(scene, exit_code)
+      type(scene_t), intent(inout) :: scene
+      integer, intent(inout) :: exit_code
+      type(stop_watcher_t) :: watcher
+      type(status_t) :: status
+      call find_error_rate(scene%system, scene%integrator, scene%initial, scene%plan, scene%control, status, watcher)
+      if (status%ok()) return
+      call say_error('nutate: '//printable_path(scene%file)//': a pilot run failed: '//trim(status%message))
+      exit_code = EXIT_RUN
+      if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
+   end subroutine find_steps
+
+   !> Opens the history, or goes on with that of an archive.
+   subroutine open_history(command, scene, watcher, archive, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(run_watcher_t), intent(inout) :: watcher
+      type(archive_t), allocatable, intent(inout) :: archive
+      integer, intent(inout) :: exit_code
+      type(status_t) :: status
+      watcher%history%file%stop_flag = signal_flag()
+      associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
+         if (allocated(archive)) then
+            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status)
+         else
+            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status)
+         end if
+      end associate
+      if (status%ok()) return
+      if (allocated(archive)) then
+         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '// &
+                        printable_path(scene%output%file//'.partial')//': '//trim(status%message))
+         exit_code = EXIT_INPUT
+      else if (caught_signal() /= 0) then
+         call report_signal(scene)
+         exit_code = EXIT_SIGNAL + caught_signal()
+      else
+         call report_output(scene, status)
+         exit_code = EXIT_INPUT
+         if (status%code == NUTATE_IO) exit_code = EXIT_OUTPUT
+      end if
+   end subroutine open_history
+
    !> Integrates and ends the history, complete or not.
-   subroutine simulate(command, scene, stepper, watcher, exit_code)
+   subroutine simulate(command, scene, stepper, watcher, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       class(stepper_t), intent(inout) :: stepper
       type(run_watcher_t), intent(inout) :: watcher
+      !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
+      type(archive_t), allocatable, intent(inout) :: archive
       integer, intent(out) :: exit_code
+      type(archive_t), allocatable :: resumed
       type(run_summary_t) :: summary
       type(state_t) :: state
-      type(status_t) :: status, closing
-      integer(long) :: started, ended
+      type(status_t) :: status
 
       state = scene%initial
       call watcher%start(scene%system, state, scene%plan, scene%integrator, command%quiet)
-      call system_clock(started)
+      if (allocated(archive)) call resume(watcher, archive, resumed)
+      ! Not allocated, `resumed` counts as absent.
       if (scene%control%active()) then
          call integrate_controlled(scene%system, scene%integrator, scene%control, state, scene%plan, watcher, summary, &
-                                   status)
+                                   status, resumed)
       else
-         call integrate(scene%system, stepper, state, scene%plan, watcher, summary, status)
+         call integrate(scene%system, stepper, state, scene%plan, watcher, summary, status, resumed)
       end if
       call watcher%progress%erase()
-      if (.not. status%ok()) then
-         call watcher%history%abandon(closing)
-         exit_code = EXIT_RUN
-         if (status%code == NUTATE_IO) exit_code = EXIT_OUTPUT
-         if (status%code == NUTATE_IO) call report_output(scene, status, kept_rows(watcher, closing))
-         if (status%code /= NUTATE_IO) call report_failure(scene, watcher, state%t, summary, status, closing)
-         return
-      end if
-      call watcher%history%finish(status)
-      call system_clock(ended)
-      if (.not. status%ok()) then
-         exit_code = EXIT_OUTPUT
-         call report_output(scene, status, kept_rows(watcher, status))
-      else if (command%quiet) then
-         exit_code = EXIT_SUCCESS
+      if (status%ok()) then
+         call complete(command, scene, watcher, summary, exit_code)
       else
-         call show_page(summary_page(scene, watcher, summary, real(ended - started, wp)/real(watcher%rate, wp)), &
-                        STANDARD_ERROR, exit_code)
+         call give_up(scene, watcher, state, summary, status, exit_code)
       end if
    end subroutine simulate
 
-   !> Says that the output cannot be written.
-   subroutine report_output(scene, status, kept)
-      type(scene_t), intent(in) :: scene
-      type(status_t), intent(in) :: status
-      !> Where rows are kept.
-      character(len=*), intent(in), optional :: kept
-      character(len=:), allocatable :: name
-      name = printable_path(scene%output%file)
-      if (name == '-') name = 'standard output'
-      if (present(kept)) then
-         call say_error('nutate: cannot write '//name//': '//trim(status%message)//kept)
-      else
-         call say_error('nutate: cannot write '//name//': '//trim(status%message))
-      end if
-   end subroutine report_output
+   !> Gives the watcher its part of an archive, and the rest to the run.
+   subroutine resume(watcher, archive, resumed)
+      type(run_watcher_t), intent(inout) :: watcher
+      type(archive_t), intent(inout) :: archive
+      type(archive_t), allocatable, intent(out) :: resumed
+      character(len=:), allocatable :: content
+      call watcher%resume(archive)
+      content = ''
+      call archive%transfer(content)
+      allocate (resumed)
+      call resumed%begin_reading(content)
+   end subroutine resume
 
-   !> Says when and why a run failed and where its rows are.
-   subroutine report_failure(scene, watcher, t, summary, status, closing)
+   !> Gives a complete history its name and says what the run came to.
+   subroutine complete(command, scene, watcher, summary, exit_code)
+      type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
-      type(run_watcher_t), intent(in) :: watcher
-      !> Time reached, s.
-      real(wp), intent(in) :: t
+      type(run_watcher_t), intent(inout) :: watcher
       type(run_summary_t), intent(in) :: summary
-      type(status_t), intent(in) :: status
-      !> What closing the history came to.
-      type(status_t), intent(in) :: closing
-      call say_error('nutate: '//printable_path(scene%file)//': stopped at t = '//rounded_text(t, 9)//' s after '// &
-                     plural(summary%steps, 'step')//': '//trim(status%message)//kept_rows(watcher, closing))
-   end subroutine report_failure
-
-   !> Where the rows of an incomplete history are.
-   function kept_rows(watcher, closing) result(text)
-      type(run_watcher_t), intent(in) :: watcher
-      !> What closing the history came to.
-      type(status_t), intent(in) :: closing
-      character(len=:), allocatable :: text
-      text = ''
-      if (watcher%history%file%kept_in() == '') return
-      if (closing%ok()) then
-         text = '; kept '//plural(watcher%history%rows, 'row')//' up to t = '// &
-                rounded_text(watcher%last_row, 9)//' s in '
-      else
-         text = '; kept whole rows in '
+      integer, intent(out) :: exit_code
+      type(status_t) :: status
+      exit_code = EXIT_SUCCESS
+      call watcher%history%finish(status)
+      if (.not. status%ok()) then
+         exit_code = EXIT_OUTPUT
+         call report_output(scene, status, kept_rows(watcher, status))
+         return
       end if
-      text = text//printable_path(watcher%history%file%kept_in())
-   end function kept_rows
+      call watcher%checkpoint%remove(status)
+      if (.not. status%ok()) then
+         exit_code = EXIT_OUTPUT
+         call report_checkpoint('remove', watcher, status)
+      end if
+      if (.not. command%quiet) call show_page(summary_page(scene, watcher, summary), STANDARD_ERROR, exit_code)
+   end subroutine complete
+
+   !> Ends a history that is not complete, and says why it is not.
+   subroutine give_up(scene, watcher, state, summary, status, exit_code)
+      type(scene_t), intent(in) :: scene
+      type(run_watcher_t), intent(inout) :: watcher
+      !> The last state reached.
+      type(state_t), intent(in) :: state
+      type(run_summary_t), intent(in) :: summary
+      !> Why the run ended.
+      type(status_t), intent(in) :: status
+      integer, intent(out) :: exit_code
+      type(status_t) :: closing
+      call watcher%history%abandon(closing)
+      if (caught_signal() /= 0 .and. (status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO)) then
+         exit_code = EXIT_SIGNAL + caught_signal()
+         call report_signal(scene, watcher, state%t, summary, closing)
+      else if (.not. watcher%checkpoint_status%ok()) then
+         exit_code = EXIT_OUTPUT
+         if (status%code == NUTATE_BAD_ARGUMENT) exit_code = EXIT_INPUT
+         call report_checkpoint('write', watcher, status, kept_rows(watcher, closing))
+      else if (status%code == NUTATE_IO) then
+         exit_code = EXIT_OUTPUT
+         call report_output(scene, status, kept_rows(watcher, closing))
+      else
+         exit_code = EXIT_RUN
+         call report_failure(scene, watcher, state%t, summary, status, closing)
+      end if
+   end subroutine give_up
 
 end module nutate_run_command

@@ -1,12 +1,16 @@
-!> What looks on while a scene is run: the history, the invariants for the summary, the progress bar.
+!> What looks on while a scene is run: the history, the invariants for the summary, the progress bar, checkpoints, and
+!> signals that ask for the end.
 module nutate_run_watcher
+   use nutate_archive, only: archive_t
+   use nutate_checkpoint, only: checkpoint_t
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_progress, only: progress_bar_t
    use nutate_run, only: observer_t, run_plan_t, run_record_t
+   use nutate_signals, only: check_signals
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
@@ -18,19 +22,31 @@ module nutate_run_watcher
       type(history_t) :: history
       type(invariants_t) :: invariants
       type(progress_bar_t) :: progress
+      type(checkpoint_t) :: checkpoint
+      !> What the last checkpoint came to.
+      type(status_t) :: checkpoint_status
       !> The invariants are wanted.
       logical :: measures = .false.
       !> Clock counts spent on rows, and clock counts in a second.
       integer(long) :: row_counts = 0, rate = 1
+      !> Wall time of this run before it was interrupted, s.
+      real(wp) :: seconds_before = 0.0_wp
       !> Time of the last row written, s.
       real(wp) :: last_row = 0.0_wp
       real(wp), private :: t_first = 0.0_wp, duration = 0.0_wp
+      !> Clock count at the start.
+      integer(long), private :: started = 0
    contains
       !> Takes the first state; the history must be open.
       procedure :: start
+      !> Takes what `keep` put in an archive; after `start`.
+      procedure :: resume
+      !> Wall time so far, s.
+      procedure :: seconds
       procedure :: observe => take_row
-      procedure :: poll => show_progress
+      procedure :: poll => look_up
       procedure :: watch => watch_step
+      procedure :: keep => write_checkpoint
    end type run_watcher_t
 
 contains
@@ -42,17 +58,51 @@ contains
       type(state_t), intent(in) :: state
       type(run_plan_t), intent(in) :: plan
       type(integrator_settings_t), intent(in) :: settings
-      !> No progress bar, no invariants.
+      !> No progress bar; no invariants, unless there are checkpoints: who resumes may want to see them.
       logical, intent(in) :: quiet
       self%sees_every_step = self%history%sees_every_step
+      self%keeps_archives = self%checkpoint%is_wanted()
+      ! At once, so that what cannot be written is known at the start.
+      self%wants_archive = self%keeps_archives
       self%t_first = state%t
       self%duration = plan%end_time - state%t
-      self%measures = .not. quiet
+      self%measures = .not. quiet .or. self%keeps_archives
       if (self%measures) call self%invariants%start(system, state, settings%inverse_auxiliary_inertia, &
                                                       settings%attitude)
-      call system_clock(count_rate=self%rate)
+      call system_clock(self%started, self%rate)
       call self%progress%start(wanted=.not. quiet)
    end subroutine start
+
+   !> Takes what `keep` put in an archive; after `start`.
+   subroutine resume(self, archive)
+      class(run_watcher_t), intent(inout) :: self
+      !> Being read.
+      type(archive_t), intent(inout) :: archive
+      call transfer_values(self, archive)
+   end subroutine resume
+
+   !> What lives from row to row beside the history, which is first in an archive.
+   subroutine transfer_values(self, archive)
+      class(run_watcher_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      real(wp) :: row_seconds
+      call self%invariants%transfer(archive)
+      call archive%transfer(self%last_row)
+      row_seconds = real(self%row_counts, wp)/real(self%rate, wp)
+      call archive%transfer(row_seconds)
+      self%row_counts = int(row_seconds*real(self%rate, wp), long)
+      self%seconds_before = self%seconds()
+      call archive%transfer(self%seconds_before)
+      call system_clock(self%started)
+   end subroutine transfer_values
+
+   !> Wall time so far, that before an interruption included, s.
+   real(wp) function seconds(self)
+      class(run_watcher_t), intent(in) :: self
+      integer(long) :: now
+      call system_clock(now)
+      seconds = self%seconds_before + real(now - self%started, wp)/real(self%rate, wp)
+   end function seconds
 
    !> Writes a row and measures the invariants. Errors: those of the history.
    subroutine take_row(self, system, state, record, status)
@@ -72,15 +122,17 @@ contains
       if (abs(self%duration) > 0.0_wp) call self%progress%update((state%t - self%t_first)/self%duration, after)
    end subroutine take_row
 
-   !> Shows the progress where rows are rare.
-   subroutine show_progress(self, fraction, status)
+   !> Shows the progress where rows are rare, asks for a checkpoint when it is time, and ends the run on a signal.
+   subroutine look_up(self, fraction, status)
       class(run_watcher_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       integer(long) :: now
       call system_clock(now)
       call self%progress%update(fraction, now)
-   end subroutine show_progress
+      call check_signals(status)
+      self%wants_archive = self%checkpoint%is_due(now) .or. (self%keeps_archives .and. .not. status%ok())
+   end subroutine look_up
 
    !> Lets the history follow what it must.
    subroutine watch_step(self, state)
@@ -88,5 +140,28 @@ contains
       type(state_t), intent(in) :: state
       call self%history%watch(state)
    end subroutine watch_step
+
+   !> Writes a checkpoint: the rows so far to the disk, then what is needed to go on. Errors: `NUTATE_IO`; for a method
+   !> that cannot be archived `NUTATE_BAD_ARGUMENT`.
+   subroutine write_checkpoint(self, archive, status)
+      class(run_watcher_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      type(archive_t) :: outer
+      character(len=:), allocatable :: inner
+      if (archive%problem() /= '') then
+         status = fail(NUTATE_BAD_ARGUMENT, archive%problem())
+      else
+         call outer%begin_writing()
+         call self%history%transfer(outer, status)
+      end if
+      if (status%ok()) then
+         call transfer_values(self, outer)
+         inner = archive%content()
+         call outer%transfer(inner)
+         call self%checkpoint%write(outer%content(), status)
+      end if
+      self%checkpoint_status = status
+   end subroutine write_checkpoint
 
 end module nutate_run_watcher

@@ -19,18 +19,16 @@ module nutate_summary
 contains
 
    !> Steps, times, iterations and how well the invariants were kept over the rows.
-   function summary_page(scene, watcher, summary, seconds) result(page)
+   function summary_page(scene, watcher, summary) result(page)
       type(scene_t), intent(in) :: scene
       type(run_watcher_t), intent(in) :: watcher
       type(run_summary_t), intent(in) :: summary
-      !> Wall time, s.
-      real(wp), intent(in) :: seconds
       type(page_t) :: page
       type(note_t), allocatable :: notes(:)
       integer :: i
 
       call page%line(printable_path(scene%file)//': '//scene%title)
-      call add_effort(page, scene, summary, seconds, real(watcher%row_counts, wp)/real(watcher%rate, wp))
+      call add_effort(page, scene, summary, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
       call add_invariants(page, watcher%invariants)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(summary%work)

@@ -1,5 +1,6 @@
 !> The quantities a run must keep: which a system has, and how far a run strayed from them.
 module nutate_invariants
+   use nutate_archive, only: archive_t
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: kinetic_energy, potential_energy, space_momentum
    use nutate_kinds, only: wp
@@ -46,6 +47,8 @@ module nutate_invariants
       procedure :: energy_error
       !> Largest momentum error over the momentum scale.
       procedure :: momentum_error
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_invariants
    end type invariants_t
 
 contains
@@ -114,6 +117,20 @@ contains
       class(invariants_t), intent(in) :: self
       momentum_error = ratio(self%worst_momentum, self%momentum_scale)
    end function momentum_error
+
+   !> Shows its values to an archive; what follows from the system is not among them.
+   subroutine transfer_invariants(self, archive)
+      class(invariants_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%energy)
+      call archive%transfer(self%momentum)
+      call archive%transfer(self%energy_scale)
+      call archive%transfer(self%momentum_scale)
+      call archive%transfer(self%worst_energy)
+      call archive%transfer(self%worst_momentum)
+      call archive%transfer(self%norm_error)
+      call archive%transfer(self%orthogonality)
+   end subroutine transfer_invariants
 
    pure real(wp) function ratio(error, scale)
       real(wp), intent(in) :: error, scale

@@ -1,6 +1,7 @@
 !> The columns of a history: which sets there are, and what stands in them. A new set is a line of the table and a
 !> case of `write_set`.
 module nutate_columns
+   use nutate_archive, only: archive_t
    use nutate_attitude, only: euler_from_quat, follow_euler, quat_from_euler
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
@@ -80,6 +81,8 @@ module nutate_columns
       procedure :: follow
       !> One row.
       procedure :: evaluate
+      !> Shows to an archive what is remembered from earlier states.
+      procedure :: transfer => transfer_columns
    end type columns_t
 
 contains
@@ -205,5 +208,15 @@ contains
          values = 0.0_wp
       end select
    end subroutine write_set
+
+   !> Shows to an archive what is remembered from earlier states.
+   subroutine transfer_columns(self, archive)
+      class(columns_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%shared%phi)
+      call archive%transfer(self%shared%theta)
+      call archive%transfer(self%shared%psi)
+      call archive%transfer(self%shared%first_energy)
+   end subroutine transfer_columns
 
 end module nutate_columns

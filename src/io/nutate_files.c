@@ -1,12 +1,14 @@
 /* What Fortran cannot say about files: the reason of an error, locks, atomic renaming, terminals.
  *
- * Called by the module nutate_files only. Functions that can fail return 0 or an errno value. No state is kept. */
+ * Called by the module nutate_files only, through nutate_file_calls. Functions that can fail return 0 or an errno value. No state is kept. */
 #ifndef _DEFAULT_SOURCE
 #define _DEFAULT_SOURCE
 #endif
 
 #include <errno.h>
 #include <fcntl.h>
+#include <libgen.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,16 +20,24 @@
 /* What a name stands for; the same numbers stand in nutate_files.f90. */
 enum { KIND_ABSENT = 0, KIND_REGULAR = 1, KIND_FOLDER = 2, KIND_OTHER = 3 };
 
-/* Not an errno value: somebody else holds the lock. */
-enum { LOCKED = -1 };
+/* Not errno values: somebody else holds the lock; the file holds less than it should. */
+enum { LOCKED = -1, TOO_SHORT = -2 };
+
+/* How long a reader may keep us waiting once we have been asked to stop, ms; what a pipe that is ready takes at once. */
+enum { PATIENCE = 1000, PIPE_ROOM = 4096 };
 
 int nutate_file_kind(const char *path);
 int nutate_file_target(const char *path, char *target, int size);
 int nutate_file_same(const char *a, const char *b);
 int nutate_file_replaceable(const char *path);
-int nutate_file_open(const char *path, int *descriptor);
-int nutate_file_open_locked(const char *path, int *descriptor);
-int nutate_file_write(int descriptor, const char *bytes, long long count, long long *written);
+int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *descriptor);
+int nutate_file_open_locked(const char *path, long long keep, int *descriptor);
+int nutate_file_write(int descriptor, const char *bytes, long long count, const volatile sig_atomic_t *stop,
+                      long long *written);
+int nutate_file_replace(const char *path, const char *temporary, const char *bytes, long long count);
+int nutate_file_remove(const char *path);
+int nutate_file_sync(int descriptor);
+int nutate_file_read_tail(const char *path, long long end, char *bytes, int size, int *count);
 int nutate_file_truncate(int descriptor, long long size);
 int nutate_file_settle(int descriptor);
 int nutate_file_close(int descriptor);
@@ -70,23 +80,24 @@ int nutate_file_replaceable(const char *path)
     return access(path, W_OK) == 0 ? 0 : errno;
 }
 
-/* Opens a pipe or device for writing. */
-int nutate_file_open(const char *path, int *descriptor)
+/* Opens a pipe or device for writing; waits for a reader until `stop`, if given, points to what has become nonzero. */
+int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *descriptor)
 {
     do {
         *descriptor = open(path, O_WRONLY | O_NOCTTY | O_CLOEXEC);
-    } while (*descriptor < 0 && errno == EINTR);
+    } while (*descriptor < 0 && errno == EINTR && !(stop && *stop));
     return *descriptor < 0 ? errno : 0;
 }
 
-/* Creates or empties a file that nobody else may write until it is closed; LOCKED if somebody does.
- * It is emptied only after it is locked, and only if the name still means the file that was locked. */
-int nutate_file_open_locked(const char *path, int *descriptor)
+/* Opens a file that nobody else may write until it is closed; LOCKED if somebody does. Without bytes to keep it is
+ * created, or emptied: after it is locked, and only if the name still means the file that was locked. With bytes to
+ * keep it must be there, TOO_SHORT if it has fewer, and is left as it is. */
+int nutate_file_open_locked(const char *path, long long keep, int *descriptor)
 {
     struct stat held, named;
-    int error = LOCKED;
+    int error = LOCKED, flags = O_WRONLY | O_NOCTTY | O_CLOEXEC | (keep > 0 ? 0 : O_CREAT);
     for (int attempt = 0; attempt < 100; attempt++) {
-        *descriptor = open(path, O_WRONLY | O_CREAT | O_NOCTTY | O_CLOEXEC, 0666);
+        *descriptor = open(path, flags, 0666);
         if (*descriptor < 0) return errno;
         error = flock(*descriptor, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
         if (error == EWOULDBLOCK) {
@@ -98,6 +109,7 @@ int nutate_file_open_locked(const char *path, int *descriptor)
         if (error) break;
         if (stat(path, &named) == 0 && held.st_dev == named.st_dev && held.st_ino == named.st_ino) {
             if (!S_ISREG(held.st_mode)) error = EEXIST;
+            else if (keep > 0) error = held.st_size < keep ? TOO_SHORT : 0;
             else error = ftruncate(*descriptor, 0) == 0 ? 0 : errno;
             if (!error) return 0;
             break;
@@ -111,12 +123,26 @@ int nutate_file_open_locked(const char *path, int *descriptor)
     return error;
 }
 
-/* Writes all bytes; on failure `written` tells how many were. */
-int nutate_file_write(int descriptor, const char *bytes, long long count, long long *written)
+/* 1 if a descriptor takes more within our patience; files on a disk always do. */
+static int takes_more(int descriptor)
+{
+    struct pollfd wanted = {descriptor, POLLOUT, 0};
+    return poll(&wanted, 1, PATIENCE) != 0;
+}
+
+/* Writes all bytes; on failure `written` tells how many were. Where `stop` points to what has become nonzero, a reader
+ * who takes nothing is not waited for: EINTR. */
+int nutate_file_write(int descriptor, const char *bytes, long long count, const volatile sig_atomic_t *stop,
+                      long long *written)
 {
     *written = 0;
     while (*written < count) {
-        ssize_t n = write(descriptor, bytes + *written, (size_t)(count - *written));
+        long long portion = count - *written;
+        if (stop && *stop) {
+            if (!takes_more(descriptor)) return EINTR;
+            if (portion > PIPE_ROOM) portion = PIPE_ROOM;
+        }
+        ssize_t n = write(descriptor, bytes + *written, (size_t)portion);
         if (n > 0) *written += n;
         else if (n == 0) return EIO;
         else if (errno != EINTR) return errno;
@@ -124,9 +150,69 @@ int nutate_file_write(int descriptor, const char *bytes, long long count, long l
     return 0;
 }
 
+/* Cuts a file and goes on writing at its new end. */
 int nutate_file_truncate(int descriptor, long long size)
 {
-    return ftruncate(descriptor, (off_t)size) == 0 ? 0 : errno;
+    if (ftruncate(descriptor, (off_t)size) != 0) return errno;
+    return lseek(descriptor, (off_t)size, SEEK_SET) < 0 ? errno : 0;
+}
+
+/* Brings what was written to the disk. */
+int nutate_file_sync(int descriptor)
+{
+    return fsync(descriptor) == 0 ? 0 : errno;
+}
+
+/* The last `count` <= `size` bytes before `end`. */
+int nutate_file_read_tail(const char *path, long long end, char *bytes, int size, int *count)
+{
+    int error = 0, descriptor = open(path, O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return errno;
+    *count = end < size ? (int)end : size;
+    for (int done = 0; done < *count && !error;) {
+        ssize_t n = pread(descriptor, bytes + done, (size_t)(*count - done), (off_t)(end - *count + done));
+        if (n > 0) done += (int)n;
+        else if (n == 0) error = EIO;
+        else if (errno != EINTR) error = errno;
+    }
+    close(descriptor);
+    return error;
+}
+
+/* Brings a new name in a folder to the disk. */
+static int sync_folder(const char *path)
+{
+    char *copy = strdup(path);
+    if (!copy) return ENOMEM;
+    int descriptor = open(dirname(copy), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    free(copy);
+    if (descriptor < 0) return errno;
+    /* A file system that cannot do this does it in its own way. */
+    int error = fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;
+    close(descriptor);
+    return error;
+}
+
+/* Gives a file new content: at every moment, and after a crash too, the name stands for the old or for the new one. */
+int nutate_file_replace(const char *path, const char *temporary, const char *bytes, long long count)
+{
+    long long written;
+    int descriptor = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (descriptor < 0) return errno;
+    int error = nutate_file_write(descriptor, bytes, count, NULL, &written);
+    if (!error && fsync(descriptor) != 0) error = errno;
+    if (close(descriptor) != 0 && !error && errno != EINTR) error = errno;
+    if (!error && rename(temporary, path) != 0) error = errno;
+    if (error) {
+        unlink(temporary);
+        return error;
+    }
+    return sync_folder(path);
+}
+
+int nutate_file_remove(const char *path)
+{
+    return unlink(path) == 0 ? 0 : errno;
 }
 
 /* Asks for the errors that closing the file would report, without giving up its lock. */

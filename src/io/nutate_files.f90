@@ -5,13 +5,19 @@
 !> `write` (`nutate_files.c`). A regular file `NAME` is written as `NAME.partial`, locked against a second writer,
 !> and renamed by `finish`; standard output, pipes and devices are written directly.
 module nutate_files
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char, c_null_ptr, c_ptr
+   use nutate_archive, only: archive_t
+   use nutate_checksum, only: checksum
+   use nutate_file_calls, only: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_locked, &
+      file_read_tail, file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, &
+      file_target, file_truncate, file_write, prepare_process
    use nutate_kinds, only: long
    use nutate_status, only: status_t, fail, NUTATE_IO
    implicit none
    private
 
-   public :: output_file_t, write_text, is_terminal, same_file, prepare_process, STANDARD_OUTPUT, STANDARD_ERROR
+   public :: output_file_t, file_mark_t, write_text, is_terminal, same_file, file_exists, goes_to_file, replace_file
+   public :: remove_file, prepare_process, STANDARD_OUTPUT, STANDARD_ERROR
 
    !> Descriptors that every process has.
    integer, parameter :: STANDARD_OUTPUT = 1, STANDARD_ERROR = 2
@@ -29,8 +35,21 @@ module nutate_files
 
    !> What a name stands for; the same numbers stand in `nutate_files.c`.
    integer, parameter :: KIND_ABSENT = 0, KIND_REGULAR = 1, KIND_FOLDER = 2
-   !> What `nutate_file_open_locked` returns where somebody else holds the lock; the same number stands there.
-   integer, parameter :: LOCKED = -1
+   !> What `nutate_file_open_locked` returns where somebody else holds the lock, and where the file is too short; the
+   !> same numbers stand there.
+   integer, parameter :: LOCKED = -1, TOO_SHORT = -2
+   !> Bytes at the end of a file by which it is recognised.
+   integer, parameter :: tail_size = 4096
+
+   !> How far a file was written.
+   type :: file_mark_t
+      integer(long) :: bytes = 0
+      !> Checksum of the last of them.
+      integer(long) :: tail = 0
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_mark
+   end type file_mark_t
 
    !> A file being written line by line.
    type :: output_file_t
@@ -40,6 +59,8 @@ module nutate_files
       character(len=:), allocatable :: partial
       !> Bytes handed to the system.
       integer(long) :: bytes = 0
+      !> The address of a C `sig_atomic_t`, or null: once it is not zero, nobody who reads a pipe is waited for.
+      type(c_ptr) :: stop_flag = c_null_ptr
       !> Bytes of whole lines among these.
       integer(long), private :: whole_bytes = 0
       character(len=:), allocatable, private :: target
@@ -49,6 +70,10 @@ module nutate_files
    contains
       !> Starts writing.
       procedure :: open => open_output
+      !> Goes on writing where another run stopped.
+      procedure :: reopen
+      !> Brings everything to the disk, and says how far that is.
+      procedure :: mark
       !> Appends one line.
       procedure :: put_line
       !> Hands everything to the system.
@@ -61,76 +86,6 @@ module nutate_files
       procedure :: kept_in
    end type output_file_t
 
-   interface
-      integer(c_int) function file_kind(path) bind(c, name='nutate_file_kind')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: path(*)
-      end function file_kind
-      integer(c_int) function file_target(path, target, size) bind(c, name='nutate_file_target')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: path(*)
-         character(kind=c_char), intent(out) :: target(*)
-         integer(c_int), intent(in), value :: size
-      end function file_target
-      integer(c_int) function file_same(a, b) bind(c, name='nutate_file_same')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: a(*), b(*)
-      end function file_same
-      integer(c_int) function file_replaceable(path) bind(c, name='nutate_file_replaceable')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: path(*)
-      end function file_replaceable
-      integer(c_int) function file_open(path, descriptor) bind(c, name='nutate_file_open')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: path(*)
-         integer(c_int), intent(out) :: descriptor
-      end function file_open
-      integer(c_int) function file_open_locked(path, descriptor) bind(c, name='nutate_file_open_locked')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: path(*)
-         integer(c_int), intent(out) :: descriptor
-      end function file_open_locked
-      integer(c_int) function file_write(descriptor, bytes, count, written) bind(c, name='nutate_file_write')
-         import :: c_char, c_int, c_long_long
-         integer(c_int), intent(in), value :: descriptor
-         character(kind=c_char), intent(in) :: bytes(*)
-         integer(c_long_long), intent(in), value :: count
-         integer(c_long_long), intent(out) :: written
-      end function file_write
-      integer(c_int) function file_truncate(descriptor, size) bind(c, name='nutate_file_truncate')
-         import :: c_int, c_long_long
-         integer(c_int), intent(in), value :: descriptor
-         integer(c_long_long), intent(in), value :: size
-      end function file_truncate
-      integer(c_int) function file_settle(descriptor) bind(c, name='nutate_file_settle')
-         import :: c_int
-         integer(c_int), intent(in), value :: descriptor
-      end function file_settle
-      integer(c_int) function file_close(descriptor) bind(c, name='nutate_file_close')
-         import :: c_int
-         integer(c_int), intent(in), value :: descriptor
-      end function file_close
-      integer(c_int) function file_rename(from, to) bind(c, name='nutate_file_rename')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: from(*), to(*)
-      end function file_rename
-      integer(c_int) function file_is_terminal(descriptor) bind(c, name='nutate_file_is_terminal')
-         import :: c_int
-         integer(c_int), intent(in), value :: descriptor
-      end function file_is_terminal
-      !> For a program, to be called first: makes a limit on the size of files an error of writing, keeps the
-      !> runtime's backtraces away from signals that end the program, and keeps the numbers of closed standard
-      !> streams from other files.
-      subroutine prepare_process() bind(c, name='nutate_file_prepare_process')
-      end subroutine prepare_process
-      subroutine file_error_text(error, text, size) bind(c, name='nutate_file_error_text')
-         import :: c_char, c_int
-         integer(c_int), intent(in), value :: error
-         character(kind=c_char), intent(out) :: text(*)
-         integer(c_int), intent(in), value :: size
-      end subroutine file_error_text
-   end interface
-
 contains
 
    !> Starts writing to a name. Errors: `NUTATE_IO` with the reason; nothing has been changed then.
@@ -141,12 +96,7 @@ contains
       type(status_t), intent(out) :: status
       integer :: i, error
 
-      self%name = name
-      self%used = 0
-      self%bytes = 0
-      self%whole_bytes = 0
-      if (allocated(self%partial)) deallocate (self%partial)
-      if (.not. allocated(self%buffer)) allocate (character(len=buffer_size) :: self%buffer)
+      call begin(self, name)
       do i = 1, size(descriptors)
          if (name == descriptor_names(i)) then
             self%descriptor = descriptors(i)
@@ -159,13 +109,88 @@ contains
       case (KIND_ABSENT, KIND_REGULAR)
          call open_partial(self, status)
       case default
-         error = file_open(name//c_null_char, self%descriptor)
+         error = file_open(name//c_null_char, self%stop_flag, self%descriptor)
          if (error /= 0) status = fail(NUTATE_IO, error_text(error))
       end select
    end subroutine open_output
 
-   !> Starts writing a regular file under its partial name.
+   !> Forgets what was written before.
+   subroutine begin(self, name)
+      class(output_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      self%name = name
+      self%used = 0
+      self%bytes = 0
+      self%whole_bytes = 0
+      if (allocated(self%partial)) deallocate (self%partial)
+      if (.not. allocated(self%buffer)) allocate (character(len=buffer_size) :: self%buffer)
+   end subroutine begin
+
+   !> Goes on writing to the partial file that another run left, behind the bytes of its mark; what is there after them
+   !> is cut off. Errors: `NUTATE_IO` where that file is not there, or not as it was; nothing has been changed then.
+   subroutine reopen(self, name, mark, status)
+      class(output_file_t), intent(inout) :: self
+      !> What `open` was given.
+      character(len=*), intent(in) :: name
+      type(file_mark_t), intent(in) :: mark
+      type(status_t), intent(out) :: status
+      integer(long) :: tail
+      integer :: error, ignored
+
+      call begin(self, name)
+      self%bytes = mark%bytes
+      self%whole_bytes = mark%bytes
+      call open_partial(self, status)
+      if (.not. status%ok()) return
+      call get_tail(self%partial, mark%bytes, tail, error)
+      if (error == 0 .and. tail /= mark%tail) then
+         status = fail(NUTATE_IO, 'its rows are not those that were there before')
+      else
+         if (error == 0) error = file_truncate(self%descriptor, mark%bytes)
+         if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      end if
+      if (.not. status%ok()) call release(self, ignored)
+   end subroutine reopen
+
+   !> Brings everything to the disk, and says how far that is. Errors: `NUTATE_IO`.
+   subroutine mark(self, place, status)
+      class(output_file_t), intent(inout) :: self
+      type(file_mark_t), intent(out) :: place
+      type(status_t), intent(out) :: status
+      integer :: error
+      call self%flush(status)
+      if (.not. status%ok()) return
+      place%bytes = self%bytes
+      error = file_sync(self%descriptor)
+      if (error == 0) call get_tail(self%partial, place%bytes, place%tail, error)
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+   end subroutine mark
+
+   !> Checksum of the last bytes of a file before a place.
+   subroutine get_tail(path, end, tail, error)
+      character(len=*), intent(in) :: path
+      integer(long), intent(in) :: end
+      integer(long), intent(out) :: tail
+      integer, intent(out) :: error
+      character(kind=c_char, len=tail_size) :: bytes
+      integer(c_int) :: count
+      tail = 0
+      count = 0
+      error = file_read_tail(path//c_null_char, end, bytes, tail_size, count)
+      if (error == 0) tail = checksum(bytes(1:count))
+   end subroutine get_tail
+
+   !> Shows its values to an archive.
+   subroutine transfer_mark(self, archive)
+      class(file_mark_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%bytes)
+      call archive%transfer(self%tail)
+   end subroutine transfer_mark
+
+   !> Starts writing a regular file under its partial name: behind what is to be kept of it, or anew.
    subroutine open_partial(self, status)
+      !> Its `whole_bytes` are to be kept.
       class(output_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       character(kind=c_char) :: path(path_size)
@@ -181,9 +206,11 @@ contains
          return
       end if
       self%partial = self%target//partial_suffix
-      error = file_open_locked(self%partial//c_null_char, self%descriptor)
+      error = file_open_locked(self%partial//c_null_char, self%whole_bytes, self%descriptor)
       if (error == LOCKED) then
          status = fail(NUTATE_IO, 'another run is writing it')
+      else if (error == TOO_SHORT) then
+         status = fail(NUTATE_IO, 'it has fewer rows than it had')
       else if (error /= 0) then
          status = fail(NUTATE_IO, error_text(error))
       end if
@@ -228,7 +255,7 @@ contains
       integer(c_long_long) :: written
       integer :: error
 
-      error = file_write(self%descriptor, block, len(block, c_long_long), written)
+      error = file_write(self%descriptor, block, len(block, c_long_long), self%stop_flag, written)
       self%bytes = self%bytes + written
       self%whole_bytes = self%whole_bytes + index(block(1:written), new_line('a'), back=.true.)
       if (error == 0) return
@@ -290,7 +317,7 @@ contains
       type(status_t), intent(out) :: status
       integer(c_long_long) :: written
       integer :: error
-      error = file_write(int(descriptor, c_int), text, len(text, c_long_long), written)
+      error = file_write(int(descriptor, c_int), text, len(text, c_long_long), c_null_ptr, written)
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine write_text
 
@@ -306,6 +333,37 @@ contains
       character(len=*), intent(in) :: a, b
       same_file = file_same(a//c_null_char, b//c_null_char) /= 0
    end function same_file
+
+   !> True if a path stands for something.
+   logical function file_exists(path)
+      character(len=*), intent(in) :: path
+      file_exists = file_kind(path//c_null_char) /= KIND_ABSENT
+   end function file_exists
+
+   !> True if output of a name is a regular file, which has a partial one while it is written.
+   logical function goes_to_file(name)
+      character(len=*), intent(in) :: name
+      goes_to_file = all(name /= descriptor_names) .and. &
+                     any(file_kind(name//c_null_char) == [KIND_ABSENT, KIND_REGULAR])
+   end function goes_to_file
+
+   !> Gives a file new content at once: a crash leaves the old or the new one. Errors: `NUTATE_IO`, the old one stays.
+   subroutine replace_file(path, bytes, status)
+      character(len=*), intent(in) :: path, bytes
+      type(status_t), intent(out) :: status
+      integer :: error
+      error = file_replace(path//c_null_char, path//'.tmp'//c_null_char, bytes, len(bytes, c_long_long))
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+   end subroutine replace_file
+
+   !> Removes a file. Errors: `NUTATE_IO`.
+   subroutine remove_file(path, status)
+      character(len=*), intent(in) :: path
+      type(status_t), intent(out) :: status
+      integer :: error
+      error = file_remove(path//c_null_char)
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+   end subroutine remove_file
 
    !> The system's words for an error.
    function error_text(error) result(text)

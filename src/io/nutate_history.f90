@@ -4,13 +4,14 @@
 !> an error, never a field.
 module nutate_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
    use nutate_columns, only: columns_t
    use nutate_decimal, only: decimal_t, decimal_length
-   use nutate_files, only: output_file_t
+   use nutate_files, only: file_mark_t, output_file_t
    use nutate_kinds, only: wp, long
    use nutate_run, only: observer_t, run_record_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
    use nutate_system, only: system_t
    implicit none
    private
@@ -30,6 +31,10 @@ module nutate_history
    contains
       !> Opens the file and writes the header.
       procedure :: open => open_history
+      !> Goes on with the history of an archive.
+      procedure :: reopen => reopen_history
+      !> Shows to an archive how far the history is.
+      procedure :: transfer => transfer_history
       !> Writes a row.
       procedure :: observe => write_row
       !> Follows what must be followed between rows.
@@ -57,9 +62,64 @@ contains
       real(wp), intent(in) :: inverse_j0
       type(status_t), intent(out) :: status
 
-      call self%columns%choose(columns, status)
+      call start(self, columns, system, state, inverse_j0, status)
       if (.not. status%ok()) return
       call self%file%open(name, status)
+      if (status%ok()) call self%file%put_line(self%columns%header(), status)
+   end subroutine open_history
+
+   !> Goes on with a history of which an archive has been made, instead of `open`. Errors: those of `open`, and
+   !> `NUTATE_IO` where the partial file is not what it was; nothing has been changed then.
+   subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status)
+      class(history_t), intent(inout) :: self
+      !> What `open` was given.
+      character(len=*), intent(in) :: name, columns(:)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: inverse_j0
+      !> Being read.
+      type(archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      type(file_mark_t) :: mark
+      call start(self, columns, system, state, inverse_j0, status)
+      if (.not. status%ok()) return
+      call transfer_values(self, archive, mark)
+      if (archive%problem() /= '') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
+      else
+         call self%file%reopen(name, mark, status)
+      end if
+   end subroutine reopen_history
+
+   !> Shows to an archive how far the history is; what it holds is on the disk then. Errors: `NUTATE_IO`.
+   subroutine transfer_history(self, archive, status)
+      class(history_t), intent(inout) :: self
+      !> Being written.
+      type(archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      type(file_mark_t) :: mark
+      call self%file%mark(mark, status)
+      if (status%ok()) call transfer_values(self, archive, mark)
+   end subroutine transfer_history
+
+   subroutine transfer_values(self, archive, mark)
+      class(history_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      type(file_mark_t), intent(inout) :: mark
+      call archive%transfer(self%rows)
+      call self%columns%transfer(archive)
+      call mark%transfer(archive)
+   end subroutine transfer_values
+
+   !> Prepares for rows of the columns asked for.
+   subroutine start(self, columns, system, state, inverse_j0, status)
+      class(history_t), intent(inout) :: self
+      character(len=*), intent(in) :: columns(:)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: inverse_j0
+      type(status_t), intent(out) :: status
+      call self%columns%choose(columns, status)
       if (.not. status%ok()) return
       self%sees_every_step = self%columns%follows_steps
       self%rows = 0
@@ -68,8 +128,7 @@ contains
       allocate (character(len=(decimal_length + 1)*self%columns%width) :: self%line)
       call self%decimal%prepare()
       call self%columns%start(system, state, inverse_j0)
-      call self%file%put_line(self%columns%header(), status)
-   end subroutine open_history
+   end subroutine start
 
    !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
    subroutine write_row(self, system, state, record, status)

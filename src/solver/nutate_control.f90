@@ -134,6 +134,7 @@ contains
       else
          call observer%observe(system, state, control%record, status)
       end if
+      if (observer%wants_archive .and. status%ok()) call control%offer(state, observer, summary, status)
       do while (status%ok() .and. control%next_end <= size(control%ends))
          call control%reach(system, state, control%ends(control%next_end), observer, summary, status)
          control%next_end = control%next_end + 1

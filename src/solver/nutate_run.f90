@@ -70,7 +70,7 @@ module nutate_run
       logical :: sees_every_step = .false.
       !> `keep` is to be called where a run ends at `max_steps`.
       logical :: keeps_archives = .false.
-      !> `keep` is to be called now: for `poll` to set.
+      !> `keep` is to be called after the first row, or after the `poll` that sets this.
       logical :: wants_archive = .false.
    contains
       !> Called with the first state, every `every` steps, and with the last state.
@@ -141,6 +141,8 @@ contains
       else
          call observer%observe(system, state, record, status)
       end if
+      if (observer%wants_archive .and. status%ok()) &
+         call offer(stepper, state, progress, summary, record, observer, status)
       do while (status%code == 0 .and. summary%steps < n_steps)
          if (summary%parts >= plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')

@@ -29,6 +29,8 @@ module nutate_study_run
       real(wp) :: end_time = 0.0_wp
       !> What methods are to be run with: tolerances, auxiliary inertia, projection.
       type(integrator_settings_t) :: settings
+      !> Its `poll` can end every run of the problem; may be absent.
+      class(observer_t), allocatable :: onlooker
    contains
       !> Time from start to end, s; of the sign of the way to go.
       procedure :: duration
@@ -44,6 +46,7 @@ module nutate_study_run
       type(stopwatch_t) :: clock
       !> Reading of the clock at which a run must end, s.
       real(wp) :: deadline = huge(1.0_wp)
+      class(observer_t), allocatable :: onlooker
    contains
       procedure :: observe => measure_row
       procedure :: poll => watch_clock
@@ -73,7 +76,8 @@ contains
 
    !> Runs a problem once from its start. With `follower%measures` every step is a row; otherwise only the ends are.
    !>
-   !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` where the time is over.
+   !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` where the time is over; what the onlooker's
+   !> `poll` returned.
    subroutine run_once(problem, stepper, time_step, follower, state, summary, seconds, status)
       type(problem_t), intent(in) :: problem
       !> Prepared.
@@ -95,6 +99,7 @@ contains
       plan%every = huge(1_long)
       if (follower%measures) plan%every = 1
       state = problem%start
+      call take_onlooker(follower, problem)
       call clock%start()
       call integrate(problem%system, stepper, state, plan, follower, summary, status)
       seconds = clock%seconds()
@@ -122,11 +127,19 @@ contains
       plan%max_steps = most_pilot_steps
       state = problem%start
       follower%measures = .true.
+      call take_onlooker(follower, problem)
       call follower%invariants%start(problem%system, state)
       call integrate(problem%system, stepper, state, plan, follower, summary, status)
       if (status%code == NUTATE_STEP_LIMIT) status = status_t()
       rate = max(rate, follower%fastest)
    end subroutine fastest_rate
+
+   subroutine take_onlooker(follower, problem)
+      type(follower_t), intent(inout) :: follower
+      type(problem_t), intent(in) :: problem
+      if (allocated(problem%onlooker) .and. .not. allocated(follower%onlooker)) &
+         allocate (follower%onlooker, source=problem%onlooker)
+   end subroutine take_onlooker
 
    !> Measures the invariants and the rate of rotation.
    subroutine measure_row(self, system, state, record, status)
@@ -140,12 +153,13 @@ contains
       self%fastest = max(self%fastest, norm2(angular_velocity(system, state)))
    end subroutine measure_row
 
-   !> Ends a run whose time is over.
+   !> Ends a run whose time is over, or that the onlooker wants to end.
    subroutine watch_clock(self, fraction, status)
       class(follower_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
-      if (self%deadline >= huge(1.0_wp)) return
+      if (allocated(self%onlooker)) call self%onlooker%poll(fraction, status)
+      if (.not. status%ok() .or. self%deadline >= huge(1.0_wp)) return
       if (self%clock%seconds() > self%deadline) status = fail(NUTATE_STEP_LIMIT, 'the time for it is over')
    end subroutine watch_clock
 

@@ -1,0 +1,102 @@
+!> One line on standard error for a run that is not complete: when and why it ended, and where its rows are.
+module nutate_run_reports
+   use nutate_console, only: plural, say_error
+   use nutate_decimal, only: rounded_text
+   use nutate_kinds, only: wp
+   use nutate_printable, only: printable_path
+   use nutate_run, only: run_summary_t
+   use nutate_run_watcher, only: run_watcher_t
+   use nutate_scene, only: scene_t
+   use nutate_signals, only: signal_name
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: report_checkpoint, report_failure, report_output, report_signal, kept_rows
+
+contains
+
+   !> Says that the output cannot be written.
+   subroutine report_output(scene, status, kept)
+      type(scene_t), intent(in) :: scene
+      type(status_t), intent(in) :: status
+      !> Where rows are kept.
+      character(len=*), intent(in), optional :: kept
+      character(len=:), allocatable :: name
+      name = printable_path(scene%output%file)
+      if (name == '-') name = 'standard output'
+      if (present(kept)) then
+         call say_error('nutate: cannot write '//name//': '//trim(status%message)//kept)
+      else
+         call say_error('nutate: cannot write '//name//': '//trim(status%message))
+      end if
+   end subroutine report_output
+
+   !> Says that the checkpoint cannot be written or removed.
+   subroutine report_checkpoint(what, watcher, status, kept)
+      !> `write` or `remove`.
+      character(len=*), intent(in) :: what
+      type(run_watcher_t), intent(in) :: watcher
+      type(status_t), intent(in) :: status
+      !> Where rows are kept.
+      character(len=*), intent(in), optional :: kept
+      character(len=:), allocatable :: line
+      line = 'nutate: cannot '//what//' checkpoint '//printable_path(watcher%checkpoint%file)//': '//trim(status%message)
+      if (present(kept)) line = line//kept
+      call say_error(line)
+   end subroutine report_checkpoint
+
+   !> Says when and why a run failed and where its rows are.
+   subroutine report_failure(scene, watcher, t, summary, status, closing)
+      type(scene_t), intent(in) :: scene
+      type(run_watcher_t), intent(in) :: watcher
+      !> Time reached, s.
+      real(wp), intent(in) :: t
+      type(run_summary_t), intent(in) :: summary
+      type(status_t), intent(in) :: status
+      !> What closing the history came to.
+      type(status_t), intent(in) :: closing
+      call say_error('nutate: '//printable_path(scene%file)//': stopped at t = '//rounded_text(t, 9)//' s after '// &
+                     plural(summary%steps, 'step')//': '//trim(status%message)//kept_rows(watcher, closing))
+   end subroutine report_failure
+
+   !> Says by which signal a run was stopped, and when, if it had begun.
+   subroutine report_signal(scene, watcher, t, summary, closing)
+      type(scene_t), intent(in) :: scene
+      type(run_watcher_t), intent(in), optional :: watcher
+      !> Time reached, s.
+      real(wp), intent(in), optional :: t
+      type(run_summary_t), intent(in), optional :: summary
+      !> What closing the history came to.
+      type(status_t), intent(in), optional :: closing
+      character(len=:), allocatable :: line
+      line = 'nutate: '//printable_path(scene%file)//': stopped by '//signal_name()
+      if (present(watcher)) then
+         line = line//' at t = '//rounded_text(t, 9)//' s after '//plural(summary%steps, 'step')// &
+                kept_rows(watcher, closing)
+         if (.not. watcher%checkpoint_status%ok()) &
+            line = line//'; the last checkpoint could not be written: '//trim(watcher%checkpoint_status%message)
+      end if
+      call say_error(line)
+   end subroutine report_signal
+
+   !> Where the rows of an incomplete history are, and how to go on with it.
+   function kept_rows(watcher, closing) result(text)
+      type(run_watcher_t), intent(in) :: watcher
+      !> What closing the history came to.
+      type(status_t), intent(in) :: closing
+      character(len=:), allocatable :: text
+      text = ''
+      if (watcher%history%file%kept_in() == '') return
+      if (closing%ok()) then
+         text = '; kept '//plural(watcher%history%rows, 'row')//' up to t = '// &
+                rounded_text(watcher%last_row, 9)//' s in '
+      else
+         text = '; kept whole rows in '
+      end if
+      text = text//printable_path(watcher%history%file%kept_in())
+      if (watcher%checkpoint%written) &
+         text = text//' (to go on: --resume '//printable_path(watcher%checkpoint%file)//')'
+   end function kept_rows
+
+end module nutate_run_reports

@@ -1,0 +1,75 @@
+!> Files that are whole or refused: what they hold stands between a signature with its length and a checksum of it all,
+!> and replaces what was there at once.
+module nutate_sealed_file
+   use nutate_checksum, only: checksum
+   use nutate_files, only: replace_file
+   use nutate_kinds, only: long
+   use nutate_status, only: status_t
+   use nutate_text_file, only: read_text_file
+   implicit none
+   private
+
+   public :: write_sealed, read_sealed
+
+   !> Bytes of a length and of a checksum.
+   integer, parameter :: number_bytes = storage_size(1_long)/8
+
+contains
+
+   !> Writes a file. Errors: `NUTATE_IO`; what was there stays then.
+   subroutine write_sealed(path, signature, content, status)
+      character(len=*), intent(in) :: path
+      !> What the file begins with: kind and version of its format.
+      character(len=*), intent(in) :: signature
+      character(len=*), intent(in) :: content
+      type(status_t), intent(out) :: status
+      character(len=:), allocatable :: bytes
+      bytes = signature//bytes_of(len(content, long))//content
+      call replace_file(path, bytes//bytes_of(checksum(bytes)), status)
+   end subroutine write_sealed
+
+   !> Reads what `write_sealed` wrote.
+   subroutine read_sealed(path, signature, content, problem)
+      character(len=*), intent(in) :: path, signature
+      character(len=:), allocatable, intent(out) :: content
+      !> What is wrong with the file; empty if nothing is.
+      character(len=:), allocatable, intent(out) :: problem
+      character(len=:), allocatable :: bytes
+      integer(long) :: length, first
+      content = ''
+      call read_text_file(path, bytes, problem)
+      if (problem /= '') then
+         problem = 'cannot be read ('//problem//')'
+         return
+      end if
+      first = len(signature) + number_bytes + 1
+      if (len(bytes) < len(signature)) then
+         problem = 'is no checkpoint'
+      else if (bytes(1:len(signature)) /= signature) then
+         problem = 'is no checkpoint'
+      else if (len(bytes) < first + number_bytes - 1) then
+         problem = 'is damaged: it has been cut short'
+      else
+         length = number_of(bytes(len(signature) + 1:first - 1))
+         if (length /= len(bytes, long) - (first + number_bytes - 1)) then
+            problem = 'is damaged: its length is not what it says'
+         else if (number_of(bytes(first + length:)) /= checksum(bytes(1:first + length - 1))) then
+            problem = 'is damaged: its checksum is wrong'
+         else
+            content = bytes(first:first + length - 1)
+         end if
+      end if
+   end subroutine read_sealed
+
+   pure function bytes_of(number) result(bytes)
+      integer(long), intent(in) :: number
+      character(len=number_bytes) :: bytes
+      bytes = transfer(number, bytes)
+   end function bytes_of
+
+   pure integer(long) function number_of(bytes)
+      character(len=number_bytes), intent(in) :: bytes
+      number_of = transfer(bytes, number_of)
+   end function number_of
+
+end module nutate_sealed_file
