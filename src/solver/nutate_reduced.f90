@@ -219,8 +219,11 @@ contains
              (stalled >= patience .and. self%settings%tolerance <= 0.0_wp)) then
             self%residual = 0.0_wp
             if (length > 0.0_wp) self%residual = change/length
-            ! The last step of the iteration must not leave the torque behind.
-            if (self%equations%forces%active .and. change > 4*eps*length) call self%equations%residual(system, b, f)
+            ! The last step of the iteration must not leave the torque behind: a stiff one goes far in a small step.
+            if (self%equations%forces%active) then
+               if (change*max(1.0_wp, maxval(abs(self%equations%by_forces))) > 4*eps*length) &
+                  call self%equations%residual(system, b, f)
+            end if
             return
          end if
          if (change > too_slow*previous) self%fresh = .false.
