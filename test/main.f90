@@ -43,6 +43,7 @@ program unit
    use test_scene_notation, only: collect_scene_notation
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_stability_long, only: collect_stability_long
+   use test_stability_scales, only: collect_stability_scales
    use test_stability_stiff, only: collect_stability_stiff
    use test_stability_stress, only: list_groups, report_group
    use test_stability_top, only: collect_stability_top
@@ -125,6 +126,7 @@ contains
          new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("stability_long", collect_stability_long), &
+         new_testsuite("stability_scales", collect_stability_scales), &
          new_testsuite("stability_stiff", collect_stability_stiff), &
          new_testsuite("stability_top", collect_stability_top), &
          new_testsuite("step", collect_step), &

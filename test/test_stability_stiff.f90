@@ -51,8 +51,8 @@ contains
 
    type(stability_case_t) function spring_case() result(item)
       item%name = 'spring of 1e12 N/m'
-      item%guards = 'steps of 1/10 to 1e4 of its period, a swing of 2e-7 rad beside a force of 1e11 N: no '// &
-                    'convergence, or a motion that blows up'
+      item%guards = 'steps of 1/10 to 1e4 of its period, a swing of 2e-7 rad beside a force of 1e11 N: '// &
+                    'no convergence, or a motion that blows up'
       item%selected = EVERY_WAY
       item%run => run_spring
    end function spring_case

@@ -4,6 +4,7 @@ module test_stability_stress
    use nutate_kinds, only: long
    use test_stability_case, only: number_text, record_t, stability_case_t, way_label, ways
    use test_stability_long, only: long_cases
+   use test_stability_scales, only: scales_cases
    use test_stability_stiff, only: stiff_cases
    use test_stability_top, only: top_cases
    implicit none
@@ -34,7 +35,8 @@ contains
       list = [ &
              group_t('long', 'Long runs', long_cases), &
              group_t('top', 'Poles and limits of the top', top_cases), &
-             group_t('stiff', 'Stiff and soft', stiff_cases) &
+             group_t('stiff', 'Stiff and soft', stiff_cases), &
+             group_t('scales', 'Scales', scales_cases) &
              ]
    end function groups
 

@@ -138,6 +138,8 @@ contains
    end function spring_discrete_hessian
 
    !> ℓ², m²; may be negative by round-off where c = 0.
+   !>
+   !> Its root is the length: `norm2` rounds differently above and below 1, which no unit is entitled to.
    pure real(wp) function square(self, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
@@ -153,11 +155,7 @@ contains
    pure real(wp) function length(self, gamma)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
-      if (self%closeness > 0.0_wp) then
-         length = norm2(self%body_point - gamma)
-      else
-         length = sqrt(max(square(self, gamma), 0.0_wp))
-      end if
+      length = sqrt(max(square(self, gamma), 0.0_wp))
    end function length
 
    !> 1 - l₀/ℓ, without the second term where ℓ vanishes.

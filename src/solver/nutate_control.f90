@@ -9,7 +9,7 @@ module nutate_control
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: make_stepper, order_of
-   use nutate_quaternion, only: attitude_distance
+   use nutate_quaternion, only: attitude_distance, quat_norm
    use nutate_run, only: check_resumed, observer_t, run_plan_t, run_record_t, run_summary_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT
@@ -163,8 +163,8 @@ contains
       self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**self%order - 1))
       self%t_first = state%t
       self%sense = sign(1.0_wp, self%plan%end_time - state%t)
-      self%momentum_scale = norm2(body_momentum(state))
-      rate = norm2(angular_velocity(system, state))
+      self%momentum_scale = length_of(body_momentum(state))
+      rate = length_of(angular_velocity(system, state))
       self%step = 0.1_wp*abs(self%plan%end_time - state%t)
       if (rate*self%step > 0.1_wp) self%step = 0.1_wp/rate
    end subroutine begin
@@ -233,7 +233,7 @@ contains
          call self%reject(0.5_wp*step, summary, status)
          return
       end if
-      turn = step*norm2(angular_velocity(system, next))
+      turn = step*length_of(angular_velocity(system, next))
       allowed = self%goal%local_tolerance
       if (self%goal%error_rate > 0.0_wp) allowed = self%goal%error_rate*step
       accepted = (error <= max(allowed, self%round_off)) .and. turn <= 1.2_wp*largest_turn
@@ -305,15 +305,21 @@ contains
       record%residual = stepper%residual
    end subroutine take_part
 
+   !> |v|, the same digits in whatever unit; `norm2` rounds differently above and below 1.
+   pure real(wp) function length_of(v)
+      real(wp), intent(in) :: v(3)
+      length_of = quat_norm([0.0_wp, v])
+   end function length_of
+
    !> Error of the halves, rad: of the attitude, and of the momentum relative to its largest size.
    real(wp) function estimate(self, once, twice)
       class(controller_t), intent(inout) :: self
       type(state_t), intent(in) :: once, twice
       real(wp) :: change(3)
-      self%momentum_scale = max(self%momentum_scale, norm2(body_momentum(twice)))
+      self%momentum_scale = max(self%momentum_scale, length_of(body_momentum(twice)))
       change = body_momentum(once) - body_momentum(twice)
       estimate = attitude_distance(once%q, twice%q)
-      if (self%momentum_scale > 0.0_wp) estimate = max(estimate, norm2(change)/self%momentum_scale)
+      if (self%momentum_scale > 0.0_wp) estimate = max(estimate, length_of(change)/self%momentum_scale)
       estimate = estimate/(2.0_wp**self%order - 1)
    end function estimate
 
