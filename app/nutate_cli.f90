@@ -46,7 +46,7 @@ module nutate_cli
       option_t('--csv', 'FILE', 'cost', 'write one row for each run; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
       option_t('--quiet', '', 'run', 'no progress bar and no summary; errors are still shown'), &
-      option_t('--max-steps', 'N', 'run', 'end a run that needs more than N steps, with exit status 3'), &
+      option_t('--max-steps', 'N', 'run', 'end a run that needs more than N steps or rows, with exit status 3'), &
       option_t('--checkpoint', 'FILE', 'run', 'note in FILE how to go on, should the run be interrupted'), &
       option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
       option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &

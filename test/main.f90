@@ -49,6 +49,7 @@ program unit
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
    use test_study, only: collect_study
+   use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
    implicit none
 
@@ -131,6 +132,7 @@ contains
          new_testsuite("stability_top", collect_stability_top), &
          new_testsuite("step", collect_step), &
          new_testsuite("study", collect_study), &
+         new_testsuite("threads", collect_threads), &
          new_testsuite("torque_physics", collect_torque_physics) &
          ]
    end function all_suites

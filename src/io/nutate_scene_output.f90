@@ -12,6 +12,8 @@ module nutate_scene_output
 
    public :: output_settings_t, output_keys, build_output
 
+   !> More rows than a double can count make no history.
+   real(wp), parameter :: most_rows = 2.0_wp**53
    !> How far from a whole number of steps an interval may be, relative to it.
    real(wp), parameter :: whole_tolerance = 1e-9_wp
 
@@ -43,7 +45,7 @@ contains
       character(len=*), intent(in) :: scene_name
       !> Path of the scene file, which must not be written over.
       character(len=*), intent(in) :: path
-      !> Its `time_step` is used, its `every` is set.
+      !> Its `time_step` and `end_time` are used, its `every` is set.
       type(run_plan_t), intent(inout) :: plan
       !> Its `interval` is set where it is active.
       type(control_settings_t), intent(inout) :: control
@@ -61,6 +63,8 @@ contains
       plan%every = group%whole('every', 1)
       if (control%active()) then
          control%interval = group%number('interval', 0.0_wp)
+         if (group%has('interval') .and. abs(plan%end_time)/most_rows > control%interval) call error%raise( &
+            group%line_of('interval'), 'interval is too small for end_time', expected='less than 9e15 rows')
       else if (group%has('interval')) then
          call count_steps(group, plan, error)
       end if

@@ -388,6 +388,10 @@ contains
             if (self%sense*(t - state%t) > 0.0_wp .or. .not. status%ok() .or. &
                 self%sense*(self%plan%end_time - t) <= 1e-9_wp*self%goal%interval) exit
             self%rows = self%rows + 1
+            if (self%rows > self%plan%max_steps) then
+               status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps were allowed')
+               exit
+            end if
             call self%show_between(system, start, work, t, 0.5_wp*(start%t + state%t), observer, status)
          end do
       else

@@ -27,9 +27,14 @@ module nutate_nielsen_krenk
    !> A step longer than this many times the unit sphere's radius has gone astray. Where a stiff force acts, momentum
    !> may be far off on the way.
    real(wp), parameter :: astray = 1e3_wp, far_off = 1e100_wp
-   !> Units of momentum above which |p| has outgrown its unit; least unit, over that which turns the body by 1 rad in a
-   !> step: a shorter one would leave the range of numbers.
-   real(wp), parameter :: outgrown = 64.0_wp, least_unit = 1e-150_wp
+   !> Units of momentum above which |p| has outgrown its unit.
+   real(wp), parameter :: outgrown = 64.0_wp
+   !> Least units of momentum, whose inverse would leave the range of numbers: in kg m²/s, and over the momentum that
+   !> turns the body by 1 rad in a step.
+   real(wp), parameter :: least_unit = 1e-150_wp, least_share = 1e-150_wp
+   !> Turns in a step, rad, and entries of the Jacobian that are larger belong to no step that could be taken; their
+   !> products would overflow.
+   real(wp), parameter :: greatest = 1e40_wp
 
    !> The 8×8 stepper. `step` allocates nothing.
    type, extends(stepper_t) :: nielsen_krenk_t
@@ -82,24 +87,17 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       real(wp) :: z(8), a(4), decisive
-      integer :: spent
 
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
-      call self%equations%start(system, state, dt, decisive)
-      if (dt /= self%inverse_dt .or. maxval(abs(state%p)) > outgrown*self%equations%unit) &
-         call choose_unit(self, system, state, dt, decisive)
-      call guess(self, dt, z)
-      call iterate(self, system, z, status)
-      if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
-         ! A stiff force may hold the body where it is.
-         spent = self%iterations
-         status = status_t()
-         z = 0.0_wp
-         self%inverse_dt = 0.0_wp
-         call iterate(self, system, z, status)
-         self%iterations = self%iterations + spent
+      self%iterations = 0
+      call test_norm(state%q, status)
+      if (status%code == 0) then
+         call self%equations%start(system, state, dt, decisive)
+         if (dt /= self%inverse_dt .or. maxval(abs(state%p)) > outgrown*self%equations%unit) &
+            call choose_unit(self, system, state, dt, decisive, status)
       end if
+      if (status%code == 0) call find_root(self, system, dt, z, status)
       if (status%code == 0) then
          a = self%equations%mean_rate(z)
          if (.not. (self%positive .and. norm2(0.125_wp*dt*a(2:4)) < 1.0_wp)) &
@@ -133,17 +131,50 @@ contains
       if (self%iterations > many) self%inverse_dt = 0.0_wp
    end subroutine accept
 
+   !> The root of the step's equations.
+   subroutine find_root(self, system, dt, z, status)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      real(wp), intent(out) :: z(8)
+      type(status_t), intent(inout) :: status
+      integer :: spent
+      call guess(self, dt, z)
+      call iterate(self, system, z, status)
+      if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
+         ! A stiff force may hold the body where it is.
+         spent = self%iterations
+         status = status_t()
+         z = 0.0_wp
+         self%inverse_dt = 0.0_wp
+         call iterate(self, system, z, status)
+         self%iterations = self%iterations + spent
+      end if
+   end subroutine find_root
+
+   !> Refuses an attitude that is far from the unit sphere, as it can become without projection.
+   pure subroutine test_norm(q, status)
+      real(wp), intent(in) :: q(4)
+      type(status_t), intent(inout) :: status
+      real(wp) :: norm
+      norm = maxval(abs(q))
+      if (.not. (norm > 1/astray .and. norm < astray)) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is far from a unit quaternion')
+   end subroutine test_norm
+
    !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p in a step by the forces
    !> on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest without forces,
    !> the momentum that turns it by about 1 rad in a step. Called when the factors belong to another step, have been
-   !> dropped, or |p| has outgrown its unit.
-   pure subroutine choose_unit(self, system, state, dt, decisive)
+   !> dropped, or |p| has outgrown its unit. Errors: `NUTATE_OFF_BRANCH` where the body turns beyond all scales in a
+   !> step.
+   pure subroutine choose_unit(self, system, state, dt, decisive, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
       real(wp), intent(in) :: dt, decisive
-      real(wp), parameter :: at_rest(3) = 0.0_wp
+      type(status_t), intent(inout) :: status
+      real(wp), parameter :: at_rest(3) = 0.0_wp, at_start(8) = 0.0_wp
       real(wp) :: size, old, natural, s(4)
       size = maxval(abs(state%p))
       natural = maxval(system%body%moments)/max(abs(dt), tiny(1.0_wp))
@@ -152,10 +183,13 @@ contains
          size = max(size, 2*abs(dt)*maxval(abs(s)))
       end if
       if (size <= 0.0_wp) size = natural
-      size = max(size, least_unit*natural)
+      size = max(size, least_share*natural, least_unit)
       old = self%equations%unit
       call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
       call self%equations%start(system, state, dt, decisive)
+      if (.not. max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
+                    maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest) &
+         status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
       self%differences(5:8, :) = self%differences(5:8, :)*(old/self%equations%unit)
       self%inverse_dt = 0.0_wp
    end subroutine choose_unit
@@ -228,6 +262,10 @@ contains
       real(wp) :: lu(8, 8)
       integer :: pivots(8), info, i
       call self%equations%jacobian(system, z, lu)
+      if (.not. maxval(abs(lu)) <= greatest) then
+         status = fail(NUTATE_OFF_BRANCH, 'the effects are too strong for a step of this length')
+         return
+      end if
       call dgetrf(8, 8, lu, 8, pivots, info)
       if (info /= 0) then
          status = handle_info('dgetrf', info)

@@ -29,6 +29,11 @@ module nutate_reduced
    real(wp), parameter :: end_of_branch = 1 - 1e-6_wp
    !> Bound of the second derivative of the free F, by which the rate of convergence is known beforehand.
    real(wp), parameter :: curvature = 200.0_wp
+   !> The turn of a step on the branch of the true motion is below 1: guesses that are longer by this factor have gone
+   !> astray.
+   real(wp), parameter :: astray = 1e3_wp
+   !> Determinants below are those of singular systems.
+   real(wp), parameter :: least_determinant = 1e-150_wp
    !> The first guess continues the b of this many steps by a polynomial: column m holds the weights of the last, the
    !> last but one, ... where m steps are known, (-1)^k (m over k+1).
    integer, parameter :: memory = 6
@@ -100,12 +105,12 @@ contains
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
       call self%equations%start(system, state, decisive)
-      if (self%known > 0) then
+      if (self%known > 1) then
          call continue_steps(self%past, continuation(:, self%known), b)
       else
-         b = self%equations%first_guess(system)
+         call begin(self, system, b, status)
       end if
-      call iterate(self, system, b, status)
+      if (status%code == 0) call iterate(self, system, b, status)
       if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
          ! A stiff force may hold the body where it is.
          spent = self%iterations
@@ -145,6 +150,25 @@ contains
       call self%equations%set_step(system, dt)
       self%fresh = .false.
    end subroutine change_step
+
+   !> The guess where at most one step is known. Refuses momenta that no step of this length can follow.
+   subroutine begin(self, system, b, status)
+      class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(out) :: b(3)
+      type(status_t), intent(inout) :: status
+      real(wp) :: length
+      self%iterations = 0
+      if (self%known > 0) then
+         b = self%past(:, 1)
+      else
+         b = self%equations%first_guess(system)
+      end if
+      length = maxval(abs(b))
+      if (length > astray) b = b*(astray/length)
+      if (.not. self%equations%is_in_scale()) &
+         status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+   end subroutine begin
 
    !> The polynomial through the last steps: b = Σₖ weightsₖ pastₖ.
    pure subroutine continue_steps(past, weights, b)
@@ -205,14 +229,14 @@ contains
             moved = 0.0_wp
          end if
          call self%equations%residual(system, b, f)
+         if (self%equations%too_strong) exit
          do i = 1, 3
             d(i) = self%rows(1, i)*f(1) + self%rows(2, i)*f(2) + self%rows(3, i)*f(3)
             b(i) = b(i) - d(i)
          end do
          change = max(abs(d(1)), abs(d(2)), abs(d(3)))
          length = max(abs(b(1)), abs(b(2)), abs(b(3)))
-         ! The turn of a step on the branch of the true motion is below 1.
-         if (.not. length <= 1e3_wp) exit
+         if (.not. length <= astray) exit
          moved = moved + change
          if (change > 0.5_wp*previous .and. change <= attitude_noise) stalled = stalled + 1
          if (is_done(self, change, previous, moved, length) .or. &
@@ -255,9 +279,13 @@ contains
       real(wp), intent(in) :: b(3)
       type(status_t), intent(inout) :: status
       if (self%equations%forces%active .and. .not. self%fresh) call self%equations%linearize_forces(system, b)
+      if (self%equations%too_strong) then
+         status = fail(NUTATE_OFF_BRANCH, 'the effects are too strong for a step of this length')
+         return
+      end if
       self%fresh = .true.
       call self%equations%invert(b, self%rows, self%determinant)
-      if (.not. abs(self%determinant) > tiny(1.0_wp)) &
+      if (.not. abs(self%determinant) > least_determinant) &
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
    end subroutine renew
 

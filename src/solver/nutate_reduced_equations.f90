@@ -22,6 +22,10 @@ module nutate_reduced_equations
 
    public :: reduced_equations_t
 
+   !> Momenta and torques in the units of the step that are larger belong to no step that could be taken; their
+   !> products would overflow.
+   real(wp), parameter :: greatest = 1e40_wp
+
    !> One step's equations F(b) = 0, F = (Δt/4s) G.
    type :: reduced_equations_t
       !> s.
@@ -41,12 +45,17 @@ module nutate_reduced_equations
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
       !> τ̄ at the last b for which F was asked, N m; shape (3).
       real(wp) :: torque(3) = 0.0_wp
+      !> Largest torque that is admissible, N m, and whether one was larger since the start of the step.
+      real(wp) :: torque_limit = 0.0_wp
+      logical :: too_strong = .false.
       type(mid_forces_t) :: forces
    contains
       !> Takes the step's length.
       procedure :: set_step
       !> Starts a step from a state.
       procedure :: start
+      !> The momenta are of a size that a step can follow.
+      procedure :: is_in_scale
       !> The b of a step in which the momentum stays.
       procedure :: first_guess
       !> F(b)
@@ -81,6 +90,8 @@ contains
       self%rate = 4/dt
       self%scale = 0.25_wp*dt/largest
       self%weight = 0.5_wp*dt*self%scale
+      ! Steps end on the times of torques, which can be as close to each other as numbers are.
+      self%torque_limit = greatest/max(self%weight, 1e-250_wp)
       self%rotor = self%scale*system%effects%rotor_momentum
    end subroutine set_step
 
@@ -109,9 +120,16 @@ contains
       self%frame(3) = u2
       self%frame(4) = u3
       self%momentum = self%scale*self%half_momentum(2:4)
+      self%too_strong = .false.
       if (self%forces%active) &
          call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, decisive)
    end subroutine start
+
+   !> True if the momenta are of a size that a step can follow.
+   pure logical function is_in_scale(self)
+      class(reduced_equations_t), intent(in) :: self
+      is_in_scale = max(maxval(abs(self%momentum)), maxval(abs(self%rotor))) <= greatest
+   end function is_in_scale
 
    !> b = ¼Δt J⁻¹(L0 - h): the momentum of the start all through the step; shape (3).
    pure function first_guess(self, system) result(b)
@@ -122,7 +140,7 @@ contains
                                          self%half_momentum(2:4) - system%effects%rotor_momentum)
    end function first_guess
 
-   !> F(b); shape (3). Keeps the torque.
+   !> F(b); shape (3). Keeps the torque. Without that of the torque where it is too strong.
    pure subroutine residual(self, system, b, f)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -138,6 +156,10 @@ contains
       f(3) = (1 - beta)*(m3 - self%momentum(3)) + 2*(b(1)*m2 - b(2)*m1)
       if (.not. self%forces%active) return
       call self%forces%turn(system%effects, b, self%rate, self%torque)
+      if (max(abs(self%torque(1)), abs(self%torque(2)), abs(self%torque(3))) > self%torque_limit) then
+         self%too_strong = .true.
+         return
+      end if
       t1 = self%weight*self%torque(1)
       t2 = self%weight*self%torque(2)
       t3 = self%weight*self%torque(3)
@@ -165,6 +187,10 @@ contains
       real(wp) :: tau(3), by_b(3, 3), column(3), beta
       integer :: j
       call self%forces%linearize_turn(system%effects, b, self%rate, tau, by_b)
+      if (max(maxval(abs(tau)), maxval(abs(by_b))) > self%torque_limit) then
+         self%too_strong = .true.
+         return
+      end if
       beta = dot(b, b)
       do j = 1, 3
          column = (1 + beta)*by_b(:, j) + (2*b(j))*tau - (2*(dot(b, by_b(:, j)) + tau(j)))*b

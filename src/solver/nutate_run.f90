@@ -28,7 +28,7 @@ module nutate_run
       real(wp) :: end_time = 0.0_wp
       !> Nominal steps between the rows shown to the observer.
       integer(long) :: every = 1
-      !> A run that needs more steps ends there.
+      !> A run that needs more steps, or more rows between its steps, ends there.
       integer(long) :: max_steps = huge(1_long)
    end type run_plan_t
 

@@ -1,0 +1,80 @@
+"""Mutated and extreme scenes (fuzzing.py), the first 500 of those that `make fuzz` tries."""
+import collections
+import os
+import pathlib
+import re
+import unittest
+import unittest.mock
+
+import fuzzing
+from support import CommandLineTest
+
+SEED = 1
+CASES = 500
+EXTREME = pathlib.Path(__file__).resolve().parent / "extreme"
+
+
+class Fuzz(CommandLineTest):
+    def test_any_scene_is_simulated_or_refused_in_one_line(self):
+        statuses = collections.Counter()
+        for number in range(CASES):
+            verdict = fuzzing.judge(self.program, fuzzing.make_case(SEED, number))
+            with self.subTest(repeat=f"make fuzz FUZZ='--seed {SEED} --case {number}'"):
+                self.assertEqual(verdict.fault, "")
+            statuses[verdict.statuses[-1]] += 1
+        # Cases that all fail alike would show nothing.
+        for status in (0, 2, 3):
+            self.assertGreater(statuses[status], CASES//20, statuses)
+
+
+class Extreme(CommandLineTest):
+    """Legal scenes that once went wrong; each begins with a comment `! expect: STATUS: what it is about`."""
+
+    def test_extreme_scenes_are_simulated_or_refused(self):
+        for path in sorted(EXTREME.glob("*.nml")):
+            text = path.read_bytes()
+            status = int(re.match(rb"! expect: (\d): ", text)[1])
+            verdict = fuzzing.judge(self.program, fuzzing.Case(text, [], True))
+            with self.subTest(path.name):
+                self.assertEqual(verdict.fault, "")
+                self.assertEqual(verdict.statuses, [2 if status == 2 else 0, status])
+
+
+class Judge(CommandLineTest):
+    """The judge sees what must not be, shown by scripts in the place of the program."""
+
+    def fault_of(self, script):
+        self.write("program", "#!/bin/sh\n" + script)
+        os.chmod(self.path("program"), 0o755)
+        return fuzzing.judge(self.path("program"), fuzzing.make_case(SEED, 0)).fault
+
+    def test_one_line_and_exit_status_2_are_right(self):
+        self.assertEqual(self.fault_of("echo 'scene.nml:1: wrong' >&2; exit 2"), "")
+
+    def test_faults_are_seen(self):
+        line = "echo 'scene.nml:1: wrong' >&2"
+        good = "printf 't,q0\\n0,1\\n'"
+        for script, fault in (
+                ("kill -FPE $$", "exit status -8"),
+                ("exit 1", "exit status 1"),
+                ("exit 2", "not one line"),
+                (f"{line}; {line}; exit 2", "not one line"),
+                (line, "though it succeeded"),
+                ("printf 'scene.nml:\\033[1m wrong\\n' >&2; exit 2", "not printable"),
+                (f"[ $1 = run ] && {line} && exit 2; exit 0", "disagree"),
+                (f"{line}; touch history.csv; exit 2", "left ['history.csv']"),
+                ("[ $1 = check ] || touch other", "left ['other']"),
+                (f"[ $1 = check ] || {{ {good} >history.csv; {line}; exit 3; }}", "left ['history.csv']"),
+                (f"[ $1 = check ] || {{ {good}; echo '1,NaN'; }} >history.csv", "a number that is none"),
+                (f"[ $1 = check ] || {{ {good}; echo '1,'; printf 2; }} >history.csv", "not whole"),
+                (f"[ $1 = check ] || {{ {good}; echo '2'; }} >history.csv", "another length")):
+            with self.subTest(script=script):
+                self.assertIn(fault, self.fault_of(script))
+
+    def test_long_run_is_seen(self):
+        with unittest.mock.patch.object(fuzzing, "ALLOWED_SECONDS", 0.0):
+            self.assertIn("took", self.fault_of("echo 'scene.nml:1: wrong' >&2; exit 2"))
+
+
+if __name__ == "__main__":
+    unittest.main()
