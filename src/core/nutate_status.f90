@@ -6,7 +6,8 @@ module nutate_status
 
    public :: status_t, fail
    public :: NUTATE_OK, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR, NUTATE_NOT_FINITE
-   public :: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_STEP_LIMIT, NUTATE_STOPPED
+   public :: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_STEP_LIMIT
+   public :: NUTATE_BAD_HANDLE, NUTATE_CALLBACK, NUTATE_TRUNCATED, NUTATE_NO_MEMORY, NUTATE_STOPPED
 
    !> Success.
    integer, parameter :: NUTATE_OK = 0
@@ -28,8 +29,16 @@ module nutate_status
    integer, parameter :: NUTATE_IO = 8
    !> The run would need more steps than were allowed.
    integer, parameter :: NUTATE_STEP_LIMIT = 9
+   !> What a C program gave is not a handle of the kind asked for.
+   integer, parameter :: NUTATE_BAD_HANDLE = 10
+   !> A C program's callback reported a failure.
+   integer, parameter :: NUTATE_CALLBACK = 11
+   !> A text did not fit into its buffer and was cut.
+   integer, parameter :: NUTATE_TRUNCATED = 12
+   !> Memory ran out.
+   integer, parameter :: NUTATE_NO_MEMORY = 13
    !> An observer asked for the end of a run.
-   integer, parameter :: NUTATE_STOPPED = 10
+   integer, parameter :: NUTATE_STOPPED = 14
 
    !> Outcome of a call.
    type :: status_t

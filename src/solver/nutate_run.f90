@@ -12,6 +12,8 @@ module nutate_run
    private
 
    public :: run_plan_t, run_record_t, run_summary_t, observer_t, integrate, count_steps, check_resumed
+   ! The parts of `integrate`, for those who keep a run under way between calls.
+   public :: progress_t, begin, advance
 
    !> A time within this fraction of a step of a step's end is that end.
    real(wp), parameter :: same_time = 1e-9_wp

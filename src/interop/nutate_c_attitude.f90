@@ -1,0 +1,190 @@
+!> C interface: attitudes in their several forms. What each function does stands in `include/nutate.h`.
+!>
+!> Results go through local variables, so that they may stand where arguments stood.
+module nutate_c_attitude
+   use, intrinsic :: iso_c_binding, only: c_double, c_int
+   use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, follow_euler, &
+      quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
+   use nutate_c_groups, only: is_moderate
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: attitude_distance, quat_normalized, quat_product, rotate_to_body, rotate_to_space, &
+      rotation_matrix
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_matrix_from_quat, nutate_quat_from_matrix, nutate_euler_from_quat, nutate_follow_euler, &
+      nutate_quat_from_euler, nutate_omega_from_euler_rates, nutate_quat_from_axis_angle, nutate_axis_angle_from_quat, &
+      nutate_quat_from_rotation_vector, nutate_rotation_vector_from_quat, nutate_quat_product, nutate_quat_normalized, &
+      nutate_rotate_to_space, nutate_rotate_to_body, nutate_attitude_distance
+
+   !> How far a matrix may be from orthogonal.
+   real(wp), parameter :: orthogonal_to = 1e-6_wp
+
+contains
+
+   integer(c_int) function nutate_matrix_from_quat(q, r) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4)
+      !> C's r[3][3], which is this one's transpose.
+      real(c_double), intent(inout), optional :: r(3, 3)
+      code = judge(is_attitude(q) .and. present(r))
+      if (code == NUTATE_OK) r = transpose(rotation_matrix(quat_normalized(q)))
+   end function nutate_matrix_from_quat
+
+   integer(c_int) function nutate_quat_from_matrix(r, q) result(code) bind(C)
+      !> C's r[3][3], which is this one's transpose.
+      real(c_double), intent(in), optional :: r(3, 3)
+      real(c_double), intent(inout), optional :: q(4)
+      real(wp) :: product(3, 3)
+      integer :: i
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. (present(r) .and. present(q))) return
+      if (.not. all(is_moderate(r))) return
+      if (maxval(abs(r)) > 2) return
+      product = matmul(r, transpose(r))
+      do i = 1, 3
+         product(i, i) = product(i, i) - 1
+      end do
+      if (maxval(abs(product)) > orthogonal_to .or. determinant(r) < 0.0_wp) return
+      q = quat_from_matrix(transpose(r))
+      code = NUTATE_OK
+   end function nutate_quat_from_matrix
+
+   integer(c_int) function nutate_euler_from_quat(q, angles) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4)
+      real(c_double), intent(inout), optional :: angles(3)
+      code = judge(is_attitude(q) .and. present(angles))
+      if (code == NUTATE_OK) call euler_from_quat(q, angles(1), angles(2), angles(3))
+   end function nutate_euler_from_quat
+
+   integer(c_int) function nutate_follow_euler(q, angles) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4)
+      real(c_double), intent(inout), optional :: angles(3)
+      code = judge(is_attitude(q) .and. is_vector(angles))
+      if (code == NUTATE_OK) call follow_euler(q, angles(1), angles(2), angles(3))
+   end function nutate_follow_euler
+
+   integer(c_int) function nutate_quat_from_euler(angles, q) result(code) bind(C)
+      real(c_double), intent(in), optional :: angles(3)
+      real(c_double), intent(inout), optional :: q(4)
+      code = judge(is_vector(angles) .and. present(q))
+      if (code == NUTATE_OK) q = quat_from_euler(angles(1), angles(2), angles(3))
+   end function nutate_quat_from_euler
+
+   integer(c_int) function nutate_omega_from_euler_rates(angles, rates, omega) result(code) bind(C)
+      real(c_double), intent(in), optional :: angles(3), rates(3)
+      real(c_double), intent(inout), optional :: omega(3)
+      code = judge(is_vector(angles) .and. is_vector(rates) .and. present(omega))
+      if (code == NUTATE_OK) &
+         omega = angular_velocity_from_euler_rates(angles(2), angles(3), rates(1), rates(2), rates(3))
+   end function nutate_omega_from_euler_rates
+
+   integer(c_int) function nutate_quat_from_axis_angle(axis, angle, q) result(code) bind(C)
+      real(c_double), intent(in), optional :: axis(3)
+      real(c_double), intent(in), value :: angle
+      real(c_double), intent(inout), optional :: q(4)
+      type(status_t) :: status
+      real(wp) :: unit(4)
+      code = judge(is_vector(axis) .and. is_moderate(angle) .and. present(q))
+      if (code /= NUTATE_OK) return
+      call quat_from_axis_angle(axis, angle, unit, status)
+      code = status%code
+      if (code == NUTATE_OK) q = unit
+   end function nutate_quat_from_axis_angle
+
+   integer(c_int) function nutate_axis_angle_from_quat(q, axis, angle) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4)
+      real(c_double), intent(inout), optional :: axis(3), angle
+      code = judge(is_attitude(q) .and. present(axis) .and. present(angle))
+      if (code == NUTATE_OK) call axis_angle_from_quat(q, axis, angle)
+   end function nutate_axis_angle_from_quat
+
+   integer(c_int) function nutate_quat_from_rotation_vector(v, q) result(code) bind(C)
+      real(c_double), intent(in), optional :: v(3)
+      real(c_double), intent(inout), optional :: q(4)
+      code = judge(is_vector(v) .and. present(q))
+      if (code == NUTATE_OK) q = quat_from_rotation_vector(v)
+   end function nutate_quat_from_rotation_vector
+
+   integer(c_int) function nutate_rotation_vector_from_quat(q, v) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4)
+      real(c_double), intent(inout), optional :: v(3)
+      code = judge(is_attitude(q) .and. present(v))
+      if (code == NUTATE_OK) v = rotation_vector_from_quat(q)
+   end function nutate_rotation_vector_from_quat
+
+   integer(c_int) function nutate_quat_product(a, b, c) result(code) bind(C)
+      real(c_double), intent(in), optional :: a(4), b(4)
+      real(c_double), intent(inout), optional :: c(4)
+      real(wp) :: product(4)
+      code = judge(is_vector(a) .and. is_vector(b) .and. present(c))
+      if (code /= NUTATE_OK) return
+      product = quat_product(a, b)
+      c = product
+   end function nutate_quat_product
+
+   integer(c_int) function nutate_quat_normalized(q, unit) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4)
+      real(c_double), intent(inout), optional :: unit(4)
+      real(wp) :: normalized(4)
+      code = judge(is_attitude(q) .and. present(unit))
+      if (code /= NUTATE_OK) return
+      normalized = quat_normalized(q)
+      unit = normalized
+   end function nutate_quat_normalized
+
+   integer(c_int) function nutate_rotate_to_space(q, v, r) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4), v(3)
+      real(c_double), intent(inout), optional :: r(3)
+      real(wp) :: rotated(3)
+      code = judge(is_attitude(q) .and. is_vector(v) .and. present(r))
+      if (code /= NUTATE_OK) return
+      rotated = rotate_to_space(quat_normalized(q), v)
+      r = rotated
+   end function nutate_rotate_to_space
+
+   integer(c_int) function nutate_rotate_to_body(q, v, r) result(code) bind(C)
+      real(c_double), intent(in), optional :: q(4), v(3)
+      real(c_double), intent(inout), optional :: r(3)
+      real(wp) :: rotated(3)
+      code = judge(is_attitude(q) .and. is_vector(v) .and. present(r))
+      if (code /= NUTATE_OK) return
+      rotated = rotate_to_body(quat_normalized(q), v)
+      r = rotated
+   end function nutate_rotate_to_body
+
+   integer(c_int) function nutate_attitude_distance(a, b, angle) result(code) bind(C)
+      real(c_double), intent(in), optional :: a(4), b(4)
+      real(c_double), intent(inout), optional :: angle
+      code = judge(is_attitude(a) .and. is_attitude(b) .and. present(angle))
+      if (code == NUTATE_OK) angle = attitude_distance(quat_normalized(a), quat_normalized(b))
+   end function nutate_attitude_distance
+
+   !> Success or `NUTATE_BAD_ARGUMENT`.
+   pure integer(c_int) function judge(good)
+      logical, intent(in) :: good
+      judge = merge(NUTATE_OK, NUTATE_BAD_ARGUMENT, good)
+   end function judge
+
+   !> The argument is there and its numbers are no trouble.
+   pure logical function is_vector(v)
+      real(wp), intent(in), optional :: v(:)
+      is_vector = present(v)
+      if (is_vector) is_vector = all(is_moderate(v))
+   end function is_vector
+
+   !> The same, and not all numbers are zero.
+   pure logical function is_attitude(q)
+      real(wp), intent(in), optional :: q(:)
+      is_attitude = present(q)
+      if (is_attitude) is_attitude = all(is_moderate(q))
+      if (is_attitude) is_attitude = any(abs(q) > 0.0_wp)
+   end function is_attitude
+
+   pure real(wp) function determinant(r)
+      real(wp), intent(in) :: r(3, 3)
+      determinant = r(1, 1)*(r(2, 2)*r(3, 3) - r(2, 3)*r(3, 2)) + r(1, 2)*(r(2, 3)*r(3, 1) - r(2, 1)*r(3, 3)) &
+                    + r(1, 3)*(r(2, 1)*r(3, 2) - r(2, 2)*r(3, 1))
+   end function determinant
+
+end module nutate_c_attitude

@@ -1,0 +1,221 @@
+!> Arguments of C functions as the groups of a scene: what a scene's values must keep to, a program's must too.
+module nutate_c_groups
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_keys, only: group_kind_t, group_t, key_t, setting_t, KEY_REAL, KEY_TEXT, NON_NEGATIVE, &
+      NOT_ZERO, POSITIVE
+   use nutate_kinds, only: wp
+   use nutate_scene_body, only: body_keys, build_body
+   use nutate_scene_check, only: check_complete, read_groups
+   use nutate_scene_effects, only: build_effects
+   use nutate_scene, only: scene_kinds
+   use nutate_scene_error, only: scene_error_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, parse_system, is_moderate
+
+   !> Numbers beyond this have no place in a simulation: products of three of them stay finite.
+   real(wp), parameter :: greatest = 1e100_wp
+   !> Where effects are tried: attitude and rate.
+   real(wp), parameter :: upright(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], rest(3) = 0.0_wp
+
+contains
+
+   !> Finite and not beyond all scales.
+   elemental logical function is_moderate(x)
+      real(wp), intent(in) :: x
+      is_moderate = ieee_is_finite(x)
+      if (is_moderate) is_moderate = abs(x) <= greatest
+   end function is_moderate
+
+   !> Appends a key of real numbers.
+   subroutine put_numbers(group, name, values)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: values(:)
+      call append(group, name, KEY_REAL, size(values))
+      group%settings(size(group%settings))%values%number = values
+   end subroutine put_numbers
+
+   !> Appends a key of one text.
+   subroutine put_text(group, name, text)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: name, text
+      call append(group, name, KEY_TEXT, 1)
+      group%settings(size(group%settings))%values(1)%text = text
+   end subroutine put_text
+
+   !> Appends a key with room for n values.
+   subroutine append(group, name, kind, n)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: kind, n
+      type(setting_t), allocatable :: grown(:)
+      integer :: i, before
+      before = 0
+      if (allocated(group%settings)) before = size(group%settings)
+      allocate (grown(before + 1))
+      do i = 1, before
+         grown(i)%name = group%settings(i)%name
+         grown(i)%kind = group%settings(i)%kind
+         call move_alloc(group%settings(i)%values, grown(i)%values)
+      end do
+      grown(before + 1)%name = name
+      grown(before + 1)%kind = kind
+      allocate (grown(before + 1)%values(n))
+      call move_alloc(grown, group%settings)
+   end subroutine append
+
+   !> Tests the numbers of a group against its keys. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_numbers(group, keys, status)
+      type(group_t), intent(in) :: group
+      type(key_t), intent(in) :: keys(:)
+      type(status_t), intent(out) :: status
+      integer :: i, k
+      do i = 1, size(group%settings)
+         if (group%settings(i)%kind /= KEY_REAL) cycle
+         do k = 1, size(keys)
+            if (keys(k)%name == group%settings(i)%name) exit
+         end do
+         if (.not. fits(keys(k), group%settings(i)%values%number)) then
+            associate (name => trim(keys(k)%name))
+               status = fail(NUTATE_BAD_ARGUMENT, trim(group%name)//': '//name//' is out of its range', name)
+            end associate
+            return
+         end if
+      end do
+   end subroutine check_numbers
+
+   !> The numbers are what the key says they may be.
+   pure logical function fits(key, numbers)
+      type(key_t), intent(in) :: key
+      real(wp), intent(in) :: numbers(:)
+      fits = all(is_moderate(numbers))
+      if (.not. fits) return
+      select case (key%range)
+      case (POSITIVE)
+         fits = all(numbers > 0.0_wp)
+      case (NON_NEGATIVE)
+         fits = all(numbers >= 0.0_wp)
+      case (NOT_ZERO)
+         fits = any(abs(numbers) > 0.0_wp)
+      case default
+      end select
+   end function fits
+
+   !> The body that a group `body` describes. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY`.
+   subroutine make_body_of(group, system, status)
+      type(group_t), intent(in) :: group
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      type(scene_error_t) :: error
+      character(len=:), allocatable :: shape
+      call check_numbers(group, body_keys(), status)
+      if (.not. status%ok()) return
+      call build_body(group, system%body, shape, error)
+      if (error%raised) status = fail(NUTATE_BAD_BODY, error%text)
+   end subroutine make_body_of
+
+   !> Adds the effect that a group describes. Errors: `NUTATE_BAD_ARGUMENT`; `NUTATE_BAD_BODY` without a mass that is
+   !> needed.
+   subroutine add_effect_of(group, system, status)
+      type(group_t), intent(in) :: group
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      type(effect_kind_t), allocatable :: kinds(:)
+      type(scene_error_t) :: error
+      integer :: k
+      kinds = effect_kinds()
+      do k = 1, size(kinds)
+         if (kinds(k)%group%name == group%name) exit
+      end do
+      call check_numbers(group, kinds(k)%group%keys, status)
+      if (.not. status%ok()) return
+      call build_effects([group], upright, rest, system, error)
+      if (.not. error%raised) return
+      status = fail(NUTATE_BAD_ARGUMENT, error%text)
+      if (group%name == 'gravity' .and. .not. system%body%has_mass) status%code = NUTATE_BAD_BODY
+   end subroutine add_effect_of
+
+   !> Adds the effects that a text describes as a scene would. Errors: `NUTATE_BAD_SCENE`; no effect is added then.
+   subroutine add_groups(text, system, status)
+      character(len=*), intent(in) :: text
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      call build_system(text, .false., system, status)
+   end subroutine add_groups
+
+   !> Body and effects that a text describes as a scene would. Errors: `NUTATE_BAD_SCENE`.
+   subroutine parse_system(text, system, status)
+      character(len=*), intent(in) :: text
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      call build_system(text, .true., system, status)
+   end subroutine parse_system
+
+   !> Adds what a text describes. Errors: `NUTATE_BAD_SCENE`, with no effect added.
+   subroutine build_system(text, with_body, system, status)
+      character(len=*), intent(in) :: text
+      !> The text begins the system with a body; else it has effects only.
+      logical, intent(in) :: with_body
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      type(group_t), allocatable :: groups(:)
+      type(scene_error_t) :: error
+      type(system_t) :: built
+      character(len=:), allocatable :: shape
+      integer :: i, last_line
+      call read_groups(text, scene_kinds(), groups, last_line, error)
+      if (.not. error%raised) call check_parts(groups, with_body, error)
+      if (with_body .and. .not. error%raised) then
+         do i = 1, size(groups)
+            if (groups(i)%name == 'body') call build_body(groups(i), built%body, shape, error)
+         end do
+      else
+         built%body = system%body
+      end if
+      if (.not. error%raised) call build_effects(groups, upright, rest, built, error)
+      if (error%raised) then
+         status = fail(NUTATE_BAD_SCENE, error%text)
+         return
+      end if
+      system%body = built%body
+      do i = 1, built%effects%n_potentials
+         call system%effects%add(built%effects%potentials(i)%item)
+      end do
+      do i = 1, built%effects%n_torques
+         call system%effects%add(built%effects%torques(i)%item)
+      end do
+      system%effects%n_rotors = system%effects%n_rotors + built%effects%n_rotors
+      system%effects%rotor_momentum = system%effects%rotor_momentum + built%effects%rotor_momentum
+   end subroutine build_system
+
+   !> Raises an error for a group that is no part of a system, for a key or a body that is missing.
+   subroutine check_parts(groups, with_body, error)
+      type(group_t), intent(in) :: groups(:)
+      logical, intent(in) :: with_body
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(groups)
+         if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ']) .or. &
+             (groups(i)%name == 'body' .and. .not. with_body)) &
+            call error%raise(groups(i)%line, '&'//trim(groups(i)%name)//' has no place here')
+      end do
+      if (with_body .and. .not. any(groups%name == 'body')) call error%raise(1, 'the group &body is missing')
+      call check_keys(groups, error)
+   end subroutine check_parts
+
+   !> Raises an error for a key that a group lacks.
+   subroutine check_keys(groups, error)
+      type(group_t), intent(in) :: groups(:)
+      type(scene_error_t), intent(inout) :: error
+      type(group_kind_t), allocatable :: kinds(:)
+      kinds = scene_kinds()
+      kinds%required = .false.
+      call check_complete(kinds, groups, 1, error)
+   end subroutine check_keys
+
+end module nutate_c_groups

@@ -1,0 +1,295 @@
+!> C interface: runs of scenes, in memory and into files. What each function does stands in `include/nutate.h`.
+module nutate_c_history
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
+   use nutate_c_effects, only: judge_failure
+   use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
+      open_slot, report, scene_handle_t, HISTORY_MARK
+   use nutate_c_text, only: nth_name, text_from_c, text_to_c
+   use nutate_columns, only: columns_t
+   use nutate_files, only: same_file
+   use nutate_history, only: history_t
+   use nutate_kinds, only: wp
+   use nutate_run, only: observer_t, run_record_t
+   use nutate_run_scene, only: run_scene
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_FINITE, &
+      NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
+      nutate_history_values, nutate_history_destroy
+
+   !> Room for rows at the start.
+   integer(c_size_t), parameter :: first_room = 1024
+
+   !> Keeps rows in memory.
+   type, extends(observer_t) :: collector_t
+      type(columns_t) :: columns
+      type(history_handle_t), pointer :: history => null()
+      !> Status and what the callback returned, of a callback that failed; shape (2).
+      integer(c_int), pointer :: failure(:) => null()
+   contains
+      procedure :: observe => collect_row
+      procedure :: poll => poll_collector
+      procedure :: watch => follow_collector
+   end type collector_t
+
+   !> Writes rows into a file, as long as no callback has failed.
+   type, extends(history_t) :: writer_t
+      integer(c_int), pointer :: failure(:) => null()
+   contains
+      procedure :: observe => write_row
+      procedure :: poll => poll_writer
+   end type writer_t
+
+contains
+
+   integer(c_int) function nutate_scene_run(scene, history, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, history, message
+      integer(c_size_t), intent(in), value :: size
+      type(c_ptr), pointer :: slot
+      type(scene_handle_t), pointer :: from
+      type(history_handle_t), pointer :: handle
+      type(status_t) :: status
+      integer :: failed
+      slot => open_slot(history)
+      from => find_scene(scene)
+      if (.not. associated(slot)) then
+         status = null_argument('history')
+      else if (.not. associated(from)) then
+         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+      else
+         allocate (handle, stat=failed)
+         if (failed /= 0) then
+            status = fail(NUTATE_NO_MEMORY, 'there is no memory for a history')
+         else
+            handle%mark = HISTORY_MARK
+            slot = c_loc(handle)
+            call collect(from, handle, status)
+         end if
+      end if
+      code = report(status, message, size)
+   end function nutate_scene_run
+
+   integer(c_int) function nutate_scene_write(scene, path, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, path, message
+      integer(c_size_t), intent(in), value :: size
+      type(scene_handle_t), pointer :: from
+      type(status_t) :: status
+      character(len=:), allocatable :: name
+      from => find_scene(scene)
+      if (.not. associated(from)) then
+         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+      else
+         name = from%scene%output%file
+         if (c_associated(path)) name = text_from_c(path)
+         if (name == '') then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the path is empty', 'path')
+         else if (same_file(from%scene%file, name)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the output is the scene itself and will not be written over', 'path')
+         else
+            call write_file(from, name, status)
+         end if
+      end if
+      code = report(status, message, size)
+   end function nutate_scene_write
+
+   integer(c_int) function nutate_history_size(history, rows, columns) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history
+      integer(c_size_t), intent(inout), optional :: rows, columns
+      type(history_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(history)
+      if (.not. associated(handle)) return
+      code = NUTATE_OK
+      if (present(rows)) rows = handle%rows
+      if (present(columns)) columns = handle%width
+   end function nutate_history_size
+
+   integer(c_int) function nutate_history_name(history, column, buffer, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history, buffer
+      integer(c_size_t), intent(in), value :: column, size
+      type(history_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(history)
+      if (.not. associated(handle)) return
+      code = NUTATE_BAD_ARGUMENT
+      if (column < 0 .or. column >= handle%width) return
+      code = text_to_c(nth_name(handle%names, int(column) + 1), buffer, size)
+   end function nutate_history_name
+
+   integer(c_int) function nutate_history_column(history, name, values, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history, name
+      integer(c_size_t), intent(in), value :: size
+      real(c_double), intent(inout), optional :: values(*)
+      type(history_handle_t), pointer :: handle
+      character(len=:), allocatable :: wanted
+      integer :: column
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(history)
+      if (.not. associated(handle)) return
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. present(values) .or. (size >= 0 .and. size < handle%rows)) return
+      wanted = text_from_c(name)
+      do column = 1, handle%width
+         if (nth_name(handle%names, column) == wanted .and. wanted /= '') exit
+      end do
+      if (column > handle%width) return
+      values(1:handle%rows) = handle%values(column, 1:handle%rows)
+      code = NUTATE_OK
+   end function nutate_history_column
+
+   integer(c_int) function nutate_history_values(history, values, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history
+      integer(c_size_t), intent(in), value :: size
+      real(c_double), intent(inout), optional :: values(*)
+      type(history_handle_t), pointer :: handle
+      integer(c_size_t) :: i
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(history)
+      if (.not. associated(handle)) return
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. present(values) .or. (size >= 0 .and. size < handle%rows*handle%width)) return
+      do i = 1, handle%rows
+         values((i - 1)*handle%width + 1:i*handle%width) = handle%values(:, i)
+      end do
+      code = NUTATE_OK
+   end function nutate_history_values
+
+   integer(c_int) function nutate_history_destroy(history) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history
+      type(c_ptr), pointer :: slot
+      type(history_handle_t), pointer :: handle
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. c_associated(history)) return
+      call c_f_pointer(history, slot)
+      code = NUTATE_OK
+      if (.not. c_associated(slot)) return
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(slot)
+      if (.not. associated(handle)) return
+      call erase_mark(handle%mark)
+      deallocate (handle)
+      slot = c_null_ptr
+      code = NUTATE_OK
+   end function nutate_history_destroy
+
+   !> Runs a scene and keeps its rows.
+   subroutine collect(from, handle, status)
+      type(scene_handle_t), intent(in) :: from
+      type(history_handle_t), pointer, intent(in) :: handle
+      type(status_t), intent(out) :: status
+      type(collector_t) :: collector
+      type(system_t) :: system
+      integer(c_int), target :: failure(2)
+      failure = 0
+      call collector%columns%choose(from%scene%output%columns, status)
+      if (.not. status%ok()) return
+      handle%names = collector%columns%header()
+      handle%width = collector%columns%width
+      allocate (handle%values(handle%width, first_room))
+      call copy_system(from%scene%system, system, c_loc(failure))
+      collector%history => handle
+      collector%failure => failure
+      collector%sees_every_step = collector%columns%follows_steps
+      call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia)
+      call run_scene(from%scene, system, collector, status)
+      if (failure(1) /= NUTATE_OK) status = judge_failure(failure)
+   end subroutine collect
+
+   !> Runs a scene and writes its rows.
+   subroutine write_file(from, name, status)
+      type(scene_handle_t), intent(in) :: from
+      character(len=*), intent(in) :: name
+      type(status_t), intent(out) :: status
+      type(writer_t) :: writer
+      type(system_t) :: system
+      type(status_t) :: closing
+      integer(c_int), target :: failure(2)
+      failure = 0
+      call copy_system(from%scene%system, system, c_loc(failure))
+      writer%failure => failure
+      call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
+                       from%scene%integrator%inverse_auxiliary_inertia, status)
+      if (.not. status%ok()) return
+      call run_scene(from%scene, system, writer, status)
+      if (failure(1) /= NUTATE_OK) status = judge_failure(failure)
+      if (status%ok()) then
+         call writer%finish(status)
+      else
+         call writer%abandon(closing)
+      end if
+   end subroutine write_file
+
+   !> Keeps a row. Errors: those of callbacks, `NUTATE_NOT_FINITE`, `NUTATE_NO_MEMORY`.
+   subroutine collect_row(self, system, state, record, status)
+      class(collector_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%failure)
+      if (status%ok()) call make_room(self%history, status)
+      if (.not. status%ok()) return
+      associate (row => self%history%values(:, self%history%rows + 1))
+         call self%columns%evaluate(system, state, record, row)
+         if (.not. all(ieee_is_finite(row))) &
+            status = fail(NUTATE_NOT_FINITE, 'a value of the history is not finite')
+      end associate
+      if (status%ok()) self%history%rows = self%history%rows + 1
+   end subroutine collect_row
+
+   !> Room for one more row. Errors: `NUTATE_NO_MEMORY`.
+   subroutine make_room(history, status)
+      type(history_handle_t), intent(inout) :: history
+      type(status_t), intent(inout) :: status
+      real(wp), allocatable :: grown(:, :)
+      integer :: failed
+      if (history%rows < size(history%values, 2, c_size_t)) return
+      allocate (grown(history%width, 2*history%rows), stat=failed)
+      if (failed /= 0) then
+         status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many rows')
+         return
+      end if
+      grown(:, 1:history%rows) = history%values
+      call move_alloc(grown, history%values)
+   end subroutine make_room
+
+   !> Ends the run where a callback has failed.
+   subroutine poll_collector(self, fraction, status)
+      class(collector_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%failure)
+   end subroutine poll_collector
+
+   !> Follows angles that must not lose turns.
+   subroutine follow_collector(self, state)
+      class(collector_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      call self%columns%follow(state)
+   end subroutine follow_collector
+
+   !> Writes a row. Errors: those of callbacks and of the history.
+   subroutine write_row(self, system, state, record, status)
+      class(writer_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%failure)
+      if (status%ok()) call self%history_t%observe(system, state, record, status)
+   end subroutine write_row
+
+   !> Ends the run where a callback has failed.
+   subroutine poll_writer(self, fraction, status)
+      class(writer_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%failure)
+   end subroutine poll_writer
+
+end module nutate_c_history

@@ -1,0 +1,249 @@
+!> C interface: what a stepper's state is. What each function does stands in `include/nutate.h`.
+module nutate_c_reading
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
+   use nutate_attitude, only: euler_from_quat
+   use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
+   use nutate_c_rows, only: present_record, work_done
+   use nutate_c_text, only: nth_name, text_from_c, text_to_c
+   use nutate_columns, only: columns_t, need_attitude
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
+   use nutate_invariants, only: conserved_momentum
+   use nutate_keys, only: name_length
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: quat_normalized, rotate_to_space, rotation_matrix
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_stepper_time, nutate_stepper_quaternion, nutate_stepper_conjugate_momentum, &
+      nutate_stepper_angular_velocity, nutate_stepper_angular_velocity_space, nutate_stepper_angular_momentum, &
+      nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
+      nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver
+   public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_row
+
+contains
+
+   integer(c_int) function nutate_stepper_time(stepper, t) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: t
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(t), .false., handle, code)
+      if (code == NUTATE_OK) t = handle%state%t
+   end function nutate_stepper_time
+
+   integer(c_int) function nutate_stepper_quaternion(stepper, q) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: q(4)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(q), .true., handle, code)
+      if (code == NUTATE_OK) q = handle%state%q
+   end function nutate_stepper_quaternion
+
+   integer(c_int) function nutate_stepper_conjugate_momentum(stepper, p) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: p(4)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(p), .true., handle, code)
+      if (code == NUTATE_OK) p = handle%state%p
+   end function nutate_stepper_conjugate_momentum
+
+   integer(c_int) function nutate_stepper_angular_velocity(stepper, omega) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: omega(3)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(omega), .false., handle, code)
+      if (code == NUTATE_OK) omega = angular_velocity(handle%system, handle%state)
+   end function nutate_stepper_angular_velocity
+
+   integer(c_int) function nutate_stepper_angular_velocity_space(stepper, omega) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: omega(3)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(omega), .true., handle, code)
+      if (code == NUTATE_OK) omega = rotate_to_space(quat_normalized(handle%state%q), &
+                                                     angular_velocity(handle%system, handle%state))
+   end function nutate_stepper_angular_velocity_space
+
+   integer(c_int) function nutate_stepper_angular_momentum(stepper, momentum) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: momentum(3)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(momentum), .false., handle, code)
+      if (code == NUTATE_OK) momentum = body_momentum(handle%state)
+   end function nutate_stepper_angular_momentum
+
+   integer(c_int) function nutate_stepper_angular_momentum_space(stepper, momentum) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: momentum(3)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(momentum), .true., handle, code)
+      if (code == NUTATE_OK) momentum = space_momentum(handle%state)
+   end function nutate_stepper_angular_momentum_space
+
+   integer(c_int) function nutate_stepper_matrix(stepper, r) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      !> C's r[3][3], which is this one's transpose.
+      real(c_double), intent(inout), optional :: r(3, 3)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(r), .true., handle, code)
+      if (code == NUTATE_OK) r = transpose(rotation_matrix(quat_normalized(handle%state%q)))
+   end function nutate_stepper_matrix
+
+   integer(c_int) function nutate_stepper_euler(stepper, angles) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: angles(3)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(angles), .true., handle, code)
+      if (code == NUTATE_OK) call euler_from_quat(handle%state%q, angles(1), angles(2), angles(3))
+   end function nutate_stepper_euler
+
+   integer(c_int) function nutate_stepper_energy(stepper, energy) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: energy(5)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(energy), .false., handle, code)
+      if (code /= NUTATE_OK) return
+      energy(1) = kinetic_energy(handle%system, handle%state, handle%settings%inverse_auxiliary_inertia)
+      energy(2) = potential_energy(handle%system%effects, handle%state%q)
+      energy(3) = energy(1) + energy(2)
+      energy(4) = work_done(handle)
+      energy(5) = energy(3) - handle%first_energy - energy(4)
+   end function nutate_stepper_energy
+
+   integer(c_int) function nutate_stepper_constraints(stepper, constraints) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: constraints(2)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(constraints), .true., handle, code)
+      if (code == NUTATE_OK) constraints = [dot_product(handle%state%q, handle%state%q) - 1, &
+                                            dot_product(handle%state%q, handle%state%p)]
+   end function nutate_stepper_constraints
+
+   integer(c_int) function nutate_stepper_conserved(stepper, components, axis) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_int), intent(inout), optional :: components
+      real(c_double), intent(inout), optional :: axis(3)
+      type(stepper_handle_t), pointer :: handle
+      integer :: which
+      real(wp) :: along(3)
+      call look(stepper, present(components), .false., handle, code)
+      if (code /= NUTATE_OK) return
+      call conserved_momentum(handle%system%effects, which, along)
+      components = which
+      if (present(axis)) axis = along
+   end function nutate_stepper_conserved
+
+   integer(c_int) function nutate_stepper_solver(stepper, iterations, residual) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_int), intent(inout), optional :: iterations
+      real(c_double), intent(inout), optional :: residual
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, .true., .false., handle, code)
+      if (code /= NUTATE_OK) return
+      if (present(iterations)) iterations = 0
+      if (present(residual)) residual = 0.0_wp
+      if (.not. allocated(handle%stepper)) return
+      if (present(iterations)) iterations = handle%stepper%iterations
+      if (present(residual)) residual = handle%stepper%residual
+   end function nutate_stepper_solver
+
+   integer(c_int) function nutate_stepper_set_columns(stepper, sets) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, sets
+      type(stepper_handle_t), pointer :: handle
+      character(len=:), allocatable :: list
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      list = text_from_c(sets)
+      if (list == '') then
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is named', 'sets'))
+      else
+         code = choose(handle, list)
+      end if
+   end function nutate_stepper_set_columns
+
+   integer(c_int) function nutate_stepper_width(stepper, width) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_size_t), intent(inout), optional :: width
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(width), .false., handle, code)
+      if (code == NUTATE_OK) width = handle%columns%width
+   end function nutate_stepper_width
+
+   integer(c_int) function nutate_stepper_column(stepper, column, buffer, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, buffer
+      integer(c_size_t), intent(in), value :: column, size
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, .true., .false., handle, code)
+      if (code /= NUTATE_OK) return
+      code = NUTATE_BAD_ARGUMENT
+      if (column < 0 .or. column >= handle%columns%width) return
+      code = text_to_c(nth_name(handle%columns%header(), int(column) + 1), buffer, size)
+   end function nutate_stepper_column
+
+   integer(c_int) function nutate_stepper_row(stepper, row, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_size_t), intent(in), value :: size
+      real(c_double), intent(inout), optional :: row(*)
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      associate (width => handle%columns%width)
+         if (.not. present(row)) then
+            status = null_argument('row')
+         else if (size >= 0 .and. size < width) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the array for the row is too small', 'size')
+         else
+            call handle%columns%evaluate(handle%system, handle%state, present_record(handle), row(1:width))
+         end if
+      end associate
+      code = conclude(handle, status)
+   end function nutate_stepper_row
+
+   !> Finds a stepper that can be read.
+   subroutine look(stepper, complete, needs_attitude, handle, code)
+      type(c_ptr), intent(in) :: stepper
+      !> No argument that must be there is null.
+      logical, intent(in) :: complete
+      !> The attitude is to be read.
+      logical, intent(in) :: needs_attitude
+      type(stepper_handle_t), pointer, intent(out) :: handle
+      !> `NUTATE_BAD_HANDLE`; `NUTATE_BAD_ARGUMENT` for a null argument, or an attitude that is not integrated.
+      integer(c_int), intent(out) :: code
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      code = NUTATE_OK
+      if (.not. complete .or. (needs_attitude .and. .not. handle%settings%attitude)) code = NUTATE_BAD_ARGUMENT
+   end subroutine look
+
+   !> Takes a list of sets of columns.
+   integer(c_int) function choose(handle, list) result(code)
+      type(stepper_handle_t), intent(inout) :: handle
+      character(len=*), intent(in) :: list
+      character(len=name_length), allocatable :: sets(:)
+      type(columns_t) :: columns
+      type(status_t) :: status
+      integer :: i, commas
+      commas = count([(list(i:i) == ',', i=1, len(list))])
+      allocate (sets(commas + 1))
+      do i = 1, size(sets)
+         sets(i) = nth_name(list, i)
+      end do
+      call columns%choose(sets, status)
+      if (status%ok()) then
+         call columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
+         if (columns%follows_steps) call columns%follow(handle%state)
+         handle%columns = columns
+         handle%sets = sets
+         if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+                                                        need_attitude(sets)
+         handle%ready = .false.
+         handle%plain = .false.
+      end if
+      code = conclude(handle, status)
+   end function choose
+
+end module nutate_c_reading

@@ -1,0 +1,136 @@
+!> Rows of a run in an array of C.
+module nutate_c_rows
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_ptr, c_size_t
+   use nutate_c_effects, only: judge_failure
+   use nutate_c_handles, only: stepper_handle_t
+   use nutate_kinds, only: wp, long
+   use nutate_run, only: observer_t, run_record_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_STEP_LIMIT
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: row_taker_t, write_row, present_record, work_done
+
+   !> Writes rows into an array.
+   type, extends(observer_t) :: row_taker_t
+      !> There is an array.
+      logical :: wants_rows = .false.
+      !> Rows so far.
+      integer(c_size_t) :: rows = 0
+      !> Shape (width, room for rows).
+      real(wp), pointer, contiguous :: values(:, :) => null()
+      !> The stepper whose run it is; only where steps are chosen by their error.
+      type(stepper_handle_t), pointer :: handle => null()
+   contains
+      !> Takes the array.
+      procedure :: take
+      procedure :: observe => take_row
+      procedure :: poll => ask_callbacks
+      procedure :: watch => follow_state
+   end type row_taker_t
+
+contains
+
+   !> Takes the array. Errors: `NUTATE_BAD_ARGUMENT` where it is too small.
+   subroutine take(self, rows, width, needed, capacity, status)
+      class(row_taker_t), intent(inout) :: self
+      !> `double[capacity][width]`, or null.
+      type(c_ptr), intent(in) :: rows
+      integer, intent(in) :: width
+      !> Rows that it must hold.
+      integer(long), intent(in) :: needed
+      integer(c_size_t), intent(in) :: capacity
+      type(status_t), intent(out) :: status
+      if (.not. c_associated(rows)) return
+      ! A size of C beyond the greatest integer is negative here.
+      if (capacity >= 0 .and. capacity < needed) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the array for the rows is too small', 'capacity')
+         return
+      end if
+      self%wants_rows = .true.
+      self%rows = 0
+      call c_f_pointer(rows, self%values, [int(width, c_size_t), merge(capacity, huge(capacity)/width, capacity >= 0)])
+   end subroutine take
+
+   !> What belongs to a row beside the state.
+   type(run_record_t) function present_record(handle) result(record)
+      type(stepper_handle_t), intent(in) :: handle
+      record = handle%record
+      if (.not. handle%under_way .and. allocated(handle%stepper)) then
+         record%iterations = handle%stepper%iterations
+         record%residual = handle%stepper%residual
+      end if
+      record%work = work_done(handle)
+   end function present_record
+
+   !> Work of all torques since the state was set, J.
+   real(wp) function work_done(handle)
+      type(stepper_handle_t), intent(in) :: handle
+      work_done = handle%work
+      if (allocated(handle%summary%work)) work_done = handle%work + sum(handle%summary%work)
+   end function work_done
+
+   !> Writes the present state as a row. Errors: `NUTATE_NOT_FINITE`.
+   subroutine write_row(handle, taker, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(row_taker_t), intent(inout) :: taker
+      type(status_t), intent(inout) :: status
+      type(run_record_t) :: record
+      if (.not. taker%wants_rows) return
+      record = handle%record
+      record%work = work_done(handle)
+      call put_row(handle, taker, handle%state, record, status)
+   end subroutine write_row
+
+   !> Puts a row behind the others. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` where there is no room.
+   subroutine put_row(handle, taker, state, record, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      class(row_taker_t), intent(inout) :: taker
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      if (taker%rows >= size(taker%values, 2, c_size_t)) then
+         status = fail(NUTATE_STEP_LIMIT, 'the run has more rows than the array has room for')
+         return
+      end if
+      associate (row => taker%values(:, taker%rows + 1))
+         call handle%columns%evaluate(handle%system, state, record, row)
+         if (.not. all(ieee_is_finite(row))) status = fail(NUTATE_NOT_FINITE, 'a value of a row is not finite')
+      end associate
+      if (status%code == 0) taker%rows = taker%rows + 1
+   end subroutine put_row
+
+   !> Writes a row of a run whose steps are chosen by their error.
+   subroutine take_row(self, system, state, record, status)
+      class(row_taker_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      type(run_record_t) :: own
+      status = judge_failure(self%handle%failure)
+      if (status%code /= 0 .or. .not. self%wants_rows) return
+      own = record
+      own%work = self%handle%work + record%work
+      call put_row(self%handle, self, state, own, status)
+   end subroutine take_row
+
+   !> Ends the run where a callback has failed.
+   subroutine ask_callbacks(self, fraction, status)
+      class(row_taker_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%handle%failure)
+   end subroutine ask_callbacks
+
+   !> Follows angles that must not lose turns.
+   subroutine follow_state(self, state)
+      class(row_taker_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      call self%handle%columns%follow(state)
+   end subroutine follow_state
+
+end module nutate_c_rows

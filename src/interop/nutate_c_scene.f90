@@ -1,0 +1,211 @@
+!> C interface: scenes. What each function does stands in `include/nutate.h`.
+module nutate_c_scene
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
+      c_null_ptr, c_ptr, c_size_t
+   use nutate_c_handles, only: conclude, erase_mark, find_scene, null_argument, open_slot, report, scene_handle_t, &
+      SCENE_MARK
+   use nutate_c_system, only: add_callback_potential, add_callback_torque, keep_system
+   use nutate_c_text, only: message_to_c, text_from_c, text_to_c
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_scene, only: parse_scene, read_scene
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_title, nutate_scene_plan, &
+      nutate_scene_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, nutate_scene_system
+
+contains
+
+   integer(c_int) function nutate_scene_read(path, overrides, n_overrides, scene, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: path, overrides, scene, message
+      integer(c_size_t), intent(in), value :: n_overrides, size
+      code = load(path, path, .true., overrides, n_overrides, scene, message, size)
+   end function nutate_scene_read
+
+   integer(c_int) function nutate_scene_parse(text, name, overrides, n_overrides, scene, message, size) result(code) &
+      bind(C)
+      type(c_ptr), intent(in), value :: text, name, overrides, scene, message
+      integer(c_size_t), intent(in), value :: n_overrides, size
+      code = load(text, name, .false., overrides, n_overrides, scene, message, size)
+   end function nutate_scene_parse
+
+   integer(c_int) function nutate_scene_destroy(scene) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene
+      type(c_ptr), pointer :: slot
+      type(scene_handle_t), pointer :: handle
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. c_associated(scene)) return
+      call c_f_pointer(scene, slot)
+      code = NUTATE_OK
+      if (.not. c_associated(slot)) return
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(slot)
+      if (.not. associated(handle)) return
+      call erase_mark(handle%mark)
+      deallocate (handle)
+      slot = c_null_ptr
+      code = NUTATE_OK
+   end function nutate_scene_destroy
+
+   integer(c_int) function nutate_scene_title(scene, buffer, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, buffer
+      integer(c_size_t), intent(in), value :: size
+      type(scene_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (associated(handle)) code = text_to_c(handle%scene%title, buffer, size)
+   end function nutate_scene_title
+
+   integer(c_int) function nutate_scene_plan(scene, time_step, end_time, every) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene
+      real(c_double), intent(inout), optional :: time_step, end_time
+      integer(c_int64_t), intent(inout), optional :: every
+      type(scene_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      code = NUTATE_OK
+      if (present(time_step)) time_step = handle%scene%plan%time_step
+      if (present(end_time)) end_time = handle%scene%plan%end_time
+      if (present(every)) every = handle%scene%plan%every
+   end function nutate_scene_plan
+
+   integer(c_int) function nutate_scene_initial(scene, q, omega) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene
+      real(c_double), intent(inout), optional :: q(4), omega(3)
+      type(scene_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      code = NUTATE_OK
+      if (present(q)) q = handle%scene%initial%q
+      if (present(omega)) omega = angular_velocity(handle%scene%system, handle%scene%initial)
+   end function nutate_scene_initial
+
+   integer(c_int) function nutate_scene_add_potential(scene, direction, potential, hessian, user) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, user
+      real(c_double), intent(in), optional :: direction(3)
+      type(c_funptr), intent(in), value :: potential, hessian
+      type(scene_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call add_callback_potential(handle%scene%system%effects, direction, potential, hessian, user, status)
+      code = end_adding(handle, status)
+   end function nutate_scene_add_potential
+
+   integer(c_int) function nutate_scene_add_user_torque(scene, torque, user) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, user
+      type(c_funptr), intent(in), value :: torque
+      type(scene_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call add_callback_torque(handle%scene%system%effects, torque, user, status)
+      code = end_adding(handle, status)
+   end function nutate_scene_add_user_torque
+
+   integer(c_int) function nutate_scene_system(scene, system, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, system, message
+      integer(c_size_t), intent(in), value :: size
+      type(c_ptr), pointer :: slot
+      type(scene_handle_t), pointer :: handle
+      type(status_t) :: status
+      slot => open_slot(system)
+      handle => find_scene(scene)
+      if (.not. associated(slot)) then
+         status = null_argument('system')
+      else if (.not. associated(handle)) then
+         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+      else
+         call keep_system(handle%scene%system, slot, status)
+      end if
+      code = report(status, message, size)
+   end function nutate_scene_system
+
+   !> After an effect was added to a scene: callbacks may depend on the attitude.
+   integer(c_int) function end_adding(handle, status) result(code)
+      type(scene_handle_t), intent(inout) :: handle
+      type(status_t), intent(in) :: status
+      if (status%ok()) handle%scene%integrator%attitude = .true.
+      code = conclude(handle, status)
+   end function end_adding
+
+   !> Reads a scene from a file or from a text and makes its handle.
+   integer(c_int) function load(source, name, is_file, overrides, n_overrides, scene, message, size) result(code)
+      !> Path or text, and what to call it.
+      type(c_ptr), intent(in) :: source, name
+      logical, intent(in) :: is_file
+      type(c_ptr), intent(in) :: overrides, scene, message
+      integer(c_size_t), intent(in) :: n_overrides, size
+      type(c_ptr), pointer :: slot
+      type(scene_handle_t), pointer :: handle
+      character(len=:), allocatable :: settings(:), text, called
+      type(status_t) :: status
+      integer :: failed
+
+      slot => open_slot(scene)
+      if (.not. associated(slot)) status = null_argument('scene')
+      if (.not. c_associated(source)) status = null_argument('path or text')
+      if (status%ok()) call take_overrides(overrides, n_overrides, settings, status)
+      if (status%ok()) then
+         allocate (handle, stat=failed)
+         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a scene')
+      end if
+      text = trim(status%message)
+      if (status%ok()) then
+         called = 'scene'
+         if (c_associated(name)) called = text_from_c(name)
+         if (is_file) then
+            call read_scene(called, handle%scene, status, text, settings)
+         else
+            call parse_scene(text_from_c(source), called, handle%scene, status, text, settings)
+         end if
+         if (status%ok()) then
+            handle%mark = SCENE_MARK
+            slot = c_loc(handle)
+         else
+            deallocate (handle)
+         end if
+      end if
+      call message_to_c(text, message, size)
+      code = status%code
+   end function load
+
+   !> The overrides as texts of one length. Errors: `NUTATE_BAD_ARGUMENT` where one of them, or all, is null.
+   subroutine take_overrides(overrides, n, texts, status)
+      !> `char *[n]`.
+      type(c_ptr), intent(in) :: overrides
+      integer(c_size_t), intent(in) :: n
+      character(len=:), allocatable, intent(out) :: texts(:)
+      type(status_t), intent(out) :: status
+      type(c_ptr), pointer :: list(:)
+      integer :: i, longest
+      !> More settings than any scene has.
+      integer, parameter :: most = 10000
+
+      if (n < 0 .or. n > most) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the number of overrides is out of its range', 'n_overrides')
+      else if (n > 0 .and. .not. c_associated(overrides)) then
+         status = null_argument('overrides')
+      end if
+      if (.not. status%ok() .or. n == 0) then
+         allocate (character(len=1) :: texts(0))
+         return
+      end if
+      call c_f_pointer(overrides, list, [n])
+      longest = 1
+      do i = 1, int(n)
+         if (.not. c_associated(list(i))) status = null_argument('overrides[i]')
+         longest = max(longest, len(text_from_c(list(i))))
+      end do
+      allocate (character(len=longest) :: texts(n))
+      do i = 1, int(n)
+         texts(i) = text_from_c(list(i))
+      end do
+   end subroutine take_overrides
+
+end module nutate_c_scene

@@ -1,0 +1,280 @@
+!> C interface: systems and their effects. What each function does stands in `include/nutate.h`.
+module nutate_c_system
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_loc, c_null_ptr, &
+      c_ptr, c_size_t
+   use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
+   use nutate_c_groups, only: add_groups, is_moderate, make_body_of, parse_system, put_numbers, &
+      put_text
+   use nutate_c_handles, only: conclude, copy_system, erase_mark, find_system, null_argument, open_slot, report, &
+      system_handle_t, SYSTEM_MARK
+   use nutate_c_text, only: text_from_c
+   use nutate_effect_list, only: effect_list_t
+   use nutate_keys, only: group_t
+   use nutate_kinds, only: wp
+   use nutate_shapes, only: shape_kinds
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: nutate_system_create_moments, nutate_system_create_tensor, nutate_system_create_shape, &
+      nutate_system_parse, nutate_system_destroy, nutate_system_body, nutate_system_add_groups, &
+      nutate_system_add_potential, nutate_system_add_user_torque
+   public :: keep_system, add_callback_potential, add_callback_torque
+
+contains
+
+   integer(c_int) function nutate_system_create_moments(moments, mass, center_of_mass, about_center, system, message, &
+                                                        size) result(code) bind(C)
+      real(c_double), intent(in), optional :: moments(3), center_of_mass(3)
+      real(c_double), intent(in), value :: mass
+      integer(c_int), intent(in), value :: about_center
+      type(c_ptr), intent(in), value :: system, message
+      integer(c_size_t), intent(in), value :: size
+      type(group_t) :: group
+      if (present(moments)) call put_numbers(group, 'inertia', moments)
+      call put_rest(group, mass, center_of_mass, about_center)
+      code = create(group, present(moments), 'moments', system, message, size)
+   end function nutate_system_create_moments
+
+   integer(c_int) function nutate_system_create_tensor(tensor, mass, center_of_mass, about_center, system, message, &
+                                                       size) result(code) bind(C)
+      real(c_double), intent(in), optional :: tensor(6), center_of_mass(3)
+      real(c_double), intent(in), value :: mass
+      integer(c_int), intent(in), value :: about_center
+      type(c_ptr), intent(in), value :: system, message
+      integer(c_size_t), intent(in), value :: size
+      type(group_t) :: group
+      if (present(tensor)) call put_numbers(group, 'inertia_tensor', tensor)
+      call put_rest(group, mass, center_of_mass, about_center)
+      code = create(group, present(tensor), 'tensor', system, message, size)
+   end function nutate_system_create_tensor
+
+   integer(c_int) function nutate_system_create_shape(shape, lengths, n_lengths, mass, density, center_of_mass, &
+                                                      system, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: shape, lengths
+      integer(c_size_t), intent(in), value :: n_lengths, size
+      real(c_double), intent(in), value :: mass, density
+      real(c_double), intent(in), optional :: center_of_mass(3)
+      type(c_ptr), intent(in), value :: system, message
+      type(group_t) :: group
+      real(c_double), pointer :: numbers(:)
+      logical :: complete
+      complete = c_associated(shape) .and. c_associated(lengths)
+      if (complete) then
+         ! No shape has more lengths than this; one more shows that there are too many.
+         call c_f_pointer(lengths, numbers, [min(n_lengths, maxval(shape_kinds%sizes) + 1_c_size_t)])
+         call put_text(group, 'shape', text_from_c(shape))
+         call put_numbers(group, 'size', numbers)
+      end if
+      if (given(mass)) call put_numbers(group, 'mass', [mass])
+      if (given(density)) call put_numbers(group, 'density', [density])
+      if (present(center_of_mass)) call put_numbers(group, 'center_of_mass', center_of_mass)
+      code = create(group, complete, 'shape or lengths', system, message, size)
+   end function nutate_system_create_shape
+
+   integer(c_int) function nutate_system_parse(text, system, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: text, system, message
+      integer(c_size_t), intent(in), value :: size
+      type(c_ptr), pointer :: slot
+      type(system_t) :: built
+      type(status_t) :: status
+      slot => open_slot(system)
+      if (.not. associated(slot)) then
+         status = null_argument('system')
+      else if (.not. c_associated(text)) then
+         status = null_argument('text')
+      else
+         call parse_system(text_from_c(text), built, status)
+         if (status%ok()) call keep_system(built, slot, status)
+      end if
+      code = report(status, message, size)
+   end function nutate_system_parse
+
+   integer(c_int) function nutate_system_destroy(system) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      type(c_ptr), pointer :: slot
+      type(system_handle_t), pointer :: handle
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. c_associated(system)) return
+      call c_f_pointer(system, slot)
+      code = NUTATE_OK
+      if (.not. c_associated(slot)) return
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(slot)
+      if (.not. associated(handle)) return
+      call erase_mark(handle%mark)
+      deallocate (handle)
+      slot = c_null_ptr
+      code = NUTATE_OK
+   end function nutate_system_destroy
+
+   integer(c_int) function nutate_system_body(system, inertia, mass, center_of_mass) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(inout), optional :: inertia(3, 3), mass, center_of_mass(3)
+      type(system_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      code = NUTATE_OK
+      ! Symmetric: rows are columns.
+      if (present(inertia)) inertia = handle%system%body%inertia
+      if (present(mass)) mass = handle%system%body%mass
+      if (present(center_of_mass)) center_of_mass = handle%system%body%center_of_mass
+   end function nutate_system_body
+
+   integer(c_int) function nutate_system_add_groups(system, text) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, text
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      if (c_associated(text)) then
+         call add_groups(text_from_c(text), handle%system, status)
+      else
+         status = null_argument('text')
+      end if
+      code = conclude(handle, status)
+   end function nutate_system_add_groups
+
+   integer(c_int) function nutate_system_add_potential(system, direction, potential, hessian, user) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, user
+      real(c_double), intent(in), optional :: direction(3)
+      type(c_funptr), intent(in), value :: potential, hessian
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      call add_callback_potential(handle%system%effects, direction, potential, hessian, user, status)
+      code = conclude(handle, status)
+   end function nutate_system_add_potential
+
+   integer(c_int) function nutate_system_add_user_torque(system, torque, user) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, user
+      type(c_funptr), intent(in), value :: torque
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      call add_callback_torque(handle%system%effects, torque, user, status)
+      code = conclude(handle, status)
+   end function nutate_system_add_user_torque
+
+   !> True for a number that is given: not zero; NaN counts as given, and is refused later.
+   pure logical function given(x)
+      real(wp), intent(in) :: x
+      given = abs(transfer(x, 1_c_size_t)) > 0 .and. transfer(x, 1_c_size_t) /= ishft(1_c_size_t, 63)
+   end function given
+
+   !> What a body by its inertia has beside it.
+   subroutine put_rest(group, mass, center_of_mass, about_center)
+      type(group_t), intent(inout) :: group
+      real(wp), intent(in) :: mass
+      real(wp), intent(in), optional :: center_of_mass(3)
+      integer(c_int), intent(in) :: about_center
+      if (given(mass)) call put_numbers(group, 'mass', [mass])
+      if (present(center_of_mass)) call put_numbers(group, 'center_of_mass', center_of_mass)
+      if (about_center /= 0) call put_text(group, 'inertia_about', 'center_of_mass')
+   end subroutine put_rest
+
+   !> Makes the body that a group describes and its handle.
+   integer(c_int) function create(group, complete, missing, system, message, size) result(code)
+      type(group_t), intent(inout) :: group
+      !> No argument that must be there is null, and its name.
+      logical, intent(in) :: complete
+      character(len=*), intent(in) :: missing
+      type(c_ptr), intent(in) :: system, message
+      integer(c_size_t), intent(in) :: size
+      type(c_ptr), pointer :: slot
+      type(system_t) :: built
+      type(status_t) :: status
+      group%name = 'body'
+      slot => open_slot(system)
+      if (.not. associated(slot)) then
+         status = null_argument('system')
+      else if (.not. complete) then
+         status = null_argument(missing)
+      else
+         call check_shape(group, status)
+         if (status%ok()) call make_body_of(group, built, status)
+         if (status%ok()) call keep_system(built, slot, status)
+      end if
+      code = report(status, message, size)
+   end function create
+
+   !> Tests the name of a shape and how many lengths it has. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_shape(group, status)
+      type(group_t), intent(in) :: group
+      type(status_t), intent(out) :: status
+      integer :: i
+      if (.not. group%has('shape')) return
+      do i = 1, size(shape_kinds)
+         if (shape_kinds(i)%name == group%text('shape', '')) exit
+      end do
+      if (i > size(shape_kinds)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "unknown shape '"//group%text('shape', '')//"'", 'shape')
+      else if (group%count_of('size') /= shape_kinds(i)%sizes) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'wrong number of lengths (expected '//trim(shape_kinds(i)%lengths)//')', &
+                       'n_lengths')
+      else if (group%has('mass') .eqv. group%has('density')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a shape needs its mass or its density, one of the two', 'mass')
+      end if
+   end subroutine check_shape
+
+   !> Makes the handle of a system. Errors: `NUTATE_NO_MEMORY`.
+   subroutine keep_system(system, slot, status)
+      type(system_t), intent(in) :: system
+      type(c_ptr), intent(inout) :: slot
+      type(status_t), intent(out) :: status
+      type(system_handle_t), pointer :: handle
+      integer :: failed
+      allocate (handle, stat=failed)
+      if (failed /= 0) then
+         status = fail(NUTATE_NO_MEMORY, 'there is no memory for a system')
+         return
+      end if
+      call copy_system(system, handle%system, c_null_ptr)
+      handle%mark = SYSTEM_MARK
+      slot = c_loc(handle)
+   end subroutine keep_system
+
+   !> Adds a potential by callbacks. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine add_callback_potential(effects, direction, potential, hessian, user, status)
+      type(effect_list_t), intent(inout) :: effects
+      real(wp), intent(in), optional :: direction(3)
+      type(c_funptr), intent(in) :: potential, hessian
+      type(c_ptr), intent(in) :: user
+      type(status_t), intent(out) :: status
+      if (.not. present(direction)) then
+         status = null_argument('direction')
+      else if (.not. c_associated(potential)) then
+         status = null_argument('potential')
+      else if (.not. all(is_moderate(direction))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the direction is not finite or beyond all scales', 'direction')
+      else if (.not. any(abs(direction) > 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the direction is zero', 'direction')
+      else if (c_associated(hessian)) then
+         call effects%add(c_curved_potential_t(name='callback', direction=direction, function=potential, user=user, &
+                                               second=hessian))
+      else
+         call effects%add(c_potential_t(name='callback', direction=direction, function=potential, user=user))
+      end if
+   end subroutine add_callback_potential
+
+   !> Adds a torque by a callback. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine add_callback_torque(effects, torque, user, status)
+      type(effect_list_t), intent(inout) :: effects
+      type(c_funptr), intent(in) :: torque
+      type(c_ptr), intent(in) :: user
+      type(status_t), intent(out) :: status
+      if (c_associated(torque)) then
+         call effects%add(c_torque_t(name='callback', function=torque, user=user))
+      else
+         status = null_argument('torque')
+      end if
+   end subroutine add_callback_torque
+
+end module nutate_c_system

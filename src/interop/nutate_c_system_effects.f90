@@ -1,0 +1,135 @@
+!> C interface: the effects of a system. What each function does stands in `include/nutate.h`.
+module nutate_c_system_effects
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use nutate_c_groups, only: add_effect_of, put_numbers
+   use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
+   use nutate_keys, only: group_t
+   use nutate_kinds, only: wp
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE
+   implicit none
+   private
+
+   public :: nutate_system_add_gravity, nutate_system_add_dipole, nutate_system_add_gravity_gradient, &
+      nutate_system_add_spring, nutate_system_add_damping, nutate_system_add_torque, nutate_system_add_rotor
+
+contains
+
+   integer(c_int) function nutate_system_add_gravity(system, acceleration) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: acceleration(3)
+      type(group_t) :: group
+      call put(group, 'acceleration', acceleration)
+      code = add(system, 'gravity', group, missing_of(acceleration))
+   end function nutate_system_add_gravity
+
+   integer(c_int) function nutate_system_add_dipole(system, moment, field) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: moment(3), field(3)
+      type(group_t) :: group
+      call put(group, 'moment', moment)
+      call put(group, 'field', field)
+      code = add(system, 'dipole', group, missing_of(moment) .or. missing_of(field))
+   end function nutate_system_add_dipole
+
+   integer(c_int) function nutate_system_add_gravity_gradient(system, direction, strength) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: direction(3)
+      real(c_double), intent(in), value :: strength
+      type(group_t) :: group
+      call put(group, 'direction', direction)
+      call put_numbers(group, 'strength', [strength])
+      code = add(system, 'gravity_gradient', group, missing_of(direction))
+   end function nutate_system_add_gravity_gradient
+
+   integer(c_int) function nutate_system_add_spring(system, body_point, anchor, stiffness, rest_length) result(code) &
+      bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: body_point(3), anchor(3)
+      real(c_double), intent(in), value :: stiffness, rest_length
+      type(group_t) :: group
+      call put(group, 'body_point', body_point)
+      call put(group, 'anchor', anchor)
+      call put_numbers(group, 'stiffness', [stiffness])
+      call put_numbers(group, 'rest_length', [rest_length])
+      code = add(system, 'spring', group, missing_of(body_point) .or. missing_of(anchor))
+   end function nutate_system_add_spring
+
+   integer(c_int) function nutate_system_add_damping(system, coefficient) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: coefficient(3)
+      type(group_t) :: group
+      call put(group, 'coefficient', coefficient)
+      code = add(system, 'damping', group, missing_of(coefficient))
+   end function nutate_system_add_damping
+
+   integer(c_int) function nutate_system_add_torque(system, torque, in_space, frequency, phase, start, stop) &
+      result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: torque(3)
+      integer(c_int), intent(in), value :: in_space
+      real(c_double), intent(in), value :: frequency, phase, start, stop
+      type(group_t) :: group
+      if (in_space /= 0) then
+         call put(group, 'space', torque)
+      else
+         call put(group, 'body', torque)
+      end if
+      call put_numbers(group, 'frequency', [frequency])
+      call put_numbers(group, 'phase', [phase])
+      if (.not. is_infinite(start, -1.0_wp)) call put_numbers(group, 'start', [start])
+      if (.not. is_infinite(stop, 1.0_wp)) call put_numbers(group, 'stop', [stop])
+      code = add(system, 'torque', group, missing_of(torque))
+   end function nutate_system_add_torque
+
+   integer(c_int) function nutate_system_add_rotor(system, momentum) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: momentum(3)
+      type(group_t) :: group
+      call put(group, 'momentum', momentum)
+      code = add(system, 'rotor', group, missing_of(momentum))
+   end function nutate_system_add_rotor
+
+   !> Infinity of a sign.
+   pure logical function is_infinite(x, side)
+      real(wp), intent(in) :: x, side
+      is_infinite = .false.
+      if (.not. ieee_is_nan(x)) is_infinite = side*x > huge(x)
+   end function is_infinite
+
+   !> The argument is null.
+   pure logical function missing_of(vector)
+      real(wp), intent(in), optional :: vector(3)
+      missing_of = .not. present(vector)
+   end function missing_of
+
+   !> Puts a vector that is there into a group.
+   subroutine put(group, name, vector)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: name
+      real(wp), intent(in), optional :: vector(3)
+      if (present(vector)) call put_numbers(group, name, vector)
+   end subroutine put
+
+   !> Adds the effect that a group describes.
+   integer(c_int) function add(system, name, group, missing) result(code)
+      type(c_ptr), intent(in) :: system
+      character(len=*), intent(in) :: name
+      type(group_t), intent(inout) :: group
+      !> An argument is null.
+      logical, intent(in) :: missing
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      group%name = name
+      if (missing) then
+         status = fail(NUTATE_BAD_ARGUMENT, name//': an argument is NULL')
+      else
+         call add_effect_of(group, handle%system, status)
+      end if
+      code = conclude(handle, status)
+   end function add
+
+end module nutate_c_system_effects
