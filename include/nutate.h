@@ -201,7 +201,8 @@ int nutate_system_add_groups(nutate_system *system, const char *text);
  * the number stands in its message. Results that are not finite or exceed 1e100 give NUTATE_NOT_FINITE. In both cases
  * the state is the one before the step.
  *
- * A callback is called several times in a step, and at trial states that are not kept: what it returns must depend on
+ * Potentials are called when a state is set, in steps, and where energy is asked for; torques in steps. A callback is
+ * called several times in a step, and at trial states that are not kept: what it returns must depend on
  * its arguments alone (and on data that stay the same during a step), or the step does not converge and energy is not
  * kept. It must return: no longjmp, no C++ exception may leave it; and it must not call functions with the handle that
  * called it. It needs to be safe for several threads if it is used in several. */
@@ -448,9 +449,10 @@ int nutate_stepper_angular_momentum_space(const nutate_stepper *stepper, double 
 int nutate_stepper_matrix(const nutate_stepper *stepper, double r[3][3]);               /* <== body to space */
 int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <== phi, theta, psi (z-x-z), rad, +-pi */
 
-/* Energies, J.   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and
- * total - total then - work. */
-int nutate_stepper_energy(const nutate_stepper *stepper, double energy[5]);
+/* Energies, J; calls potentials of your own.
+ *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and total - total then - work
+ * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
+int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
 
 /* Constraints.   <==  constraints [2]: q.q - 1, and q.p (kg m2/s) */
 int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]);

@@ -12,7 +12,8 @@ module nutate_c_effects
    implicit none
    private
 
-   public :: c_potential_t, c_curved_potential_t, c_torque_t, report_failures_to, has_callbacks, judge_failure
+   public :: c_potential_t, c_curved_potential_t, c_torque_t, report_failures_to, has_callbacks, &
+      judge_failure, add_failure
 
    !> U(γ) and its gradient from a callback `nutate_potential`.
    type, extends(potential_t) :: c_potential_t
@@ -156,5 +157,13 @@ contains
          status = fail(NUTATE_NOT_FINITE, 'a callback gave a number that is not finite or exceeds 1e100')
       end select
    end function judge_failure
+
+   !> Turns a success into what a cell says.
+   subroutine add_failure(cell, status)
+      !> Status and what the callback returned; shape (2).
+      integer(c_int), intent(in) :: cell(2)
+      type(status_t), intent(inout) :: status
+      if (status%code == NUTATE_OK .and. cell(1) /= NUTATE_OK) status = judge_failure(cell)
+   end subroutine add_failure
 
 end module nutate_c_effects

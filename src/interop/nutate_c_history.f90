@@ -2,7 +2,7 @@
 module nutate_c_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
-   use nutate_c_effects, only: judge_failure
+   use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
       open_slot, report, scene_handle_t, HISTORY_MARK
    use nutate_c_text, only: nth_name, text_from_c, text_to_c
@@ -196,8 +196,8 @@ contains
       collector%failure => failure
       collector%sees_every_step = collector%columns%follows_steps
       call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia)
-      call run_scene(from%scene, system, collector, status)
-      if (failure(1) /= NUTATE_OK) status = judge_failure(failure)
+      call add_failure(failure, status)
+      if (status%ok()) call run_scene(from%scene, system, collector, status)
    end subroutine collect
 
    !> Runs a scene and writes its rows.
@@ -215,8 +215,9 @@ contains
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
                        from%scene%integrator%inverse_auxiliary_inertia, status)
       if (.not. status%ok()) return
-      call run_scene(from%scene, system, writer, status)
-      if (failure(1) /= NUTATE_OK) status = judge_failure(failure)
+      call add_failure(failure, status)
+      if (status%ok()) call run_scene(from%scene, system, writer, status)
+      call add_failure(failure, status)
       if (status%ok()) then
          call writer%finish(status)
       else
@@ -239,6 +240,7 @@ contains
          if (.not. all(ieee_is_finite(row))) &
             status = fail(NUTATE_NOT_FINITE, 'a value of the history is not finite')
       end associate
+      call add_failure(self%failure, status)
       if (status%ok()) self%history%rows = self%history%rows + 1
    end subroutine collect_row
 

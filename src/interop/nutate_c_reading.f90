@@ -2,6 +2,7 @@
 module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
+   use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
    use nutate_c_rows, only: present_record, work_done
    use nutate_c_text, only: nth_name, text_from_c, text_to_c
@@ -101,13 +102,18 @@ contains
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: energy(5)
       type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      real(wp) :: kinetic, potential, work
       call look(stepper, present(energy), .false., handle, code)
       if (code /= NUTATE_OK) return
-      energy(1) = kinetic_energy(handle%system, handle%state, handle%settings%inverse_auxiliary_inertia)
-      energy(2) = potential_energy(handle%system%effects, handle%state%q)
-      energy(3) = energy(1) + energy(2)
-      energy(4) = work_done(handle)
-      energy(5) = energy(3) - handle%first_energy - energy(4)
+      handle%failure = 0
+      kinetic = kinetic_energy(handle%system, handle%state, handle%settings%inverse_auxiliary_inertia)
+      potential = potential_energy(handle%system%effects, handle%state%q)
+      work = work_done(handle)
+      call add_failure(handle%failure, status)
+      if (status%ok()) energy = [kinetic, potential, kinetic + potential, work, &
+                                 kinetic + potential - handle%first_energy - work]
+      code = conclude(handle, status)
    end function nutate_stepper_energy
 
    integer(c_int) function nutate_stepper_constraints(stepper, constraints) result(code) bind(C)
@@ -196,7 +202,9 @@ contains
          else if (size >= 0 .and. size < width) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the array for the row is too small', 'size')
          else
+            handle%failure = 0
             call handle%columns%evaluate(handle%system, handle%state, present_record(handle), row(1:width))
+            call add_failure(handle%failure, status)
          end if
       end associate
       code = conclude(handle, status)
@@ -234,7 +242,11 @@ contains
       end do
       call columns%choose(sets, status)
       if (status%ok()) then
+         handle%failure = 0
          call columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
+         call add_failure(handle%failure, status)
+      end if
+      if (status%ok()) then
          if (columns%follows_steps) call columns%follow(handle%state)
          handle%columns = columns
          handle%sets = sets

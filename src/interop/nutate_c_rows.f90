@@ -2,7 +2,7 @@
 module nutate_c_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_ptr, c_size_t
-   use nutate_c_effects, only: judge_failure
+   use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: stepper_handle_t
    use nutate_kinds, only: wp, long
    use nutate_run, only: observer_t, run_record_t
@@ -58,8 +58,10 @@ contains
    !> What belongs to a row beside the state.
    type(run_record_t) function present_record(handle) result(record)
       type(stepper_handle_t), intent(in) :: handle
+      logical :: on_grid
       record = handle%record
-      if (.not. handle%under_way .and. allocated(handle%stepper)) then
+      on_grid = handle%under_way .and. .not. abs(handle%state%t - handle%t_reached) > 0.0_wp
+      if (.not. on_grid .and. allocated(handle%stepper)) then
          record%iterations = handle%stepper%iterations
          record%residual = handle%stepper%residual
       end if
@@ -100,6 +102,7 @@ contains
          call handle%columns%evaluate(handle%system, state, record, row)
          if (.not. all(ieee_is_finite(row))) status = fail(NUTATE_NOT_FINITE, 'a value of a row is not finite')
       end associate
+      call add_failure(handle%failure, status)
       if (status%code == 0) taker%rows = taker%rows + 1
    end subroutine put_row
 

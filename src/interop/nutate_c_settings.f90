@@ -1,6 +1,6 @@
 !> The settings of a C program's stepper: what `&integrator` can say, key by key, and the method that they ask for.
 module nutate_c_settings
-   use nutate_c_effects, only: has_callbacks
+   use nutate_c_effects, only: add_failure, has_callbacks
    use nutate_c_handles, only: stepper_handle_t
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: total_energy
@@ -130,9 +130,11 @@ contains
       end if
       if (.not. has_length) handle%plan%time_step = 0.0_wp
       ! The energy has a part of the auxiliary inertia.
+      handle%failure = 0
       handle%first_energy = total_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
       call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
       if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
+      call add_failure(handle%failure, status)
       if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
                                                      need_attitude(handle%sets)
    end subroutine read_settings

@@ -1,6 +1,7 @@
 !> C interface: steppers, their settings and their state. What each function does stands in `include/nutate.h`.
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
+   use nutate_c_effects, only: add_failure
    use nutate_c_groups, only: is_moderate
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
@@ -40,11 +41,12 @@ contains
       else if (.not. associated(from)) then
          status = fail(NUTATE_BAD_HANDLE, 'system is not the handle of a system')
       else
-         call start_handle(slot, handle, status)
+         call start_handle(handle, status)
          if (status%ok()) then
             call copy_system(from%system, handle%system, c_loc(handle%failure))
             call take_start(handle, make_state(handle%system, handle%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), usual_sets, &
                             status)
+            call finish_handle(slot, handle, status)
          end if
       end if
       code = report(status, message, size)
@@ -64,8 +66,11 @@ contains
       else if (.not. associated(from)) then
          status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
       else
-         call start_handle(slot, handle, status)
-         if (status%ok()) call take_scene(handle, from, status)
+         call start_handle(handle, status)
+         if (status%ok()) then
+            call take_scene(handle, from, status)
+            call finish_handle(slot, handle, status)
+         end if
       end if
       code = report(status, message, size)
    end function nutate_stepper_create_scene
@@ -183,8 +188,7 @@ contains
    end function nutate_stepper_set_canonical
 
    !> Makes an empty stepper. Errors: `NUTATE_NO_MEMORY`.
-   subroutine start_handle(slot, handle, status)
-      type(c_ptr), intent(inout) :: slot
+   subroutine start_handle(handle, status)
       type(stepper_handle_t), pointer, intent(out) :: handle
       type(status_t), intent(out) :: status
       integer :: failed
@@ -195,9 +199,20 @@ contains
       end if
       allocate (handle%group%settings(0))
       handle%group%name = 'integrator'
-      handle%mark = STEPPER_MARK
-      slot = c_loc(handle)
    end subroutine start_handle
+
+   !> Hands a stepper over, or frees it where making it failed.
+   subroutine finish_handle(slot, handle, status)
+      type(c_ptr), intent(inout) :: slot
+      type(stepper_handle_t), pointer, intent(inout) :: handle
+      type(status_t), intent(in) :: status
+      if (status%ok()) then
+         handle%mark = STEPPER_MARK
+         slot = c_loc(handle)
+      else
+         deallocate (handle)
+      end if
+   end subroutine finish_handle
 
    !> Takes system, start and settings of a scene.
    subroutine take_scene(handle, from, status)
@@ -239,7 +254,7 @@ contains
    end subroutine check_attitude
 
    !> Puts a state in place of the present one, from which energy and work count. Errors: `NUTATE_BAD_ARGUMENT` where
-   !> momentum or energy are beyond all scales.
+   !> momentum or energy are beyond all scales; those of callbacks.
    subroutine replace_state(handle, state, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
@@ -250,11 +265,11 @@ contains
          return
       end if
       inverse_j0 = handle%settings%inverse_auxiliary_inertia
+      handle%failure = 0
       energy = total_energy(handle%system, state, inverse_j0)
-      if (.not. is_moderate(energy)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the energy is beyond all scales', 'omega')
-         return
-      end if
+      if (.not. is_moderate(energy)) status = fail(NUTATE_BAD_ARGUMENT, 'the energy is beyond all scales', 'omega')
+      call add_failure(handle%failure, status)
+      if (.not. status%ok()) return
       handle%state = state
       handle%first = state
       handle%first_energy = energy

@@ -1,7 +1,7 @@
 !> C interface: systems and their effects. What each function does stands in `include/nutate.h`.
 module nutate_c_system
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_loc, c_null_ptr, &
-      c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
+      c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
    use nutate_c_groups, only: add_groups, is_moderate, make_body_of, parse_system, put_numbers, &
       put_text
@@ -166,7 +166,7 @@ contains
    !> True for a number that is given: not zero; NaN counts as given, and is refused later.
    pure logical function given(x)
       real(wp), intent(in) :: x
-      given = abs(transfer(x, 1_c_size_t)) > 0 .and. transfer(x, 1_c_size_t) /= ishft(1_c_size_t, 63)
+      given = iand(transfer(x, 1_c_int64_t), huge(1_c_int64_t)) /= 0
    end function given
 
    !> What a body by its inertia has beside it.
