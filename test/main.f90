@@ -14,6 +14,8 @@ program unit
    use test_body, only: collect_body
    use test_composition, only: collect_composition
    use test_conservation, only: collect_conservation
+   use test_conserve, only: collect_conserve
+   use test_conserve_limits, only: collect_conserve_limits
    use test_control, only: collect_control
    use test_discrete_states, only: collect_discrete_states
    use test_effect_calls, only: collect_effect_calls
@@ -98,6 +100,8 @@ contains
          new_testsuite("body", collect_body), &
          new_testsuite("composition", collect_composition), &
          new_testsuite("conservation", collect_conservation), &
+         new_testsuite("conserve", collect_conserve), &
+         new_testsuite("conserve_limits", collect_conserve_limits), &
          new_testsuite("control", collect_control), &
          new_testsuite("discrete_states", collect_discrete_states), &
          new_testsuite("effect_calls", collect_effect_calls), &

@@ -278,9 +278,9 @@ contains
       associate (x => slope%turn)
          slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
       end associate
-      if (.not. self%plan%pushes) return
       slope%inertia = 0.0_wp
       slope%omega = point%omega
+      if (.not. self%plan%pushes) return
       associate (w => slope%omega, gamma => point%gamma)
          square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
          if (square <= tiny(1.0_wp)/eps) return
