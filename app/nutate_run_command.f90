@@ -74,8 +74,9 @@ contains
       exit_code = EXIT_INPUT
       call read_checkpoint(command%resume, scene, content, problem)
       if (problem == '' .and. allocated(command%output)) then
-         if (command%output /= scene%output%file) problem = 'the rows of '//printable_path(command%resume)//' are in '// &
-            printable_path(scene%output%file)//' (expected no other --output)'
+         if (command%output /= scene%output%file) &
+            problem = 'the rows of '//printable_path(command%resume)//' are in '//printable_path(scene%output%file)// &
+                      ' (expected no other --output)'
       end if
       if (problem /= '') then
          call say_error('nutate: '//problem)

@@ -41,7 +41,8 @@ contains
       !> Where rows are kept.
       character(len=*), intent(in), optional :: kept
       character(len=:), allocatable :: line
-      line = 'nutate: cannot '//what//' checkpoint '//printable_path(watcher%checkpoint%file)//': '//trim(status%message)
+      line = 'nutate: cannot '//what//' checkpoint '//printable_path(watcher%checkpoint%file)//': '// &
+             trim(status%message)
       if (present(kept)) line = line//kept
       call say_error(line)
    end subroutine report_checkpoint

@@ -1,13 +1,13 @@
-!> The calls of `nutate_files.c`, for `nutate_files`: what each does stands there. Functions that can fail return 0 or an
-!> error number of the system; paths end with a null.
+!> The calls of `nutate_files.c`, for `nutate_files`: what each does stands there. Functions that can fail return 0 or
+!> an error number of the system; paths end with a null.
 module nutate_file_calls
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_ptr
    implicit none
    private
 
-   public :: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_locked, file_read_tail, file_remove, &
-      file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, file_target, file_truncate, &
-      file_write, prepare_process
+   public :: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_locked, file_read_tail
+   public :: file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, file_target
+   public :: file_truncate, file_write, prepare_process
 
    interface
       integer(c_int) function file_kind(path) bind(c, name='nutate_file_kind')

@@ -5,6 +5,7 @@ import csv
 import os
 import subprocess
 import tempfile
+import time
 import unittest
 
 BOX = """&scene title = 'Free box' /
@@ -82,6 +83,14 @@ class CommandLineTest(unittest.TestCase):
         for text in says:
             self.assertIn(text.lower(), done.stderr.lower())
         return done
+
+    def wait_for(self, name, size):
+        """Waits until a file has grown to so many bytes."""
+        deadline = time.monotonic() + 20
+        path = self.path(name)
+        while time.monotonic() < deadline and not (os.path.exists(path) and os.path.getsize(path) >= size):
+            time.sleep(0.002)
+        self.assertGreaterEqual(os.path.getsize(path), size)
 
     def history(self, name):
         """Header and rows of numbers of a CSV file."""

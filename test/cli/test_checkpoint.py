@@ -1,0 +1,304 @@
+"""nutate run --checkpoint and --resume: what goes on is byte for byte what it would have been, or is refused."""
+import os
+import random
+import re
+import subprocess
+import time
+import unittest
+
+from support import CommandLineTest, all_columns
+
+# Torques that start and stop inside steps, a spring and damping: everything that a step can remember.
+FORCED = """&body inertia = 2.0, 3.0, 4.0, mass = 1.0, center_of_mass = 0.1, 0.0, 0.3 /
+&initial axis = 1.0, 2.0, 0.5, angle = 0.7, angular_velocity = 1.0, -2.0, 6.0 /
+&gravity /
+&spring body_point = 0.0, 0.5, 0.0, anchor = 1.0, 1.0, 0.0, stiffness = 30.0, rest_length = 0.2 /
+&damping coefficient = 0.05, 0.1, 0.02 /
+&torque body = 1.0, 0.0, -2.0, frequency = 0.7, start = 0.1234, stop = 0.3711 /
+&torque space = 0.0, 1.5, 0.5, start = 0.25 /
+&integrator time_step = 0.01, end_time = 0.6 /
+"""
+
+CONSERVING = [("nielsen_krenk", solver, order) for solver in ("lapack", "reduced") for order in (2, 4, 6, 8)]
+EXPLICIT = [("rk4", None, None), ("dop853", None, None)]
+
+
+def method_settings(method, solver, order):
+    settings = ["--set", f"integrator.method='{method}'"]
+    if solver:
+        settings += ["--set", f"integrator.linear_solver='{solver}'", "--set", f"integrator.order={order}"]
+    return settings
+
+
+def without_times(summary):
+    """A summary without what differs from run to run, and without the name of the history."""
+    return re.sub(r" +(wall time|time per step|history) .*\n", "", summary)
+
+
+class CheckpointTest(CommandLineTest):
+    def setUp(self):
+        super().setUp()
+        self.write("forced.nml", FORCED)
+
+    def controlled(self, scene, key, value):
+        """A scene with steps chosen by their error."""
+        self.write("controlled.nml", self.read(scene).replace("time_step = 0.01", f"{key} = {value}"))
+        return "controlled.nml"
+
+    def interrupt(self, scene, limit, *settings):
+        self.fail_with(3, "run", scene, "--output", "part.csv", "--checkpoint", "ck", "--max-steps", str(limit),
+                       *settings, says=["to go on: --resume ck"])
+
+    def resumes_exactly(self, scene, limits, *settings):
+        """Interrupted at each number of steps, the history and the summary are those of the whole run."""
+        whole = self.succeed("run", scene, "--output", "whole.csv", *settings)
+        for limit in limits:
+            self.interrupt(scene, limit, *settings)
+            done = self.succeed("run", scene, "--resume", "ck", *settings)
+            self.assertEqual(self.read("part.csv"), self.read("whole.csv"), f"{settings} at {limit}")
+            self.assertEqual(without_times(done.stderr), without_times(whole.stderr))
+            self.assertNotIn("ck", self.names())
+
+
+class Resumed(CheckpointTest):
+    def test_every_method_with_fixed_steps(self):
+        for method in CONSERVING + EXPLICIT:
+            self.resumes_exactly("forced.nml", (1, 14, 41), *method_settings(*method), "--set",
+                                 f"output.columns={all_columns()}")
+
+    def test_every_method_with_steps_by_their_error(self):
+        scene = self.controlled("forced.nml", "local_tolerance", "1e-6")
+        for method in CONSERVING + EXPLICIT:
+            self.resumes_exactly(scene, (3,), *method_settings(*method), "--set", f"output.columns={all_columns()}",
+                                 "--set", "output.interval=0.007")
+
+    def test_the_exact_motion(self):
+        self.resumes_exactly("box.nml", (1, 20), "--set", "integrator.method='exact'")
+
+    def test_an_accuracy_found_by_pilot_runs(self):
+        scene = self.controlled("forced.nml", "accuracy", "1e-5")
+        settings = ("--set", "integrator.linear_solver='reduced'", "--set", "integrator.order=4", "--set",
+                    "integrator.end_time=6", "--set", "output.interval=0.0003")
+        whole = self.succeed("run", scene, "--output", "whole.csv", *settings)
+        command = [self.program, "run", scene, "--output", "part.csv", "--checkpoint", "ck", "--quiet", *settings]
+        with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE) as run:
+            self.wait_for("part.csv.partial", 100000)
+            run.terminate()
+            self.assertIn(b"to go on: --resume ck", run.stderr.read())
+        done = self.succeed("run", scene, "--resume", "ck", *settings)
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+        self.assertEqual(without_times(done.stderr), without_times(whole.stderr))
+
+    def test_rare_rows_and_angles_that_are_followed(self):
+        self.resumes_exactly("forced.nml", (13, 29), "--set", "output.columns='euler','solver'", "--set", "output.every=7")
+
+    def test_cut_steps(self):
+        self.resumes_exactly("box.nml", (1, 5, 11), "--set", "integrator.time_step=0.3", "--set", "integrator.end_time=9")
+
+    def test_backwards_without_attitude_and_with_a_finite_auxiliary_inertia(self):
+        self.resumes_exactly("forced.nml", (7,), "--set", "integrator.time_step=-0.01", "--set", "integrator.end_time=-0.4")
+        self.resumes_exactly("box.nml", (7,), "--set", "output.columns='angular_velocity'")
+        self.resumes_exactly("forced.nml", (7,), "--set", "integrator.auxiliary_inertia=5.0")
+
+    def test_interrupted_again_and_again(self):
+        self.succeed("run", "forced.nml", "--output", "whole.csv")
+        self.interrupt("forced.nml", 5)
+        for limit in range(10, 60, 5):
+            self.fail_with(3, "run", "forced.nml", "--resume", "ck", "--max-steps", str(limit), says=["--resume ck"])
+        self.succeed("run", "forced.nml", "--resume", "ck")
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+
+    def test_checkpoints_can_go_on_in_another_file(self):
+        self.succeed("run", "forced.nml", "--output", "whole.csv")
+        self.interrupt("forced.nml", 5)
+        self.fail_with(3, "run", "forced.nml", "--resume", "ck", "--checkpoint", "other", "--max-steps", "20",
+                       says=["--resume other"])
+        self.succeed("run", "forced.nml", "--resume", "other")
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+        self.assertNotIn("other", self.names())
+        # The first one is left alone, and of no use any more.
+        self.fail_with(2, "run", "forced.nml", "--resume", "ck", says=["part.csv.partial", "no such file"])
+
+    def test_quiet_runs_can_be_resumed_with_their_summary(self):
+        whole = self.succeed("run", "forced.nml", "--output", "whole.csv")
+        self.interrupt("forced.nml", 30, "--quiet")
+        done = self.succeed("run", "forced.nml", "--resume", "ck")
+        self.assertEqual(without_times(done.stderr), without_times(whole.stderr))
+
+    def test_what_was_written_after_the_checkpoint_is_cut_off(self):
+        self.succeed("run", "forced.nml", "--output", "whole.csv")
+        self.interrupt("forced.nml", 30)
+        with open(self.path("part.csv.partial"), "a", encoding="utf-8") as partial:
+            partial.write("0.31,1,2,3\nhalf a li")
+        self.succeed("run", "forced.nml", "--resume", "ck")
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+
+    def test_killed_at_random_moments(self):
+        moments = random.Random(5)
+        settings = ("--set", "integrator.end_time=150", "--set", "integrator.time_step=0.005", "--set",
+                    "output.columns='euler','energy','solver'")
+        self.succeed("run", "forced.nml", "--output", "whole.csv", "--quiet", *settings)
+        arguments = ["--output", "part.csv", "--checkpoint", "ck"]
+        for _ in range(12):
+            command = [self.program, "run", "forced.nml", "--quiet", "--every-seconds", "0", *arguments, *settings]
+            with subprocess.Popen(command, cwd=self.folder) as run:
+                time.sleep(moments.uniform(0.01, 0.06))
+                run.kill()
+            if "part.csv" in self.names():
+                break
+            if "ck" in self.names():
+                arguments = ["--resume", "ck"]
+        if "part.csv" not in self.names():
+            self.succeed("run", "forced.nml", "--quiet", *arguments, *settings)
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+
+    def test_killed_after_a_checkpoint_far_into_the_run(self):
+        """Killed at the first checkpoint that follows a growth of the rows: resumed in mid-run for certain."""
+        settings = ("--set", "integrator.end_time=100", "--set", "integrator.time_step=0.002")
+        self.succeed("run", "forced.nml", "--output", "whole.csv", "--quiet", *settings)
+        command = [self.program, "run", "forced.nml", "--quiet", "--every-seconds", "0", "--output", "part.csv",
+                   "--checkpoint", "ck", *settings]
+        with subprocess.Popen(command, cwd=self.folder) as run:
+            self.wait_for("part.csv.partial", 1000000)
+            run.kill()
+        self.assertIn("ck", self.names())
+        self.succeed("run", "forced.nml", "--quiet", "--resume", "ck", *settings)
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+
+
+class Refused(CheckpointTest):
+    def setUp(self):
+        super().setUp()
+        self.interrupt("forced.nml", 30)
+        self.kept = {name: self.bytes_of(name) for name in ("ck", "part.csv.partial")}
+
+    def bytes_of(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def put(self, name, content):
+        with open(self.path(name), "wb") as file:
+            file.write(content)
+
+    def refused(self, *arguments, says, scene="forced.nml"):
+        """One line, status 2, and no file is another one than before."""
+        before = {name: self.bytes_of(name) for name in self.names()}
+        self.fail_with(2, "run", scene, *arguments, says=says)
+        self.assertEqual({name: self.bytes_of(name) for name in self.names()}, before)
+
+    def test_another_scene(self):
+        self.refused("--resume", "ck", "--set", "integrator.time_step=0.02", says=["ck", "another scene", "&integrator"])
+        self.refused("--resume", "ck", "--set", "gravity.acceleration=0,0,-1", says=["another scene", "&gravity"])
+        self.refused("--resume", "ck", scene="box.nml", says=["another scene"])
+
+    def test_a_scene_that_only_looks_different_is_the_same(self):
+        self.write("forced.nml", "! A comment.\n\n" + FORCED.replace(", ", " ,   ").replace("/\n", "\n/\n"))
+        self.succeed("run", "forced.nml", "--resume", "ck")
+
+    def test_no_checkpoint(self):
+        self.refused("--resume", "nowhere", says=["nowhere", "no such file"])
+        self.refused("--resume", "forced.nml", says=["forced.nml", "no checkpoint"])
+        self.put("empty", b"")
+        self.refused("--resume", "empty", says=["empty", "no checkpoint"])
+        os.mkdir(self.path("folder"))
+        self.fail_with(2, "run", "forced.nml", "--resume", "folder", says=["folder"])
+
+    def test_a_checkpoint_cut_short_anywhere(self):
+        content = self.kept["ck"]
+        for length in list(range(0, 40)) + [len(content) // 2, len(content) - 8, len(content) - 1]:
+            self.put("ck", content[:length])
+            self.refused("--resume", "ck", says=["ck"])
+        self.put("ck", content + b"x")
+        self.refused("--resume", "ck", says=["damaged"])
+
+    def test_a_flipped_bit(self):
+        content = self.kept["ck"]
+        for i in list(range(20, 36)) + random.Random(1).sample(range(36, len(content)), 40):
+            self.put("ck", content[:i] + bytes([content[i] ^ 1 << i % 8]) + content[i + 1:])
+            self.refused("--resume", "ck", says=["damaged"])
+
+    def test_another_format(self):
+        self.put("ck", self.kept["ck"].replace(b"checkpoint 1", b"checkpoint 2"))
+        self.refused("--resume", "ck", says=["no checkpoint"])
+
+    def test_rows_that_are_gone_or_not_the_same(self):
+        rows = self.kept["part.csv.partial"]
+        os.remove(self.path("part.csv.partial"))
+        self.refused("--resume", "ck", says=["part.csv.partial", "no such file"])
+        self.put("part.csv.partial", rows[:-1])
+        self.refused("--resume", "ck", says=["part.csv.partial", "fewer"])
+        self.put("part.csv.partial", rows[:-3] + b"5" + rows[-2:])
+        if self.bytes_of("part.csv.partial") == rows:
+            self.put("part.csv.partial", rows[:-3] + b"6" + rows[-2:])
+        self.refused("--resume", "ck", says=["part.csv.partial", "not those"])
+
+    def test_another_output(self):
+        self.refused("--resume", "ck", "--output", "other.csv", says=["part.csv", "--output"])
+        self.succeed("run", "forced.nml", "--resume", "ck", "--output", "part.csv")
+
+    def test_a_checkpoint_is_not_written_over(self):
+        self.refused("--checkpoint", "ck", "--output", "part.csv", says=["ck", "--resume"])
+        self.refused("--checkpoint", "forced.nml", says=["forced.nml"])
+        self.refused("--checkpoint", "part.csv.partial", "--output", "part.csv", says=["part.csv.partial"])
+
+    def test_names_that_clash(self):
+        self.refused("--checkpoint", "x.csv", "--output", "x.csv", says=["--checkpoint x.csv"])
+        self.refused("--checkpoint", "c", "--output", "-", says=["--checkpoint", "file"])
+        self.refused("--checkpoint", "c", "--output", "/dev/null", says=["--checkpoint", "file"])
+
+    def test_arguments(self):
+        self.refused("--every-seconds", "3", says=["--every-seconds", "--checkpoint"])
+        self.refused("--checkpoint", "", says=["--checkpoint"])
+        self.refused("--resume", "", says=["--resume"])
+        for value in ("-1", "often", "nan", ""):
+            self.refused("--checkpoint", "c", "--every-seconds", value, says=["--every-seconds"])
+
+    def test_a_run_that_is_still_writing(self):
+        command = [self.program, "run", "forced.nml", "--quiet", "--output", "long.csv", "--checkpoint", "live",
+                   "--every-seconds", "0", "--set", "integrator.end_time=1e6"]
+        with subprocess.Popen(command, cwd=self.folder) as run:
+            self.wait_for("long.csv.partial", 200000)
+            self.fail_with(2, "run", "forced.nml", "--resume", "live", "--set", "integrator.end_time=1e6",
+                           says=["another run"])
+            run.kill()
+
+
+class CheckpointFiles(CheckpointTest):
+    def test_a_folder_that_is_not_there(self):
+        self.fail_with(4, "run", "forced.nml", "--checkpoint", "nowhere/ck", says=["nowhere/ck", "no such file"])
+        self.assertNotIn("forced.csv", self.names())
+
+    @unittest.skipIf(os.geteuid() == 0, "root writes everywhere")
+    def test_a_folder_that_must_not_be_written(self):
+        os.mkdir(self.path("closed"), 0o555)
+        self.fail_with(4, "run", "forced.nml", "--checkpoint", "closed/ck", says=["closed/ck", "permission"])
+
+    def test_a_folder_that_vanishes_ends_the_run_with_its_rows(self):
+        os.mkdir(self.path("gone"))
+        command = [self.program, "run", "forced.nml", "--quiet", "--checkpoint", "gone/ck", "--every-seconds", "0", "--set",
+                   "integrator.end_time=1e6"]
+        with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
+            self.wait_for("forced.csv.partial", 200000)
+            os.rename(self.path("gone"), self.path("elsewhere"))
+            _, said = run.communicate(timeout=20)
+        self.assertEqual(run.returncode, 4)
+        self.assertEqual(said.count("\n"), 1)
+        self.assertIn("cannot write checkpoint gone/ck", said)
+        self.assertIn("forced.csv.partial", said)
+        # The last checkpoint is still good.
+        self.fail_with(3, "run", "forced.nml", "--resume", "elsewhere/ck", "--set", "integrator.end_time=1e6",
+                       "--max-steps", "1")
+        self.assertEqual([name for name in os.listdir(self.path("elsewhere")) if name != "ck"], [])
+
+    def test_nothing_is_left_of_a_complete_run_but_its_rows(self):
+        self.succeed("run", "forced.nml", "--checkpoint", "ck", "--every-seconds", "0")
+        self.assertEqual(self.names(), ["box.nml", "forced.csv", "forced.nml", "top.nml"])
+
+    def test_checkpoints_do_not_change_the_rows(self):
+        self.succeed("run", "forced.nml", "--output", "plain.csv")
+        self.succeed("run", "forced.nml", "--checkpoint", "ck", "--every-seconds", "0")
+        self.assertEqual(self.read("plain.csv"), self.read("forced.csv"))
+
+
+if __name__ == "__main__":
+    unittest.main()

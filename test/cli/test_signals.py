@@ -1,0 +1,155 @@
+"""Signals: a run ends in order, keeps its rows, says so in one line, and dies by the signal."""
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+from support import CommandLineTest, parse
+
+ENDLESS = ("--set", "integrator.end_time=1e6")
+
+
+class SignalTest(CommandLineTest):
+    def start(self, *arguments, **options):
+        """A run under way, its standard error as text."""
+        run = subprocess.Popen([self.program, *arguments], cwd=self.folder, stderr=subprocess.PIPE, text=True, **options)
+        self.addCleanup(run.stderr.close)
+        self.addCleanup(run.wait)
+        self.addCleanup(run.kill)
+        return run
+
+    def ends_by(self, run, number, says):
+        """The run dies by the signal after one line that holds all of `says`."""
+        said = run.stderr.read()
+        self.assertEqual(run.wait(timeout=20), -number, said)
+        self.assertEqual(said.count("\n"), 1, said)
+        for text in says:
+            self.assertIn(text, said)
+        return said
+
+
+class Runs(SignalTest):
+    def test_each_signal_keeps_whole_rows_and_is_named(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            run = self.start("run", "box.nml", *ENDLESS)
+            self.wait_for("box.csv.partial", 200000)
+            run.send_signal(number)
+            said = self.ends_by(run, number, ["box.nml: stopped by " + number.name, "t = ", "box.csv.partial"])
+            text = self.read("box.csv.partial")
+            self.assertTrue(text.endswith("\n"))
+            header, rows = parse(text)
+            self.assertTrue(all(len(row) == len(header) for row in rows))
+            self.assertIn(f"kept {len(rows)} rows up to t = {rows[-1][0]:.9g} s", said)
+            self.assertNotIn("box.csv", self.names())
+            os.remove(self.path("box.csv.partial"))
+
+    def test_a_shell_sees_the_conventional_status(self):
+        for number, status in ((2, 130), (15, 143), (1, 129)):
+            command = ["timeout", "--preserve-status", "-s", str(number), "0.4", self.program, "run", "box.nml", *ENDLESS]
+            shell = " ".join(f"'{word}'" for word in command)
+            done = subprocess.run(["sh", "-c", shell], cwd=self.folder, capture_output=True, timeout=20, check=False)
+            self.assertEqual(done.returncode, status, done.stderr)
+            self.assertIn(b"box.csv.partial", done.stderr)
+
+    def test_runs_with_steps_by_their_error(self):
+        self.write("top.nml", self.read("top.nml").replace("time_step = 0.005", "local_tolerance = 1e-8"))
+        run = self.start("run", "top.nml", *ENDLESS)
+        self.wait_for("top.csv.partial", 200000)
+        run.send_signal(signal.SIGINT)
+        self.ends_by(run, signal.SIGINT, ["top.nml: stopped by SIGINT", "top.csv.partial"])
+        self.assertTrue(self.read("top.csv.partial").endswith("\n"))
+
+    def test_a_last_checkpoint_is_written(self):
+        settings = ("--set", "integrator.end_time=200")
+        self.succeed("run", "box.nml", "--output", "whole.csv", "--quiet", *settings)
+        arguments = ["--output", "part.csv", "--checkpoint", "ck", "--every-seconds", "1000"]
+        size = 0
+        for _ in range(3):
+            run = self.start("run", "box.nml", "--quiet", *arguments, *settings)
+            self.wait_for("part.csv.partial", size + 300000)
+            run.send_signal(signal.SIGTERM)
+            self.ends_by(run, signal.SIGTERM, ["to go on: --resume ck"])
+            size = os.path.getsize(self.path("part.csv.partial"))
+            arguments = ["--resume", "ck"]
+        self.succeed("run", "box.nml", "--quiet", *arguments, *settings)
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+
+    def test_pilot_runs(self):
+        self.write("top.nml", self.read("top.nml").replace("time_step = 0.005", "accuracy = 1e-9"))
+        run = self.start("run", "top.nml", *ENDLESS)
+        time.sleep(0.3)
+        run.send_signal(signal.SIGINT)
+        self.ends_by(run, signal.SIGINT, ["top.nml", "pilot run", "SIGINT"])
+        self.assertEqual(self.names(), ["box.nml", "top.nml"])
+
+    def test_signals_that_are_ignored_stay_ignored(self):
+        run = self.start("run", "box.nml", *ENDLESS, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        self.wait_for("box.csv.partial", 100000)
+        run.send_signal(signal.SIGHUP)
+        self.wait_for("box.csv.partial", os.path.getsize(self.path("box.csv.partial")) + 1000000)
+        run.send_signal(signal.SIGTERM)
+        self.ends_by(run, signal.SIGTERM, ["SIGTERM"])
+
+    def test_a_signal_sent_twice_at_once_is_one_request(self):
+        """As timeout(1) does."""
+        run = self.start("run", "box.nml", *ENDLESS)
+        self.wait_for("box.csv.partial", 100000)
+        run.send_signal(signal.SIGTERM)
+        run.send_signal(signal.SIGTERM)
+        self.ends_by(run, signal.SIGTERM, ["stopped by SIGTERM", "box.csv.partial"])
+
+
+class BlockedPipes(SignalTest):
+    def setUp(self):
+        super().setUp()
+        self.reader, self.writer = os.pipe()
+        self.addCleanup(os.close, self.reader)
+        self.run_blocked = self.start("run", "box.nml", "--output", "-", *ENDLESS, stdout=self.writer)
+        os.close(self.writer)
+        time.sleep(0.5)
+
+    def test_a_signal_ends_a_write_that_waits(self):
+        self.run_blocked.send_signal(signal.SIGINT)
+        self.ends_by(self.run_blocked, signal.SIGINT, ["box.nml: stopped by SIGINT"])
+
+    def test_a_second_signal_kills_at_once(self):
+        self.run_blocked.send_signal(signal.SIGINT)
+        time.sleep(0.4)
+        self.run_blocked.send_signal(signal.SIGINT)
+        self.assertEqual(self.run_blocked.stderr.read(), "")
+        self.assertEqual(self.run_blocked.wait(timeout=20), -signal.SIGINT)
+
+    def test_a_reader_that_goes_on_gets_all_rows(self):
+        self.run_blocked.send_signal(signal.SIGINT)
+        text = b""
+        while block := os.read(self.reader, 65536):
+            text += block
+        self.ends_by(self.run_blocked, signal.SIGINT, ["box.nml: stopped by SIGINT"])
+        self.assertTrue(text.endswith(b"\n"))
+        header, rows = parse(text.decode())
+        self.assertTrue(all(len(row) == len(header) for row in rows))
+        self.assertEqual([round(row[0], 9) for row in rows], [round(0.01*i, 9) for i in range(len(rows))])
+
+
+class OtherCommands(SignalTest):
+    def test_a_fifo_without_reader(self):
+        os.mkfifo(self.path("fifo"))
+        run = self.start("run", "box.nml", "--output", "fifo")
+        time.sleep(0.3)
+        run.send_signal(signal.SIGTERM)
+        self.ends_by(run, signal.SIGTERM, ["box.nml: stopped by SIGTERM"])
+
+    def test_a_cost_study_writes_nothing(self):
+        self.write("kept.csv", "of an earlier study\n")
+        for seconds in (0.2, 1.0):
+            run = self.start("cost", "top.nml", "--csv", "kept.csv", stdout=subprocess.DEVNULL)
+            time.sleep(seconds)
+            run.send_signal(signal.SIGINT)
+            self.ends_by(run, signal.SIGINT, ["top.nml: stopped by SIGINT; nothing was written"])
+            self.assertEqual(self.read("kept.csv"), "of an earlier study\n")
+            self.assertEqual(self.names(), ["box.nml", "kept.csv", "top.nml"])
+
+
+if __name__ == "__main__":
+    unittest.main()
