@@ -4,7 +4,6 @@ import os
 import resource
 import signal
 import subprocess
-import time
 import unittest
 
 from support import CommandLineTest, parse
@@ -121,6 +120,46 @@ class BadOutput(CommandLineTest):
         self.assertGreater(len(rows), 300)
         self.assertNotIn("box.csv", self.names())
 
+    def test_disk_that_fills_up_under_a_checkpoint_keeps_the_one_before(self):
+        settings = ("--set", "integrator.end_time=100", "--set", "output.every=2000")
+        self.succeed("run", "box.nml", "--output", "whole.csv", *settings)
+        self.fail_with(3, "run", "box.nml", "--checkpoint", "ck", "--max-steps", "3000", *settings)
+        with open(self.path("ck"), "rb") as file:
+            before = file.read()
+
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) - 1, len(before) - 1))
+        self.fail_with(4, "run", "box.nml", "--resume", "ck", *settings, preexec_fn=limit,
+                       says=["cannot write checkpoint ck", "too large", "--resume ck"])
+        with open(self.path("ck"), "rb") as file:
+            self.assertEqual(file.read(), before)
+        self.assertNotIn("ck.tmp", self.names())
+        self.succeed("run", "box.nml", "--resume", "ck", *settings)
+        self.assertEqual(self.read("box.csv"), self.read("whole.csv"))
+
+    def test_a_folder_that_vanishes_in_mid_run_is_told_at_the_end(self):
+        os.mkdir(self.path("gone"))
+        command = [self.program, "run", "box.nml", "--quiet", "--output", "gone/box.csv", "--set",
+                   "integrator.end_time=300"]
+        with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
+            self.wait_for("gone/box.csv.partial", 100000)
+            os.rename(self.path("gone"), self.path("elsewhere"))
+            _, said = run.communicate(timeout=20)
+        self.assertEqual(run.returncode, 4)
+        self.assertEqual(said.count("\n"), 1, said)
+        self.assertIn("no such file", said.lower())
+        self.assertEqual(os.listdir(self.path("elsewhere")), ["box.csv.partial"])
+
+    def test_a_scene_that_vanishes_in_mid_run_is_not_missed(self):
+        command = [self.program, "run", "box.nml", "--quiet", "--set", "integrator.end_time=300"]
+        with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE, text=True) as run:
+            self.wait_for("box.csv.partial", 100000)
+            os.rename(self.path("box.nml"), self.path("moved.nml"))
+            self.assertEqual(run.communicate(timeout=20)[1], "")
+        self.assertEqual(run.returncode, 0)
+        self.succeed("run", "moved.nml", "--output", "again.csv", "--quiet", "--set", "integrator.end_time=300")
+        self.assertEqual(self.read("box.csv"), self.read("again.csv"))
+
     def test_missing_folder(self):
         self.fail_with(4, "run", "box.nml", "--output", "nowhere/box.csv", says=["nowhere/box.csv", "no such file"])
 
@@ -180,13 +219,10 @@ class FailedRuns(CommandLineTest):
     def test_a_killed_run_leaves_no_file_that_looks_complete(self):
         command = [self.program, "run", "box.nml", "--quiet", "--set", "integrator.end_time=1e6"]
         with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE) as run:
-            deadline = time.monotonic() + 20
-            partial = self.path("box.csv.partial")
-            while time.monotonic() < deadline and not (os.path.exists(partial) and os.path.getsize(partial) > 200000):
-                time.sleep(0.01)
-            run.send_signal(signal.SIGTERM)
+            self.wait_for("box.csv.partial", 200000)
+            run.kill()
             run.wait(timeout=20)
-        self.assertEqual(run.returncode, -signal.SIGTERM)
+        self.assertEqual(run.returncode, -signal.SIGKILL)
         self.assertEqual(self.names(), ["box.csv.partial", "box.nml", "top.nml"])
 
 

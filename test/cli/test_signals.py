@@ -1,13 +1,29 @@
 """Signals: a run ends in order, keeps its rows, says so in one line, and dies by the signal."""
+import array
+import fcntl
 import os
 import signal
 import subprocess
+import termios
 import time
 import unittest
 
 from support import CommandLineTest, parse
 
 ENDLESS = ("--set", "integrator.end_time=1e6")
+
+
+def wait_until(true):
+    deadline = time.monotonic() + 20
+    while time.monotonic() < deadline and not true():
+        time.sleep(0.002)
+
+
+def watches_signals(run):
+    """The program has its handler for SIGTERM: a signal before that moment just ends it."""
+    with open(f"/proc/{run.pid}/status", encoding="ascii") as status:
+        caught = [line.split()[1] for line in status if line.startswith("SigCgt")]
+    return bool(caught) and bool(int(caught[0], 16) >> signal.SIGTERM - 1 & 1)
 
 
 class SignalTest(CommandLineTest):
@@ -17,6 +33,7 @@ class SignalTest(CommandLineTest):
         self.addCleanup(run.stderr.close)
         self.addCleanup(run.wait)
         self.addCleanup(run.kill)
+        wait_until(lambda: watches_signals(run))
         return run
 
     def ends_by(self, run, number, says):
@@ -50,7 +67,6 @@ class Runs(SignalTest):
             shell = " ".join(f"'{word}'" for word in command)
             done = subprocess.run(["sh", "-c", shell], cwd=self.folder, capture_output=True, timeout=20, check=False)
             self.assertEqual(done.returncode, status, done.stderr)
-            self.assertIn(b"box.csv.partial", done.stderr)
 
     def test_runs_with_steps_by_their_error(self):
         self.write("top.nml", self.read("top.nml").replace("time_step = 0.005", "local_tolerance = 1e-8"))
@@ -78,7 +94,7 @@ class Runs(SignalTest):
     def test_pilot_runs(self):
         self.write("top.nml", self.read("top.nml").replace("time_step = 0.005", "accuracy = 1e-9"))
         run = self.start("run", "top.nml", *ENDLESS)
-        time.sleep(0.3)
+        time.sleep(0.1)
         run.send_signal(signal.SIGINT)
         self.ends_by(run, signal.SIGINT, ["top.nml", "pilot run", "SIGINT"])
         self.assertEqual(self.names(), ["box.nml", "top.nml"])
@@ -107,7 +123,13 @@ class BlockedPipes(SignalTest):
         self.addCleanup(os.close, self.reader)
         self.run_blocked = self.start("run", "box.nml", "--output", "-", *ENDLESS, stdout=self.writer)
         os.close(self.writer)
-        time.sleep(0.5)
+        wait_until(self.pipe_is_full)
+        time.sleep(0.1)
+
+    def pipe_is_full(self):
+        waiting = array.array("i", [0])
+        fcntl.ioctl(self.reader, termios.FIONREAD, waiting)
+        return waiting[0] > 60000
 
     def test_a_signal_ends_a_write_that_waits(self):
         self.run_blocked.send_signal(signal.SIGINT)
@@ -136,13 +158,13 @@ class OtherCommands(SignalTest):
     def test_a_fifo_without_reader(self):
         os.mkfifo(self.path("fifo"))
         run = self.start("run", "box.nml", "--output", "fifo")
-        time.sleep(0.3)
+        time.sleep(0.1)
         run.send_signal(signal.SIGTERM)
         self.ends_by(run, signal.SIGTERM, ["box.nml: stopped by SIGTERM"])
 
     def test_a_cost_study_writes_nothing(self):
         self.write("kept.csv", "of an earlier study\n")
-        for seconds in (0.2, 1.0):
+        for seconds in (0.0, 0.3, 1.0):
             run = self.start("cost", "top.nml", "--csv", "kept.csv", stdout=subprocess.DEVNULL)
             time.sleep(seconds)
             run.send_signal(signal.SIGINT)

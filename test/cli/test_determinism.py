@@ -1,0 +1,39 @@
+"""The same input gives the same bytes."""
+import glob
+import os
+import unittest
+
+from support import CommandLineTest, all_columns
+
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
+
+
+class Determinism(CommandLineTest):
+    def check(self, scene, *settings):
+        name = os.path.basename(scene)
+        for output in ("first.csv", "second.csv"):
+            self.succeed("run", name, "--quiet", "--output", output, *settings)
+        first = self.read("first.csv")
+        self.assertEqual(first, self.read("second.csv"), f"{name} {settings}")
+        piped = self.succeed("run", name, "--quiet", "--output", "-", *settings)
+        self.assertEqual(first, piped.stdout, f"{name} {settings}, as a pipe")
+
+    def test_every_scene_with_every_column_and_solver(self):
+        scenes = sorted(glob.glob(os.path.join(SCENES, "*.nml")))
+        self.assertTrue(scenes)
+        for scene in scenes:
+            with open(scene, encoding="utf-8") as file:
+                self.write(os.path.basename(scene), file.read())
+            self.check(scene)
+            for solver in ("lapack", "reduced"):
+                self.check(scene, "--set", f"output.columns={all_columns()}", "--set",
+                           f"integrator.linear_solver='{solver}'", "--set", "integrator.order=4", "--set", "output.every=3")
+
+    def test_steps_by_their_error(self):
+        for key in ("accuracy", "local_tolerance"):
+            self.write("chosen.nml", self.read("top.nml").replace("time_step = 0.005", f"{key} = 1e-6"))
+            self.check("chosen.nml", "--set", f"output.columns={all_columns()}", "--set", "output.interval=0.013")
+
+
+if __name__ == "__main__":
+    unittest.main()
