@@ -360,12 +360,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(control_settings_t) :: goal
       integer :: m
-      goal = control_settings_t(local_tolerance=1e-6_wp, interval=0.0007_wp)
+      goal = control_settings_t(local_tolerance=1e-6_wp)
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
+         goal%interval = 0.013_wp
          call check_run(error, windowed_top(), settings_of(methods(m)), goal, &
                         run_plan_t(end_time=0.04_wp), [1, 2, 3, 6], label_of(methods(m)))
          if (allocated(error)) return
+         goal%interval = 0.27_wp
          call check_run(error, forced_body(), settings_of(methods(m)), goal, &
                         run_plan_t(end_time=-1.0_wp), [1, 2, 3], &
                         label_of(methods(m)))

@@ -31,10 +31,10 @@ module nutate_nielsen_krenk
    real(wp), parameter :: outgrown = 64.0_wp
    !> Least units of momentum, whose inverse would leave the range of numbers: in kg m²/s, and over the momentum that
    !> turns the body by 1 rad in a step.
-   real(wp), parameter :: least_unit = 1e-150_wp, least_share = 1e-150_wp
+   real(wp), parameter :: least_unit = 1e-150_wp, least_share = 1e-100_wp
    !> Turns in a step, rad, and entries of the Jacobian that are larger belong to no step that could be taken; their
    !> products would overflow.
-   real(wp), parameter :: greatest = 1e40_wp
+   real(wp), parameter :: greatest_turn = 1e40_wp, greatest_entry = 1e140_wp
 
    !> The 8×8 stepper. `step` allocates nothing.
    type, extends(stepper_t) :: nielsen_krenk_t
@@ -188,7 +188,7 @@ contains
       call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
       call self%equations%start(system, state, dt, decisive)
       if (.not. max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
-                    maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest) &
+                    maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest_turn) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
       self%differences(5:8, :) = self%differences(5:8, :)*(old/self%equations%unit)
       self%inverse_dt = 0.0_wp
@@ -262,7 +262,7 @@ contains
       real(wp) :: lu(8, 8)
       integer :: pivots(8), info, i
       call self%equations%jacobian(system, z, lu)
-      if (.not. maxval(abs(lu)) <= greatest) then
+      if (.not. maxval(abs(lu)) <= greatest_entry) then
          status = fail(NUTATE_OFF_BRANCH, 'the effects are too strong for a step of this length')
          return
       end if

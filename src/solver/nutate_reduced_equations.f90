@@ -353,6 +353,7 @@ contains
       call archive%transfer(self%rate)
       call archive%transfer(self%scale)
       call archive%transfer(self%weight)
+      call archive%transfer(self%torque_limit)
       call archive%transfer(self%rotor)
       call archive%transfer(self%inertia)
       call archive%transfer(self%by_forces)
