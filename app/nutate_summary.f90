@@ -29,6 +29,7 @@ contains
 
       call page%line(printable_path(scene%file)//': '//scene%title)
       call add_effort(page, scene, summary, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
+      if (scene%integrator%conserve) call page%item('correction', 'after each step, of what is conserved')
       call add_invariants(page, watcher%invariants)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(summary%work)

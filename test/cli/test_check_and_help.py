@@ -21,6 +21,15 @@ class Check(CommandLineTest):
         for words in ("the body is free", "all components", "shape               box"):
             self.assertIn(words, text)
 
+    def test_the_correction_is_announced_and_summed_up(self):
+        override = ("--set", "integrator.method='dop853'", "--set", "integrator.conserve=.true.")
+        self.assertIn("12 evaluations, conserving correction\n", self.succeed("check", "box.nml", *override).stdout)
+        self.assertNotIn("correction", self.succeed("check", "box.nml", *override[:2]).stdout)
+        self.assertIn("  correction          after each step", self.succeed("run", "box.nml", *override).stderr)
+        self.assertNotIn("correction", self.succeed("run", "box.nml", *override[:2]).stderr)
+        self.fail_with(2, "check", "box.nml", "--set", "integrator.conserve=.true.", says=("conserves by itself",))
+        self.succeed("check", "box.nml", "--set", "integrator.conserve=.false.")
+
     def test_overrides_count(self):
         text = self.succeed("check", "box.nml", "--set", "output.every=20", "--set", "integrator.end_time=1").stdout
         self.assertIn("100 of 0.01 s, to t = 1 s", text)
