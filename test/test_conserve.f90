@@ -1,5 +1,6 @@
 !> The conserving correction: what it keeps, and that it costs no order.
 module test_conserve
+   use nutate_applied_torque, only: applied_torque_t
    use nutate_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
@@ -36,6 +37,7 @@ contains
                   new_unittest("controlled runs and rows between steps", controlled_runs), &
                   new_unittest("a step tried again keeps the targets", a_step_tried_again), &
                   new_unittest("another state starts anew", another_state_starts_anew), &
+                  new_unittest("parts of a step are known to be such", parts_are_known), &
                   new_unittest("only methods that do not conserve have it", only_where_it_has_a_use)]
    end subroutine collect_conserve
 
@@ -173,10 +175,10 @@ contains
       end do
    end subroutine there_and_back
 
-   !> Units of mass and time in powers of two, to 2^±200 and 2^±100.
+   !> Units of mass and time in powers of two, up to energies of 2^±600, whose squares are beyond all numbers.
    subroutine units_change_no_digit(error)
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: masses(3) = [150, -200, 37], times(3) = [-20, 60, 11]
+      integer, parameter :: masses(3) = [300, -300, 37], times(3) = [-150, 150, 11]
       real(wp), parameter :: moments(3) = [0.6_wp, 0.8_wp, 1.0_wp], momentum(3) = [0.1_wp, 1.8_wp, -0.2_wp]
       type(state_t) :: a, b
       integer :: k, m
@@ -317,6 +319,33 @@ contains
          if (allocated(error)) return
       end do
    end subroutine another_state_starts_anew
+
+   !> A torque with a window acts or not by the middle of the whole step, whatever the time.
+   subroutine parts_are_known(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: m
+      problem = box()
+      call problem%system%effects%add(applied_torque_t(name='torque', amplitude=[1.0_wp, 2.0_wp, 3.0_wp], &
+                                                       start=0.0_wp, stop=1.0_wp))
+      do m = 1, 2
+         call get_stepper(problem, methods(m), .true., stepper, status)
+         stepper%is_part = .true.
+         stepper%whole_middle = 1.5_wp
+         state = problem%start
+         call stepper%step(problem%system, state, 0.01_wp, status)
+         call check_close(error, stepper%work, [0.0_wp], 0.0_wp, "work without the whole in the window")
+         if (allocated(error)) return
+         stepper%whole_middle = 0.5_wp
+         state%t = 1.5_wp
+         call stepper%step(problem%system, state, 0.01_wp, status)
+         call check(error, abs(stepper%work(1)) > 0.1_wp, "no work though the whole is in the window")
+         if (allocated(error)) return
+      end do
+   end subroutine parts_are_known
 
    subroutine only_where_it_has_a_use(error)
       type(error_type), allocatable, intent(out) :: error

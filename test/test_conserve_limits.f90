@@ -29,6 +29,9 @@ contains
                   new_unittest("large errors next to a saddle are removed", large_errors_are_removed), &
                   new_unittest("too long a move is refused, nothing changed", long_moves_are_refused), &
                   new_unittest("a pendulum keeps the order at the bottom", pendulum_keeps_the_order), &
+                  new_unittest("round-off of the energy moves nothing far", round_off_moves_nothing), &
+                  new_unittest("any length of q is put right", any_length_is_put_right), &
+                  new_unittest("a wild state leaves no trace", wild_state_leaves_no_trace), &
                   new_unittest("damped motions come to rest", damped_motions_come_to_rest)]
    end subroutine collect_conserve_limits
 
@@ -165,13 +168,14 @@ contains
       call get_stepper(problem, 'rk4', .true., stepper, status)
       call get_stepper(problem, 'rk4', .true., fresh, status)
       a = problem%start
-      a%q_carry = eps*a%q
       b = a
       do k = 1, 20
          call stepper%step(problem%system, a, 0.02_wp, status)
          if (status%ok()) call fresh%step(problem%system, b, 0.02_wp, status)
          call check(error, status%ok(), trim(status%message))
          if (allocated(error)) return
+         a%q_carry = eps*a%q
+         b%q_carry = a%q_carry
          call stepper%step(problem%system, a, 1.5_wp, status)
          call check(error, status%code, NUTATE_OFF_BRANCH)
          if (allocated(error)) return
@@ -204,6 +208,82 @@ contains
       end do
       call check_close(error, log(errors(1, 2)/errors(2, 2))/log(2.0_wp), 4.0_wp, 0.3_wp, "order")
    end subroutine pendulum_keeps_the_order
+
+   !> An account that is wrong by 10 ε, where the energy hardly depends on the attitude, or not at all; one that is
+   !> wrong by 1000 ε is not met there.
+   subroutine round_off_moves_nothing(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(correction_t) :: correction
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: energy
+      integer :: k
+      do k = 6, 10
+         problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, merge(0.0_wp, 0.1_wp**k, k == 10), 1.0_wp])
+         energy = total_energy(problem%system, problem%start)
+         state = problem%start
+         call correction%prepare(problem%system, .true.)
+         call correction%follow(problem%system, state)
+         call correction%correct(problem%system, state, 10*eps*energy, status)
+         call check(error, status%ok(), trim(status%message))
+         if (.not. allocated(error)) &
+            call check_below(error, attitude_distance(state%q, problem%start%q), 1.1_wp*sqrt(eps), "moved")
+         if (allocated(error)) return
+      end do
+      call correction%correct(problem%system, state, 1000*eps*energy, status)
+      call check(error, status%code, NUTATE_OFF_BRANCH)
+   end subroutine round_off_moves_nothing
+
+   !> A method need not normalise: p = 2 q∘[0, L] tells L whatever |q|.
+   subroutine any_length_is_put_right(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: lengths(4) = [1 + 3e-9_wp, 1 - 3e-9_wp, 1.01_wp, 0.5_wp]
+      type(problem_t) :: problem
+      type(correction_t) :: correction
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: i
+      problem = simo_top()
+      call correction%prepare(problem%system, .true.)
+      do i = 1, size(lengths)
+         state = problem%start
+         call correction%follow(problem%system, state)
+         state%q = lengths(i)*state%q
+         state%p = lengths(i)*state%p
+         call correction%correct(problem%system, state, 0.0_wp, status)
+         call check(error, status%ok(), trim(status%message))
+         if (.not. allocated(error)) call check_close(error, state%q, problem%start%q, 4*eps, "q")
+         if (.not. allocated(error)) call check_close(error, state%p, problem%start%p, 8*eps*norm2(state%p), "p")
+         if (allocated(error)) return
+      end do
+   end subroutine any_length_is_put_right
+
+   !> A refused state of 1e8 times the energy does not make a small error of the next one look like round-off.
+   subroutine wild_state_leaves_no_trace(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(correction_t) :: correction
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: energy
+      problem = simo_top()
+      energy = total_energy(problem%system, problem%start)
+      call correction%prepare(problem%system, .true.)
+      call correction%follow(problem%system, problem%start)
+      state = problem%start
+      state%p = 1e4_wp*state%p
+      call correction%correct(problem%system, state, 0.0_wp, status)
+      call check(error, status%code, NUTATE_OFF_BRANCH)
+      if (allocated(error)) return
+      state = problem%start
+      state%p = (1 + 1e-12_wp)*state%p
+      status = status_t()
+      call correction%correct(problem%system, state, 0.0_wp, status)
+      call check(error, status%ok(), trim(status%message))
+      if (.not. allocated(error)) &
+         call check_close(error, total_energy(problem%system, state), energy, 8*eps*energy, "energy")
+   end subroutine wild_state_leaves_no_trace
 
    !> The account of a free body ends where nothing is left of its energy, that of a pendulum where H has a minimum.
    subroutine damped_motions_come_to_rest(error)

@@ -249,7 +249,7 @@ contains
       do i = 1, most_moves
          call evaluate(self%plan, effects, point)
          call note_size(self, point)
-         excess = (point%energy - target%energy) - target%carry
+         excess = point%energy - target%energy
          if (abs(excess) <= dead_band*self%size) return
          call get_slope(self, point, slope)
          excess = self%unit*excess
