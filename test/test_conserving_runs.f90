@@ -27,10 +27,20 @@ module test_conserving_runs
       integer :: rows = 0
       type(invariants_t) :: invariants
    contains
+      procedure :: begin => begin_guard
       procedure :: observe => guard_row
    end type guard_t
 
 contains
+
+   !> Makes ready for another run.
+   subroutine begin_guard(self, attitude)
+      class(guard_t), intent(inout) :: self
+      logical, intent(in) :: attitude
+      self%started = .false.
+      self%attitude = attitude
+      self%rows = 0
+   end subroutine begin_guard
 
    subroutine guard_row(self, system, state, record, status)
       class(guard_t), intent(inout) :: self
