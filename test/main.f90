@@ -46,8 +46,10 @@ program unit
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_stability_long, only: collect_stability_long
    use test_stability_scales, only: collect_stability_scales
+   use test_stability_starts, only: collect_stability_starts
    use test_stability_stiff, only: collect_stability_stiff
    use test_stability_stress, only: list_groups, report_group
+   use test_stability_time, only: collect_stability_time
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
    use test_study, only: collect_study
@@ -132,7 +134,9 @@ contains
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("stability_long", collect_stability_long), &
          new_testsuite("stability_scales", collect_stability_scales), &
+         new_testsuite("stability_starts", collect_stability_starts), &
          new_testsuite("stability_stiff", collect_stability_stiff), &
+         new_testsuite("stability_time", collect_stability_time), &
          new_testsuite("stability_top", collect_stability_top), &
          new_testsuite("step", collect_step), &
          new_testsuite("study", collect_study), &

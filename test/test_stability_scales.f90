@@ -54,7 +54,8 @@ contains
 
    type(stability_case_t) function water_case() result(item)
       item%name = 'water molecule, SI units'
-      item%guards = 'moments of 1e-47 kg m², steps of 1e-14 s: products that underflow, tolerances that are not relative'
+      item%guards = 'moments of 1e-47 kg m², steps of 1e-14 s: products that underflow, tolerances that '// &
+                    'are not relative'
       item%selected = EVERY_WAY
       item%run => run_water
    end function water_case

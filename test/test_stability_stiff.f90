@@ -74,8 +74,8 @@ contains
 
    type(stability_case_t) function damping_case() result(item)
       item%name = 'damping that overshoots'
-      item%guards = 'damping by up to 1e10 of the momentum in a step: energy must fall in every step, and the account '// &
-                    'close'
+      item%guards = 'damping by up to 1e10 of the momentum in a step: energy must fall in every step, and the '// &
+                    'account close'
       item%selected = EVERY_WAY
       item%run => run_damping
    end function damping_case

@@ -5,7 +5,9 @@ module test_stability_stress
    use test_stability_case, only: number_text, record_t, stability_case_t, way_label, ways
    use test_stability_long, only: long_cases
    use test_stability_scales, only: scales_cases
+   use test_stability_starts, only: starts_cases
    use test_stability_stiff, only: stiff_cases
+   use test_stability_time, only: time_cases
    use test_stability_top, only: top_cases
    implicit none
    private
@@ -36,7 +38,9 @@ contains
              group_t('long', 'Long runs', long_cases), &
              group_t('top', 'Poles and limits of the top', top_cases), &
              group_t('stiff', 'Stiff and soft', stiff_cases), &
-             group_t('scales', 'Scales', scales_cases) &
+             group_t('scales', 'Scales', scales_cases), &
+             group_t('starts', 'Starts off the manifold and from files', starts_cases), &
+             group_t('time', 'Time', time_cases) &
              ]
    end function groups
 

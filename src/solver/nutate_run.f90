@@ -2,7 +2,7 @@
 module nutate_run
    use nutate_archive, only: archive_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp, eps, long
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
       NUTATE_SINGULAR, NUTATE_STEP_LIMIT
@@ -251,9 +251,17 @@ contains
          n = huge(n)
       else
          n = int(ratio, long)
-         if (ratio - real(n, wp) > same_time) n = n + 1
+         if (ratio - real(n, wp) > same_time + time_noise(t, plan)/abs(plan%time_step)) n = n + 1
       end if
    end function count_steps
+
+   !> What rounding makes of a time of the run, s: far from zero more than `same_time` of a step, and no step's length.
+   pure real(wp) function time_noise(t, plan)
+      !> s
+      real(wp), intent(in) :: t
+      type(run_plan_t), intent(in) :: plan
+      time_noise = min(4*eps*max(abs(t), abs(plan%end_time)), 0.25_wp*abs(plan%time_step))
+   end function time_noise
 
    !> Tests the plan and finds the times on which steps must end.
    subroutine begin(effects, t, plan, progress, summary, status)
@@ -290,7 +298,7 @@ contains
 
       t_end = progress%t_first + real(summary%steps + 1, wp)*plan%time_step
       if (is_last) t_end = plan%end_time
-      margin = same_time*abs(plan%time_step)
+      margin = same_time*abs(plan%time_step) + time_noise(state%t, plan)
       record%iterations = 0
       record%residual = 0.0_wp
       cut = .false.
