@@ -63,8 +63,8 @@ contains
 
    type(stability_case_t) function later_case() result(item)
       item%name = 't = 1e9 steps and later'
-      item%guards = 'a time that drifts, or steps whose length is what rounding of t leaves: the motion from 1e9 Δt '// &
-                    'on has the digits of that from 0 on'
+      item%guards = 'a time that drifts, or steps whose length is what rounding of t leaves: the motion from '// &
+                    '1e9 Δt on has the digits of that from 0 on'
       item%selected = EVERY_WAY
       item%run => run_later
    end function later_case
