@@ -7,11 +7,12 @@ SCENE ?= scenes/box.nml
 PREFIX ?=
 BENCH ?=
 STRESS ?=
+FUZZ ?=
 
 export FFLAGS
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test stress bench figures lint docs install clean
+.PHONY: help setup build run test stress fuzz memcheck sanitize bench figures lint docs install clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
@@ -31,6 +32,18 @@ test: setup ## run the unit tests and the command-line tests
 
 stress: setup ## run the stability cases at full length, hours, and write docs/stability.md (STRESS=long selects)
 	@bash tools/stress.sh $(STRESS)
+
+fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
+	@bash tools/setup.sh build test
+	@bash tools/fuzz.sh $(FUZZ)
+
+memcheck: ## run the tests under valgrind: leaks, invalid reads
+	@bash tools/setup.sh build test memcheck
+	@bash tools/memcheck.sh
+
+sanitize: ## run the tests with the address and undefined-behaviour sanitizers
+	@bash tools/setup.sh build test
+	@bash tools/sanitize.sh
 
 bench: ## measure costs (BENCH=bench_step selects)
 	@bash tools/setup.sh build

@@ -10,34 +10,45 @@ program main
    use nutate_signals, only: end_by_signal
    use nutate_version, only: version
    implicit none
-   type(argument_t), allocatable :: arguments(:)
-   type(command_t) :: command
-   type(page_t) :: page
    integer :: exit_code
 
    call prepare_process()
-   call get_arguments(arguments)
-   call parse_arguments(arguments, command)
-   if (allocated(command%error)) then
-      call say_error('nutate: '//command%error)
-      stop EXIT_INPUT, quiet=.true.
-   end if
-   select case (command%verb)
-   case ('run')
-      call run_command(command, exit_code)
-   case ('check')
-      call check_command(command, exit_code)
-   case ('cost')
-      call cost_command(command, exit_code)
-   case ('help')
-      call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
-   case ('version')
-      call page%line('nutate '//version)
-      call show_page(page, STANDARD_OUTPUT, exit_code)
-   case default
-      call show_page(help_page(''), STANDARD_ERROR, exit_code)
-      exit_code = EXIT_INPUT
-   end select
+   call serve(exit_code)
    if (exit_code > EXIT_SIGNAL) call end_by_signal(exit_code - EXIT_SIGNAL)
    if (exit_code /= 0) stop exit_code, quiet=.true.
+
+contains
+
+   !> Does what the arguments ask for.
+   subroutine serve(exit_code)
+      integer, intent(out) :: exit_code
+      type(argument_t), allocatable :: arguments(:)
+      type(command_t) :: command
+      type(page_t) :: page
+
+      call get_arguments(arguments)
+      call parse_arguments(arguments, command)
+      if (allocated(command%error)) then
+         call say_error('nutate: '//command%error)
+         exit_code = EXIT_INPUT
+         return
+      end if
+      select case (command%verb)
+      case ('run')
+         call run_command(command, exit_code)
+      case ('check')
+         call check_command(command, exit_code)
+      case ('cost')
+         call cost_command(command, exit_code)
+      case ('help')
+         call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
+      case ('version')
+         call page%line('nutate '//version)
+         call show_page(page, STANDARD_OUTPUT, exit_code)
+      case default
+         call show_page(help_page(''), STANDARD_ERROR, exit_code)
+         exit_code = EXIT_INPUT
+      end select
+   end subroutine serve
+
 end program main

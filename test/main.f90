@@ -57,24 +57,35 @@ program unit
    use test_torque_physics, only: collect_torque_physics
    implicit none
 
-   type(testsuite_type), allocatable :: suites(:)
-   character(len=:), allocatable :: suite_name, test_name
-   integer :: tests, failures, i
+   integer :: tests, failures
 
    tests = 0
    failures = 0
-   suites = all_suites()
-   call get_argument(1, suite_name)
-   call get_argument(2, test_name)
+   call run_what_is_asked_for(tests, failures)
+   write (output_unit, '(i0," passed, ",i0," failed")') tests - failures, failures
+   flush (output_unit)
+   if (failures > 0) call stop_with("unit tests failed")
 
-   if (allocated(suite_name)) then
-      if (suite_name == '--stress') call run_stress(test_name)
-   end if
-   if (.not. allocated(suite_name)) then
-      do i = 1, size(suites)
-         call run_suite(suites(i), tests, failures)
-      end do
-   else
+contains
+
+   !> Runs what the arguments name.
+   subroutine run_what_is_asked_for(tests, failures)
+      integer, intent(inout) :: tests, failures
+      type(testsuite_type), allocatable :: suites(:)
+      character(len=:), allocatable :: suite_name, test_name
+      integer :: i
+      suites = all_suites()
+      call get_argument(1, suite_name)
+      call get_argument(2, test_name)
+      if (allocated(suite_name)) then
+         if (suite_name == '--stress') call run_stress(test_name)
+      end if
+      if (.not. allocated(suite_name)) then
+         do i = 1, size(suites)
+            call run_suite(suites(i), tests, failures)
+         end do
+         return
+      end if
       i = select_suite(suites, suite_name)
       if (i == 0) call stop_listing(suites, suite_name)
       if (allocated(test_name)) then
@@ -84,13 +95,7 @@ program unit
       else
          call run_suite(suites(i), tests, failures)
       end if
-   end if
-
-   write (output_unit, '(i0," passed, ",i0," failed")') tests - failures, failures
-   flush (output_unit)
-   if (failures > 0) call stop_with("unit tests failed")
-
-contains
+   end subroutine run_what_is_asked_for
 
    !> The list of suites: one line for each.
    function all_suites() result(suites)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|lint|docs|figures|flang]...
+# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/environment.sh"
@@ -39,6 +39,7 @@ need_build() {
 }
 
 need_test() { want python3 python3; }
+need_memcheck() { want valgrind valgrind; }
 need_lint() { works fortitude || need_pip fortitude-lint==0.10.0; }
 need_docs() { works ford || need_pip ford==7.0.13; }
 need_figures() { want gnuplot gnuplot-nox; }
@@ -79,8 +80,8 @@ link_flang() {
 [ $# -gt 0 ] || set -- build
 for need; do
    case $need in
-      build | test | lint | docs | figures | flang) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, lint, docs, figures, flang)" ;;
+      build | test | memcheck | lint | docs | figures | flang) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang)" ;;
    esac
 done
 install_packages

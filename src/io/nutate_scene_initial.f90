@@ -80,7 +80,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       real(wp) :: angles(3)
       type(status_t) :: status
-      character(len=12) :: norm
+      character(len=24) :: norm
 
       angles = 0.0_wp
       if (group%has('quaternion')) then

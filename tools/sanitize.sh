@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Builds everything with the address and undefined-behaviour sanitizers and floating-point traps, and runs the unit
+# tests and the command-line tests. What a sanitizer finds ends the program, so that the test fails.
+set -u
+. "$(dirname "$0")/environment.sh"
+
+sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g -O1'
+export FFLAGS="$sanitizers -ffpe-trap=invalid,zero,overflow" FPM_CFLAGS=$sanitizers FPM_LDFLAGS=-fsanitize=address,undefined
+# What the test framework loses is not the library's.
+export LSAN_OPTIONS=suppressions=$top/tools/sanitize.supp:print_suppressions=0
+export ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=0 UBSAN_OPTIONS=print_stacktrace=1
+# Tests that measure time know by this that it says nothing here.
+export NUTATE_SLOW_BUILD=1
+bash tools/test.sh unit cli as sanitize
