@@ -81,9 +81,8 @@ contains
             if (keys(k)%name == group%settings(i)%name) exit
          end do
          if (.not. fits(keys(k), group%settings(i)%values%number)) then
-            associate (name => trim(keys(k)%name))
-               status = fail(NUTATE_BAD_ARGUMENT, trim(group%name)//': '//name//' is out of its range', name)
-            end associate
+            status = fail(NUTATE_BAD_ARGUMENT, trim(group%name)//': '//trim(keys(k)%name)//' is out of its range', &
+                          keys(k)%name)
             return
          end if
       end do

@@ -60,15 +60,19 @@ module nutate_c_handles
 
    !> A method with its system and the present state.
    type, extends(handle_t) :: stepper_handle_t
-      !> The method is prepared, and a step needs nothing but the method's step: no callback, no work, no angles.
+      !> A step of `tested_dt` needs nothing but the method's step.
       logical :: plain = .false.
-      !> A step that has been found admissible for a state like this one, s.
+      !> The step that was found admissible last, s, if `tested`.
       real(wp) :: tested_dt = 0.0_wp
       class(stepper_t), allocatable :: stepper
       type(system_t) :: system
       type(state_t) :: state
       !> The method is prepared.
       logical :: ready = .false.
+      !> A step has been found admissible since.
+      logical :: tested = .false.
+      !> There is nothing around a step: no callback, no work, no angles.
+      logical :: bare = .false.
       !> The settings are to be read from `group`.
       logical :: stale = .false.
       !> There are callbacks.

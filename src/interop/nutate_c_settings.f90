@@ -96,10 +96,10 @@ contains
       if (.not. status%ok()) return
       handle%stale = .false.
       handle%ready = .true.
-      handle%tested_dt = 0.0_wp
+      handle%tested = .false.
       handle%calls_back = has_callbacks(handle%system%effects)
-      handle%plain = .not. handle%calls_back .and. handle%system%effects%n_torques == 0 .and. &
-                     .not. handle%columns%follows_steps
+      handle%bare = .not. handle%calls_back .and. handle%system%effects%n_torques == 0 .and. &
+                    .not. handle%columns%follows_steps
    end subroutine prepare
 
    !> The same where it has not been done.

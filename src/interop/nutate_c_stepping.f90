@@ -54,7 +54,12 @@ contains
       end if
       code = conclude(handle, success)
       do i = 1, n
-         code = nutate_stepper_step(stepper, dt)
+         if (handle%plain .and. dt == handle%tested_dt) then
+            call handle%stepper%step(handle%system, handle%state, dt, handle%status)
+         else
+            call step_with_care(handle, dt, handle%status)
+         end if
+         code = handle%status%code
          if (code /= NUTATE_OK) return
          if (present(done)) done = i
       end do
@@ -68,7 +73,7 @@ contains
       type(state_t) :: before
       integer :: i
       call prepare_if_needed(handle, status)
-      if (status%ok() .and. dt /= handle%tested_dt) call test_step(handle, dt, status)
+      if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
       before = handle%state
       handle%failure = 0
@@ -89,11 +94,14 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
       logical :: good
+      if (handle%tested .and. dt == handle%tested_dt) return
       good = ieee_is_finite(dt)
       if (good) good = abs(dt) >= least_step .and. abs(dt) <= greatest_step
       if (good) good = maxval(abs(angular_velocity(handle%system, handle%state)))*abs(dt) <= greatest_turn
       if (good) then
+         handle%tested = .true.
          handle%tested_dt = dt
+         handle%plain = handle%bare
       else
          status = fail(NUTATE_BAD_ARGUMENT, 'the step is zero, not finite, or beyond all scales', 'dt')
       end if
