@@ -93,7 +93,7 @@ typedef struct nutate_history nutate_history;
 /* Version of the library, "0.1.0".
  *   <==  buffer   text
  *   ==>  size     of buffer, bytes */
-int nutate_version(char *buffer, size_t size);
+int nutate_get_version(char *buffer, size_t size);
 
 /* One line for a person about a status.
  *   ==>  status   what a function returned; numbers that are no status have a text too
@@ -265,20 +265,20 @@ int nutate_scene_parse(const char *text, const char *name, const char *const *ov
 int nutate_scene_destroy(nutate_scene **scene);
 
 /* Title of a scene.   ==>  scene   <==  buffer   ==>  size */
-int nutate_scene_title(const nutate_scene *scene, char *buffer, size_t size);
+int nutate_scene_get_title(const nutate_scene *scene, char *buffer, size_t size);
 
 /* Times of a scene.
  *   ==>  scene
  *   <==  time_step  s; 0 where steps are chosen by their error; or NULL
  *   <==  end_time   s; or NULL
  *   <==  every      nominal steps between rows; or NULL */
-int nutate_scene_plan(const nutate_scene *scene, double *time_step, double *end_time, int64_t *every);
+int nutate_scene_get_plan(const nutate_scene *scene, double *time_step, double *end_time, int64_t *every);
 
 /* Initial state of a scene.
  *   ==>  scene
  *   <==  q          [4], attitude; or NULL
  *   <==  omega      [3], body axes, rad/s; or NULL */
-int nutate_scene_initial(const nutate_scene *scene, double *q, double *omega);
+int nutate_scene_get_initial(const nutate_scene *scene, double *q, double *omega);
 
 /* A potential or torque of your own in a scene, as nutate_system_add_...   <=>  scene */
 int nutate_scene_add_potential(nutate_scene *scene, const double direction[3], nutate_potential potential,
@@ -514,7 +514,7 @@ int nutate_attitude_distance(const double a[4], const double b[4], double *angle
  *   <==  q        [n][4], attitudes; or NULL
  *   <==  omega    [n][3], angular velocities, body axes, rad/s; or NULL
  * Status: NUTATE_BAD_ARGUMENT for effects, an attitude or numbers that have no solution. */
-int nutate_exact_free(const nutate_system *system, const double q0[4], const double omega0[3], size_t n,
+int nutate_exact_free_body(const nutate_system *system, const double q0[4], const double omega0[3], size_t n,
                       const double *t, double *q, double *omega);
 
 #ifdef __cplusplus

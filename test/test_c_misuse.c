@@ -121,9 +121,9 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_groups(NULL, "&gravity /"));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_potential(NULL, vector, answer_potential, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_user_torque(NULL, answer_torque, NULL));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_title(NULL, text, sizeof text));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_plan(NULL, x, x, &n));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_initial(NULL, x, x));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_get_title(NULL, text, sizeof text));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_get_plan(NULL, x, x, &n));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_get_initial(NULL, x, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_add_potential(NULL, vector, answer_potential, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_add_user_torque(NULL, answer_torque, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_system(NULL, &system, text, sizeof text));
@@ -162,7 +162,7 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_constraints(NULL, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_conserved(NULL, &i, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_solver(NULL, &i, x));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_exact_free(NULL, one, vector, 1, x, x, x));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_exact_free_body(NULL, one, vector, 1, x, x, x));
     EXPECT(NUTATE_OK, nutate_system_destroy(&system));
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
     EXPECT(NUTATE_OK, nutate_history_destroy(&history));
@@ -177,7 +177,7 @@ static int null_creation(void)
     char text[100] = "";
     const char *const with_null[2] = {"output.every=2", NULL};
 
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_version(NULL, 10));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_get_version(NULL, 10));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_status_text(0, NULL, 10));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_moments(NULL, 0.0, NULL, 0, &system, text, sizeof text));
     CHECK(system == NULL && strstr(text, "moments"));
@@ -226,11 +226,11 @@ static int null_in_system(nutate_system *system)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_potential(system, vector, NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_user_torque(system, NULL, NULL));
     EXPECT(NUTATE_OK, nutate_system_body(system, NULL, NULL, NULL));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free(system, NULL, vector, 1, x, x, x));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free(system, one, NULL, 1, x, x, x));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free(system, one, vector, 1, NULL, x, x));
-    EXPECT(NUTATE_OK, nutate_exact_free(system, one, vector, 1, x, NULL, NULL));
-    EXPECT(NUTATE_OK, nutate_exact_free(system, one, vector, 0, NULL, NULL, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free_body(system, NULL, vector, 1, x, x, x));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free_body(system, one, NULL, 1, x, x, x));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free_body(system, one, vector, 1, NULL, x, x));
+    EXPECT(NUTATE_OK, nutate_exact_free_body(system, one, vector, 1, x, NULL, NULL));
+    EXPECT(NUTATE_OK, nutate_exact_free_body(system, one, vector, 0, NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_create(system, NULL, NULL, 0));
     return 0;
 }
@@ -238,9 +238,9 @@ static int null_in_system(nutate_system *system)
 static int null_in_scene(nutate_scene *scene)
 {
     nutate_history *history = NULL;
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_title(scene, NULL, 10));
-    EXPECT(NUTATE_OK, nutate_scene_plan(scene, NULL, NULL, NULL));
-    EXPECT(NUTATE_OK, nutate_scene_initial(scene, NULL, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_get_title(scene, NULL, 10));
+    EXPECT(NUTATE_OK, nutate_scene_get_plan(scene, NULL, NULL, NULL));
+    EXPECT(NUTATE_OK, nutate_scene_get_initial(scene, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_add_potential(scene, NULL, answer_potential, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_add_potential(scene, vector, NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_scene_add_user_torque(scene, NULL, NULL));
@@ -367,7 +367,7 @@ int test_c_foreign_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_step((nutate_stepper *)(void *)nothing, 0.1));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_rotor((nutate_system *)stepper, vector));
     EXPECT(NUTATE_BAD_HANDLE, nutate_history_size((nutate_history *)stepper, &n, &n));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_plan((nutate_scene *)stepper, x, NULL, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_get_plan((nutate_scene *)stepper, x, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_last_message(nothing, (char *)x, sizeof x));
     copy = (nutate_stepper *)system;
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_destroy(&copy));
@@ -509,9 +509,9 @@ int test_c_bad_numbers(void)
             EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_state(stepper, 0.0, q, vector));
             EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_canonical(stepper, 0.0, q, p));
             EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_canonical(stepper, 0.0, one, q));
-            EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free(system, q, vector, 0, NULL, NULL, NULL));
-            EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free(system, one, x, 0, NULL, NULL, NULL));
-            EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free(system, one, vector, 1, &bad[i], NULL, NULL));
+            EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free_body(system, q, vector, 0, NULL, NULL, NULL));
+            EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free_body(system, one, x, 0, NULL, NULL, NULL));
+            EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free_body(system, one, vector, 1, &bad[i], NULL, NULL));
         }
     EXPECT(NUTATE_BAD_BODY, nutate_system_create_moments(vector, 0.0, NULL, 0, &none, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_shape("box", moments, 3, 1.0, 1.0, NULL, &none, NULL, 0));
@@ -524,7 +524,7 @@ int test_c_bad_numbers(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_gravity_gradient(system, q, 1.0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_potential(system, q, answer_potential, NULL, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_state(stepper, 0.0, q, vector));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free(system, one, vector, 0, NULL, NULL, NULL)); /* not free */
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_exact_free_body(system, one, vector, 0, NULL, NULL, NULL)); /* not free */
     EXPECT(NUTATE_OK, nutate_system_destroy(&system));
     EXPECT(NUTATE_OK, nutate_system_create_moments(moments, 0.0, NULL, 0, &system, NULL, 0));
     EXPECT(NUTATE_BAD_BODY, nutate_system_add_gravity(system, vector)); /* no mass */
@@ -731,16 +731,16 @@ int test_c_texts(void)
     char text[8], longer[64];
     nutate_scene *scene = NULL;
     int i;
-    EXPECT(NUTATE_OK, nutate_version(longer, sizeof longer));
+    EXPECT(NUTATE_OK, nutate_get_version(longer, sizeof longer));
     i = NUTATE_VERSION_MAJOR;
     CHECK(longer[0] == '0' + i && longer[1] == '.' && longer[2] == '0' + NUTATE_VERSION_MINOR);
     CHECK(longer[4] == '0' + NUTATE_VERSION_PATCH && longer[5] == '\0');
-    EXPECT(NUTATE_OK, nutate_version(text, 6));
-    EXPECT(NUTATE_TRUNCATED, nutate_version(text, 5));
+    EXPECT(NUTATE_OK, nutate_get_version(text, 6));
+    EXPECT(NUTATE_TRUNCATED, nutate_get_version(text, 5));
     CHECK(strcmp(text, "0.1.") == 0);
-    EXPECT(NUTATE_TRUNCATED, nutate_version(text, 1));
+    EXPECT(NUTATE_TRUNCATED, nutate_get_version(text, 1));
     CHECK(text[0] == '\0');
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_version(text, 0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_get_version(text, 0));
     for (i = -3; i < 20; ++i) {
         EXPECT(NUTATE_OK, nutate_status_text(i, longer, sizeof longer));
         CHECK(strlen(longer) > 5);
@@ -749,7 +749,7 @@ int test_c_texts(void)
     EXPECT(NUTATE_BAD_SCENE, nutate_scene_parse("&bdy /", NULL, NULL, 0, &scene, text, 7));
     CHECK(strlen(text) == 6 && text[7] == 'x');
     EXPECT(NUTATE_OK, nutate_scene_parse(scene_text, "folder/name.nml", NULL, 0, &scene, NULL, 0));
-    EXPECT(NUTATE_OK, nutate_scene_title(scene, longer, sizeof longer));
+    EXPECT(NUTATE_OK, nutate_scene_get_title(scene, longer, sizeof longer));
     CHECK(strcmp(longer, "name") == 0);
     EXPECT(NUTATE_OK, nutate_last_message(scene, longer, sizeof longer));
     CHECK(longer[0] == '\0');

@@ -7,6 +7,7 @@
 
 int test_c_own_gravity(int with_hessian, double *worst);
 int test_c_own_damping(double *worst);
+int test_c_exact_motion(void);
 int test_c_threads(void);
 int test_c_many_handles(int times);
 
@@ -143,6 +144,33 @@ int test_c_own_damping(double *worst)
     return 0;
 }
 
+/* The exact motion against steps of order 8, forward and back; a tensor with axes of its own. */
+int test_c_exact_motion(void)
+{
+    static const double tensor[6] = {4.0, 5.0, 6.0, 0.5, -0.25, 0.75}, t[2] = {1.5, -0.5};
+    double q0[4], q[2][4], rate[2][3], stepped[4], stepped_rate[3], angle;
+    nutate_system *system = NULL;
+    nutate_stepper *stepper = NULL;
+    int i, k;
+    EXPECT(NUTATE_OK, nutate_system_create_tensor(tensor, 0.0, NULL, 0, &system, NULL, 0));
+    EXPECT(0, start(system, "reduced", &stepper));
+    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "order", "8"));
+    EXPECT(NUTATE_OK, nutate_quat_normalized(tilted, q0));
+    EXPECT(NUTATE_OK, nutate_exact_free_body(system, q0, omega, 2, t, &q[0][0], &rate[0][0]));
+    for (i = 0; i < 2; ++i) {
+        EXPECT(NUTATE_OK, nutate_stepper_set_state(stepper, 0.0, q0, omega));
+        EXPECT(NUTATE_OK, nutate_stepper_steps(stepper, t[i] / 100, 100, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_quaternion(stepper, stepped));
+        EXPECT(NUTATE_OK, nutate_stepper_angular_velocity(stepper, stepped_rate));
+        EXPECT(NUTATE_OK, nutate_attitude_distance(stepped, q[i], &angle));
+        CHECK(angle < 1e-12);
+        for (k = 0; k < 3; ++k) CHECK(fabs(stepped_rate[k] - rate[i][k]) < 1e-11);
+    }
+    nutate_stepper_destroy(&stepper);
+    nutate_system_destroy(&system);
+    return 0;
+}
+
 enum { THREADS = 8, ROUNDS = 5, STEPS = 200 };
 
 /* What one thread does, with a system that all share and a scene that all share. */
@@ -240,7 +268,7 @@ int test_c_many_handles(int times)
         nutate_history *history = NULL;
         EXPECT(NUTATE_BAD_BODY, nutate_system_create_moments(omega, 2.5, center, 0, &system, text, sizeof text));
         EXPECT(NUTATE_OK, nutate_system_create_moments(moments, 2.5, center, 0, &system, text, sizeof text));
-        EXPECT(NUTATE_OK, nutate_exact_free(system, one, omega, 2, t, q, NULL));
+        EXPECT(NUTATE_OK, nutate_exact_free_body(system, one, omega, 2, t, q, NULL));
         EXPECT(NUTATE_OK, nutate_system_add_potential(system, down, own_potential, own_hessian, mk));
         EXPECT(NUTATE_OK, nutate_system_add_spring(system, omega, down, 1.0, 0.5));
         EXPECT(NUTATE_OK, nutate_system_add_damping(system, moments));

@@ -12,7 +12,7 @@ module nutate_c_general
    implicit none
    private
 
-   public :: nutate_version_text, nutate_status_text, nutate_last_message, nutate_exact_free_motion
+   public :: nutate_get_version, nutate_status_text, nutate_last_message, nutate_exact_free_body
 
    !> What a status means; the first is that of 0.
    character(len=*), parameter :: meanings(0:13) = [character(len=64) :: &
@@ -33,11 +33,11 @@ module nutate_c_general
 
 contains
 
-   integer(c_int) function nutate_version_text(buffer, size) result(code) bind(C, name='nutate_version')
+   integer(c_int) function nutate_get_version(buffer, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: buffer
       integer(c_size_t), intent(in), value :: size
       code = text_to_c(version, buffer, size)
-   end function nutate_version_text
+   end function nutate_get_version
 
    integer(c_int) function nutate_status_text(status, buffer, size) result(code) bind(C)
       integer(c_int), intent(in), value :: status
@@ -59,8 +59,7 @@ contains
       if (associated(found)) code = text_to_c(trim(found%status%message), buffer, size)
    end function nutate_last_message
 
-   integer(c_int) function nutate_exact_free_motion(system, q0, omega0, n, t, q, omega) result(code) &
-      bind(C, name='nutate_exact_free')
+   integer(c_int) function nutate_exact_free_body(system, q0, omega0, n, t, q, omega) result(code) bind(C)
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(in), optional :: q0(4), omega0(3), t(*)
       integer(c_size_t), intent(in), value :: n
@@ -92,6 +91,6 @@ contains
             if (present(omega)) omega(:, i) = matmul(body%inverse_inertia, momentum)
          end do
       end associate
-   end function nutate_exact_free_motion
+   end function nutate_exact_free_body
 
 end module nutate_c_general

@@ -12,8 +12,8 @@ module nutate_c_scene
    implicit none
    private
 
-   public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_title, nutate_scene_plan, &
-      nutate_scene_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, nutate_scene_system
+   public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_get_title, nutate_scene_get_plan, &
+      nutate_scene_get_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, nutate_scene_system
 
 contains
 
@@ -48,16 +48,16 @@ contains
       code = NUTATE_OK
    end function nutate_scene_destroy
 
-   integer(c_int) function nutate_scene_title(scene, buffer, size) result(code) bind(C)
+   integer(c_int) function nutate_scene_get_title(scene, buffer, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene, buffer
       integer(c_size_t), intent(in), value :: size
       type(scene_handle_t), pointer :: handle
       code = NUTATE_BAD_HANDLE
       handle => find_scene(scene)
       if (associated(handle)) code = text_to_c(handle%scene%title, buffer, size)
-   end function nutate_scene_title
+   end function nutate_scene_get_title
 
-   integer(c_int) function nutate_scene_plan(scene, time_step, end_time, every) result(code) bind(C)
+   integer(c_int) function nutate_scene_get_plan(scene, time_step, end_time, every) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene
       real(c_double), intent(inout), optional :: time_step, end_time
       integer(c_int64_t), intent(inout), optional :: every
@@ -69,9 +69,9 @@ contains
       if (present(time_step)) time_step = handle%scene%plan%time_step
       if (present(end_time)) end_time = handle%scene%plan%end_time
       if (present(every)) every = handle%scene%plan%every
-   end function nutate_scene_plan
+   end function nutate_scene_get_plan
 
-   integer(c_int) function nutate_scene_initial(scene, q, omega) result(code) bind(C)
+   integer(c_int) function nutate_scene_get_initial(scene, q, omega) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene
       real(c_double), intent(inout), optional :: q(4), omega(3)
       type(scene_handle_t), pointer :: handle
@@ -81,7 +81,7 @@ contains
       code = NUTATE_OK
       if (present(q)) q = handle%scene%initial%q
       if (present(omega)) omega = angular_velocity(handle%scene%system, handle%scene%initial)
-   end function nutate_scene_initial
+   end function nutate_scene_get_initial
 
    integer(c_int) function nutate_scene_add_potential(scene, direction, potential, hessian, user) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene, user
