@@ -27,7 +27,8 @@ int test_c_attitudes(void);
         if (!(condition)) return __LINE__; \
     } while (0)
 
-static const double one[4] = {1.0, 0.0, 0.0, 0.0}, vector[3] = {0.1, 0.2, 10.0}, moments[3] = {5.0, 20.0, 17.0};
+static const double one[4] = {1.0, 0.0, 0.0, 0.0}, vector[3] = {0.1, 0.2, 10.0}, moments[3] = {5.0, 20.0, 17.0},
+                    tensor[6] = {5.0, 20.0, 17.0, 0.0, 0.0, 0.0};
 
 static const char scene_text[] =
     "&body inertia = 5, 20, 17 / &initial angular_velocity = 0.1, 0, 10 /\n"
@@ -183,7 +184,7 @@ static int null_creation(void)
     CHECK(system == NULL && strstr(text, "moments"));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_moments(moments, 0.0, NULL, 0, NULL, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_tensor(NULL, 0.0, NULL, 0, &system, NULL, 0));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_tensor(moments, 0.0, NULL, 0, NULL, NULL, 0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_tensor(tensor, 0.0, NULL, 0, NULL, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_shape(NULL, moments, 3, 1.0, 0.0, NULL, &system, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_shape("box", NULL, 3, 1.0, 0.0, NULL, &system, NULL, 0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_create_shape("box", moments, 3, 1.0, 0.0, NULL, NULL, NULL, 0));

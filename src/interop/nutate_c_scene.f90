@@ -12,8 +12,9 @@ module nutate_c_scene
    implicit none
    private
 
-   public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_get_title, nutate_scene_get_plan, &
-      nutate_scene_get_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, nutate_scene_system
+   public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_get_title, &
+      nutate_scene_get_plan, nutate_scene_get_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, &
+      nutate_scene_system
 
 contains
 
