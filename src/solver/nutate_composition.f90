@@ -142,7 +142,7 @@ contains
    end subroutine step
 
    !> The memories of all stages.
-   subroutine transfer_memory(self, archive)
+   recursive subroutine transfer_memory(self, archive)
       class(composition_t), intent(inout) :: self
       type(archive_t), intent(inout) :: archive
       integer :: i

@@ -84,8 +84,9 @@ module nutate_stepper
 
 contains
 
-   !> Shows to an archive what every method has, then the method's own memory.
-   subroutine transfer_stepper(self, archive)
+   !> Shows to an archive what every method has, then the method's own memory: another stepper's, for one that is made of
+   !> others.
+   recursive subroutine transfer_stepper(self, archive)
       !> Prepared.
       class(stepper_t), intent(inout) :: self
       type(archive_t), intent(inout) :: archive
