@@ -5,13 +5,13 @@
 module nutate_checkpoint
    use nutate_archive, only: archive_t
    use nutate_control, only: control_settings_t
-   use nutate_files, only: remove_file
+   use nutate_files, only: remove_file, same_file
    use nutate_keys, only: group_t, setting_t
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t
    use nutate_sealed_file, only: read_sealed, write_sealed
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_IO
    use nutate_version, only: version
    implicit none
    private
@@ -101,7 +101,12 @@ contains
       call write_sealed(self%file, signature, archive%content(), status)
       call system_clock(self%due)
       self%due = self%due + self%interval
-      if (status%ok()) self%written = .true.
+      if (.not. status%ok()) return
+      self%written = .true.
+      ! Two names can mean one file, which shows only now that it is there; in the end the rows would be removed.
+      if (.not. same_file(self%file, self%output)) return
+      call self%remove(status)
+      status = fail(NUTATE_IO, 'it is where the rows go')
    end subroutine write_checkpoint
 
    !> Removes the last one. Errors: `NUTATE_IO`.

@@ -243,7 +243,8 @@ contains
       integer, intent(out) :: exit_code
       type(status_t) :: closing
       call watcher%history%abandon(closing)
-      if (caught_signal() /= 0 .and. (status%code == NUTATE_STOPPED .or. status%code == NUTATE_IO)) then
+      if (status%code == NUTATE_STOPPED .or. (status%code == NUTATE_IO .and. caught_signal() /= 0 .and. &
+                                              .not. goes_to_file(scene%output%file))) then
          exit_code = EXIT_SIGNAL + caught_signal()
          call report_signal(scene, watcher, state%t, summary, closing)
       else if (.not. watcher%checkpoint_status%ok()) then

@@ -264,6 +264,11 @@ class Refused(CheckpointTest):
 
 
 class CheckpointFiles(CheckpointTest):
+    def test_another_name_of_where_the_rows_go(self):
+        self.fail_with(4, "run", "forced.nml", "--output", "x.csv", "--checkpoint", "./x.csv",
+                       says=["checkpoint ./x.csv", "where the rows go"])
+        self.assertNotIn("x.csv", self.names())
+
     def test_a_folder_that_is_not_there(self):
         self.fail_with(4, "run", "forced.nml", "--checkpoint", "nowhere/ck", says=["nowhere/ck", "no such file"])
         self.assertNotIn("forced.csv", self.names())
