@@ -99,8 +99,12 @@ contains
       else
          text = ' '//method_label(price%method)//' needs '//cost//' with'
       end if
-      text = text//' time_step = '//rounded_text(price%time_step, 2)//', energy kept to '// &
-             rounded_text(price%energy_error, 1)
+      if (price%tolerance > 0.0_wp) then
+         text = text//' local_tolerance = '//rounded_text(price%tolerance, 2)
+      else
+         text = text//' time_step = '//rounded_text(price%time_step, 2)
+      end if
+      text = text//', energy kept to '//rounded_text(price%energy_error, 1)
    end function price_text
 
    !> Adds a sentence in lines that are not too long, the later ones indented.

@@ -44,6 +44,7 @@ program unit
    use test_scene, only: collect_scene
    use test_scene_errors, only: collect_scene_errors
    use test_scene_notation, only: collect_scene_notation
+   use test_series, only: collect_series
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_stability_long, only: collect_stability_long
    use test_stability_scales, only: collect_stability_scales
@@ -54,6 +55,7 @@ program unit
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
    use test_study, only: collect_study
+   use test_taylor, only: collect_taylor
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
    implicit none
@@ -138,6 +140,7 @@ contains
          new_testsuite("scene", collect_scene), &
          new_testsuite("scene_errors", collect_scene_errors), &
          new_testsuite("scene_notation", collect_scene_notation), &
+         new_testsuite("series", collect_series), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("stability_long", collect_stability_long), &
          new_testsuite("stability_scales", collect_stability_scales), &
@@ -147,6 +150,7 @@ contains
          new_testsuite("stability_top", collect_stability_top), &
          new_testsuite("step", collect_step), &
          new_testsuite("study", collect_study), &
+         new_testsuite("taylor", collect_taylor), &
          new_testsuite("threads", collect_threads), &
          new_testsuite("torque_physics", collect_torque_physics) &
          ]

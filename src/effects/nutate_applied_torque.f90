@@ -2,10 +2,11 @@
 !> τ = τ₀ cos(2πft + phase) from start to stop.
 module nutate_applied_torque
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, torque_t
+   use nutate_effect, only: effect_t, torque_t, GENERAL_SERIES
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: rotate_to_body
+   use nutate_series, only: cosine_term
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -38,6 +39,10 @@ module nutate_applied_torque
       procedure :: derivatives => applied_derivatives
       procedure :: window => applied_window
       procedure :: needs_attitude => attitude_in_space
+      procedure :: series_kind => harmonic_series
+      procedure :: series_memory => harmonic_memory
+      procedure :: series_direction => amplitude_in_space
+      procedure :: series_torque => harmonic_torque
    end type applied_torque_t
 
 contains
@@ -79,9 +84,16 @@ contains
       real(wp) :: tau(3)
       tau = self%amplitude
       if (self%in_space) tau = rotate_to_body(q, tau)
-      ! The whole turns are taken off first: they would cost digits of the cosine.
-      tau = cos(2*pi*modulo(self%frequency*t, 1.0_wp) + self%phase)*tau
+      tau = cos(phase_at(self, t))*tau
    end function applied_torque
+
+   !> 2πft + phase without the whole turns of the first term, which would cost digits of the cosine, rad.
+   pure real(wp) function phase_at(self, t)
+      class(applied_torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      phase_at = 2*pi*modulo(self%frequency*t, 1.0_wp) + self%phase
+   end function phase_at
 
    !> δ(R(q)ᵀτ) = (R(q)ᵀτ)×δθ for a torque in space axes.
    pure subroutine applied_derivatives(self, t, q, omega, by_rotation, by_rate)
@@ -109,5 +121,42 @@ contains
       class(applied_torque_t), intent(in) :: self
       attitude_in_space = self%in_space
    end function attitude_in_space
+
+   pure integer function harmonic_series(self)
+      class(applied_torque_t), intent(in) :: self
+      harmonic_series = GENERAL_SERIES
+   end function harmonic_series
+
+   !> The cosine.
+   pure integer function harmonic_memory(self)
+      class(applied_torque_t), intent(in) :: self
+      harmonic_memory = 1
+   end function harmonic_memory
+
+   !> τ₀ itself, if it stands in space.
+   pure function amplitude_in_space(self) result(direction)
+      class(applied_torque_t), intent(in) :: self
+      real(wp) :: direction(3)
+      direction = 0.0_wp
+      if (self%in_space) direction = self%amplitude
+   end function amplitude_in_space
+
+   !> Coefficient k of cos(2πft + phase) times τ₀ or R(q)ᵀτ₀.
+   pure subroutine harmonic_torque(self, k, t, unit, omega, gamma, memory, tau)
+      class(applied_torque_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, unit, omega(3, 0:k), gamma(3, 0:k)
+      !> The cosine; shape (0:highest_order, 1).
+      real(wp), intent(inout) :: memory(0:, :)
+      real(wp), intent(out) :: tau(3)
+      integer :: j
+      memory(k, 1) = cosine_term(k, phase_at(self, t), 2*pi*self%frequency*unit, memory(:, 1))
+      tau = memory(k, 1)*self%amplitude
+      if (.not. self%in_space) return
+      tau = 0.0_wp
+      do j = 0, k
+         tau = tau + memory(k - j, 1)*gamma(:, j)
+      end do
+   end subroutine harmonic_torque
 
 end module nutate_applied_torque

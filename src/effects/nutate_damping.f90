@@ -1,7 +1,7 @@
 !> Viscous damping in body axes: τ = -diag(c) Ω.
 module nutate_damping
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, torque_t
+   use nutate_effect, only: effect_t, torque_t, LINEAR_SERIES
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_status, only: status_t
@@ -21,6 +21,8 @@ module nutate_damping
       procedure :: torque => damping_torque
       procedure :: derivatives => damping_derivatives
       procedure :: needs_attitude => no_attitude
+      procedure :: series_kind => linear_kind
+      procedure :: series_drag => damping_drag
    end type damping_t
 
    !> Damping.
@@ -71,5 +73,21 @@ contains
       class(damping_t), intent(in) :: self
       no_attitude = .false.
    end function no_attitude
+
+   pure integer function linear_kind(self)
+      class(damping_t), intent(in) :: self
+      linear_kind = LINEAR_SERIES
+   end function linear_kind
+
+   !> -diag(c).
+   pure function damping_drag(self) result(drag)
+      class(damping_t), intent(in) :: self
+      real(wp) :: drag(3, 3)
+      integer :: i
+      drag = 0.0_wp
+      do i = 1, 3
+         drag(i, i) = -self%coefficient(i)
+      end do
+   end function damping_drag
 
 end module nutate_damping

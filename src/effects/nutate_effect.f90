@@ -3,6 +3,10 @@
 !> A **potential** is a function `U(γ)` of the body components `γ = R(q)ᵀ n` of a direction `n` fixed in space. It
 !> supplies `U` and `∇U`; the discrete gradient that conserves energy and the momentum about `n` is derived from them
 !> here. A **torque** acts in body axes and does work. A **rotor** adds a constant body momentum.
+!>
+!> An effect may supply the power series in time of its torque, from the series of γ and Ω: then the method 'taylor' can
+!> integrate with it. All series are in `s = (t - t₀)/unit`; coefficient k is asked for when the coefficients 0..k of
+!> what it depends on are there, k = 0, 1, 2, ... in turn.
 module nutate_effect
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: quat_product
@@ -10,11 +14,21 @@ module nutate_effect
    private
 
    public :: effect_t, potential_t, torque_t, rotor_t
+   public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES
+
+   !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ
+   !> or Ω; coefficient by coefficient.
+   integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2
 
    !> Anything a scene can contain beside the body.
    type, abstract :: effect_t
       !> Name of the effect: the scene's group name for the built-in ones.
       character(len=24) :: name = ''
+   contains
+      !> `NO_SERIES` unless overridden, `LINEAR_SERIES` or `GENERAL_SERIES`.
+      procedure :: series_kind => no_kind
+      !> Number of scalar series that a general series keeps from coefficient to coefficient; 0 unless overridden.
+      procedure :: series_memory => no_memory
    end type effect_t
 
    !> V(q) = U(γ), γ = R(q)ᵀ n.
@@ -32,6 +46,10 @@ module nutate_effect
       procedure :: discrete_gradient => gonzalez_gradient
       !> ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
       procedure :: discrete_hessian => gonzalez_hessian
+      !> m of a linear series: the torque γ×∇U is m×γ; body axes.
+      procedure :: series_moment => no_moment
+      !> Coefficient of a general series of γ×∇U.
+      procedure :: series_torque => no_potential_torque
    end type potential_t
 
    !> A torque in body axes, with or without a source of energy.
@@ -47,12 +65,20 @@ module nutate_effect
       procedure :: acts_at
       !> The torque depends on the attitude; `.true.` unless overridden.
       procedure :: needs_attitude => attitude_needed
+      !> D of a linear series: τ = DΩ; body axes, N m s.
+      procedure :: series_drag => no_drag
+      !> n, space axes, where the torque depends on γ = R(q)ᵀn; zero: it does not.
+      procedure :: series_direction => no_direction
+      !> Coefficient of a general series of τ.
+      procedure :: series_torque => no_torque
    end type torque_t
 
    !> A rotor of constant momentum along body axes: L = JΩ + h, T = ½(L-h)ᵀJ⁻¹(L-h).
    type, extends(effect_t) :: rotor_t
       !> h, body axes, N m s.
       real(wp) :: momentum(3) = 0.0_wp
+   contains
+      procedure :: series_kind => constant_series
    end type rotor_t
 
    abstract interface
@@ -215,5 +241,67 @@ contains
       class(torque_t), intent(in) :: self
       attitude_needed = .true.
    end function attitude_needed
+
+   pure integer function no_kind(self)
+      class(effect_t), intent(in) :: self
+      no_kind = NO_SERIES
+   end function no_kind
+
+   !> A constant momentum needs nothing.
+   pure integer function constant_series(self)
+      class(rotor_t), intent(in) :: self
+      constant_series = LINEAR_SERIES
+   end function constant_series
+
+   pure integer function no_memory(self)
+      class(effect_t), intent(in) :: self
+      no_memory = 0
+   end function no_memory
+
+   pure function no_moment(self) result(moment)
+      class(potential_t), intent(in) :: self
+      real(wp) :: moment(3)
+      moment = 0.0_wp
+   end function no_moment
+
+   pure function no_drag(self) result(drag)
+      class(torque_t), intent(in) :: self
+      real(wp) :: drag(3, 3)
+      drag = 0.0_wp
+   end function no_drag
+
+   pure function no_direction(self) result(direction)
+      class(torque_t), intent(in) :: self
+      real(wp) :: direction(3)
+      direction = 0.0_wp
+   end function no_direction
+
+   !> Coefficient k of γ×∇U.
+   pure subroutine no_potential_torque(self, k, gamma, memory, tau)
+      class(potential_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
+      real(wp), intent(in) :: gamma(3, 0:k)
+      !> What the series keeps; shape (0:highest_order, series_memory()).
+      real(wp), intent(inout) :: memory(0:, :)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      tau = 0.0_wp
+   end subroutine no_potential_torque
+
+   !> Coefficient k of τ.
+   pure subroutine no_torque(self, k, t, unit, omega, gamma, memory, tau)
+      class(torque_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> t₀ and the unit of time of the series, s.
+      real(wp), intent(in) :: t, unit
+      !> Coefficients 0..k of Ω and of γ, body axes; shape (3, 0:k). γ is zero where there is no `series_direction`.
+      real(wp), intent(in) :: omega(3, 0:k), gamma(3, 0:k)
+      !> What the series keeps; shape (0:highest_order, series_memory()).
+      real(wp), intent(inout) :: memory(0:, :)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      tau = 0.0_wp
+   end subroutine no_torque
 
 end module nutate_effect

@@ -1,7 +1,7 @@
 !> The gradient of a central gravity field over an orbiting body: V = ½·3(μ/r³) γᵀJγ, γ = Rᵀn.
 module nutate_gravity_gradient
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, potential_t
+   use nutate_effect, only: effect_t, potential_t, GENERAL_SERIES
    use nutate_keys, only: group_t, key_t, NOT_ZERO
    use nutate_kinds, only: wp
    use nutate_status, only: status_t
@@ -31,6 +31,9 @@ module nutate_gravity_gradient
       procedure :: hessian => quadratic_hessian
       procedure :: discrete_gradient => midpoint_gradient
       procedure :: discrete_hessian => half_hessian
+      procedure :: series_kind => quadratic_series
+      procedure :: series_memory => quadratic_memory
+      procedure :: series_torque => quadratic_torque
    end type gravity_gradient_t
 
    !> A gravity gradient on a body.
@@ -107,5 +110,34 @@ contains
       real(wp) :: hessian(3, 3)
       hessian = 0.5_wp*self%stiffness
    end function half_hessian
+
+   pure integer function quadratic_series(self)
+      class(gravity_gradient_t), intent(in) :: self
+      quadratic_series = GENERAL_SERIES
+   end function quadratic_series
+
+   !> The components of Aγ.
+   pure integer function quadratic_memory(self)
+      class(gravity_gradient_t), intent(in) :: self
+      quadratic_memory = 3
+   end function quadratic_memory
+
+   !> Coefficient k of γ×Aγ.
+   pure subroutine quadratic_torque(self, k, gamma, memory, tau)
+      class(gravity_gradient_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k)
+      !> Aγ; shape (0:highest_order, 3).
+      real(wp), intent(inout) :: memory(0:, :)
+      real(wp), intent(out) :: tau(3)
+      integer :: j
+      memory(k, :) = self%gradient(gamma(:, k))
+      tau = 0.0_wp
+      do j = 0, k
+         tau(1) = tau(1) + (gamma(2, j)*memory(k - j, 3) - gamma(3, j)*memory(k - j, 2))
+         tau(2) = tau(2) + (gamma(3, j)*memory(k - j, 1) - gamma(1, j)*memory(k - j, 3))
+         tau(3) = tau(3) + (gamma(1, j)*memory(k - j, 2) - gamma(2, j)*memory(k - j, 1))
+      end do
+   end subroutine quadratic_torque
 
 end module nutate_gravity_gradient

@@ -1,6 +1,6 @@
 !> Potentials linear in a direction, U = -m·γ: what weight and a magnetic dipole have in common.
 module nutate_linear_potential
-   use nutate_effect, only: potential_t
+   use nutate_effect, only: potential_t, LINEAR_SERIES
    use nutate_kinds, only: wp
    implicit none
    private
@@ -18,6 +18,8 @@ module nutate_linear_potential
       procedure :: hessian => no_hessian
       procedure :: discrete_gradient => constant_discrete_gradient
       procedure :: discrete_hessian => no_discrete_hessian
+      procedure :: series_kind => linear_kind
+      procedure :: series_moment => constant_moment
    end type linear_potential_t
 
 contains
@@ -55,5 +57,17 @@ contains
       real(wp) :: hessian(3, 3)
       hessian = 0.0_wp
    end function no_discrete_hessian
+
+   pure integer function linear_kind(self)
+      class(linear_potential_t), intent(in) :: self
+      linear_kind = LINEAR_SERIES
+   end function linear_kind
+
+   !> γ×∇U = -γ×m.
+   pure function constant_moment(self) result(moment)
+      class(linear_potential_t), intent(in) :: self
+      real(wp) :: moment(3)
+      moment = self%moment
+   end function constant_moment
 
 end module nutate_linear_potential

@@ -1,9 +1,10 @@
 !> A spring between a point of the body and an anchor fixed in space: V = ½k(|Rx - a| - l₀)².
 module nutate_spring
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, potential_t
+   use nutate_effect, only: effect_t, potential_t, GENERAL_SERIES, LINEAR_SERIES
    use nutate_keys, only: group_t, key_t, NON_NEGATIVE
    use nutate_kinds, only: wp
+   use nutate_series, only: power_term
    use nutate_status, only: status_t
    implicit none
    private
@@ -42,6 +43,10 @@ module nutate_spring
       procedure :: hessian => spring_hessian
       procedure :: discrete_gradient => spring_discrete_gradient
       procedure :: discrete_hessian => spring_discrete_hessian
+      procedure :: series_kind => spring_series
+      procedure :: series_memory => spring_memory
+      procedure :: series_moment => spring_moment
+      procedure :: series_torque => spring_torque
    end type spring_t
 
    !> A spring.
@@ -164,5 +169,57 @@ contains
       slackness = 1.0_wp
       if (length > negligible*abs(rest_length)) slackness = 1.0_wp - rest_length/length
    end function slackness
+
+   !> Without rest length the spring is a uniform field.
+   pure integer function spring_series(self)
+      class(spring_t), intent(in) :: self
+      spring_series = GENERAL_SERIES
+      if (self%rest_length == 0.0_wp) spring_series = LINEAR_SERIES
+   end function spring_series
+
+   !> ℓ² and 1/ℓ.
+   pure integer function spring_memory(self)
+      class(spring_t), intent(in) :: self
+      spring_memory = 2
+   end function spring_memory
+
+   !> -kγ×x = kx×γ.
+   pure function spring_moment(self) result(moment)
+      class(spring_t), intent(in) :: self
+      real(wp) :: moment(3)
+      moment = self%stiffness*self%body_point
+   end function spring_moment
+
+   !> Coefficient k of γ×∇U = k x×γ (1 - l₀/ℓ). |γ| is constant, so that ℓ² is linear in γ after its first coefficient.
+   !> Where the ends coincide the spring has no direction: there it acts without its rest length.
+   pure subroutine spring_torque(self, k, gamma, memory, tau)
+      class(spring_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: gamma(3, 0:k)
+      !> ℓ² and 1/ℓ; shape (0:highest_order, 2).
+      real(wp), intent(inout) :: memory(0:, :)
+      real(wp), intent(out) :: tau(3)
+      real(wp) :: shortened(3), first
+      integer :: j
+      if (k == 0) then
+         first = length(self, gamma(:, 0))
+         memory(0, :) = 0.0_wp
+         if (first > negligible*abs(self%rest_length)) memory(0, :) = [first*first, 1/first]
+      else
+         memory(k, 1) = -2*(self%body_point(1)*gamma(1, k) + self%body_point(2)*gamma(2, k) &
+                            + self%body_point(3)*gamma(3, k))
+         memory(k, 2) = 0.0_wp
+         if (memory(0, 2) > 0.0_wp) memory(k, 2) = power_term(k, -0.5_wp, memory(:, 1), memory(:, 2))
+      end if
+      shortened = 0.0_wp
+      do j = 0, k
+         shortened = shortened + memory(k - j, 2)*gamma(:, j)
+      end do
+      shortened = self%stiffness*(gamma(:, k) - self%rest_length*shortened)
+      associate (x => self%body_point)
+         tau = [x(2)*shortened(3) - x(3)*shortened(2), x(3)*shortened(1) - x(1)*shortened(3), &
+                x(1)*shortened(2) - x(2)*shortened(1)]
+      end associate
+   end subroutine spring_torque
 
 end module nutate_spring

@@ -7,8 +7,10 @@ module nutate_scene_integrator
    use nutate_methods, only: default_settings, methods
    use nutate_run, only: run_plan_t
    use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
+   use nutate_series, only: highest_order
    use nutate_spelling, only: comma_list, distinct, joined
    use nutate_stepper, only: integrator_settings_t
+   use nutate_taylor, only: least_order
    implicit none
    private
 
@@ -23,11 +25,12 @@ contains
 
    !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods.
    pure function integrator_keys() result(keys)
-      type(key_t) :: keys(12)
+      type(key_t) :: keys(13)
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
 
       keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct(names))), &
               key_t(name='order', kind=KEY_INTEGER), &
+              key_t(name='series_order', kind=KEY_INTEGER), &
               key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(pack(solvers, solvers /= '')))), &
               key_t(name='time_step', range=NOT_ZERO), &
               key_t(name='accuracy', range=POSITIVE), &
@@ -51,6 +54,7 @@ contains
 
       settings = default_settings(trim(group%text('method', settings%method)))
       settings%order = group%whole('order', settings%order)
+      settings%series_order = group%whole('series_order', settings%series_order)
       settings%linear_solver = group%text('linear_solver', settings%linear_solver)
       settings%projection = group%flag('projection', settings%projection)
       settings%conserve = group%flag('conserve', settings%conserve)
@@ -60,7 +64,8 @@ contains
          j0 = group%number('auxiliary_inertia', 1.0_wp)
          if (j0 <= huge(j0)) settings%inverse_auxiliary_inertia = 1/j0
       end if
-      call check_method(group, settings, error)
+      call check_series(group, settings, error)
+      if (.not. error%raised) call check_method(group, settings, error)
       if (settings%tolerance >= 1.0_wp) &
          call error%raise(group%line_of('tolerance'), 'tolerance is 1 or more', expected='a number between 0 and 1')
       if (.not. settings%projection) call check_projection(group, settings, error)
@@ -90,6 +95,27 @@ contains
       if (.not. error%raised .and. settings%order < 1) call error%raise(group%line_of('method'), &
          trim(settings%method)//' has no error to control', expected='time_step with it')
    end subroutine build_control
+
+   !> The order of a series goes by a name of its own: `order` is one of those in the table of methods.
+   subroutine check_series(group, settings, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(scene_error_t), intent(inout) :: error
+      character(len=12) :: order, range(2)
+      if (settings%method == 'taylor') then
+         if (group%has('order')) call error%raise(group%line_of('order'), 'order with the method taylor', &
+                                                  expected='series_order, or neither')
+      else if (group%has('series_order')) then
+         call error%raise(group%line_of('series_order'), 'series_order with the method '//trim(settings%method), &
+                          expected="method = 'taylor' with it")
+      end if
+      if (error%raised .or. .not. group%has('series_order')) return
+      if (settings%series_order >= least_order .and. settings%series_order <= highest_order) return
+      write (order, '(i0)') settings%series_order
+      write (range, '(i0)') least_order, highest_order
+      call error%raise(group%line_of('series_order'), 'series_order '//trim(order)//' is not available', &
+                       expected=trim(range(1))//' to '//trim(range(2)))
+   end subroutine check_series
 
    !> Raises an error for a combination of method, solver and order that there is not.
    subroutine check_method(group, settings, error)

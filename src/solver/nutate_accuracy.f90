@@ -20,6 +20,8 @@ module nutate_accuracy
 
    !> The estimate is to come to this part of the accuracy.
    real(wp), parameter :: aim = 0.4_wp
+   !> The same for a method that chooses its order too: its error does not follow the rate as closely, and costs less.
+   real(wp), parameter :: careful_aim = 0.1_wp
    !> An error of the coarser pilot above this is no small perturbation: it measures nothing, rad.
    real(wp), parameter :: largest_useful = 0.1_wp
    !> Error that the first pilot aims at, at most, rad.
@@ -67,11 +69,12 @@ contains
       class(observer_t), intent(inout), optional :: observer
       type(pilot_t) :: coarse, fine
       real(wp) :: difference, gain, least, target, fall
+      logical :: chooses
       integer :: i
 
-      fall = fall_of(system, settings, status)
+      call ask_method(system, settings, fall, chooses, status)
       if (.not. status%ok()) return
-      target = aim*goal%accuracy
+      target = merge(careful_aim, aim, chooses)*goal%accuracy
       least = huge(1.0_wp)
       goal%estimate = huge(1.0_wp)
       coarse%rate = max(goal%accuracy, coarsest)/abs(plan%end_time - start%t)
@@ -83,8 +86,8 @@ contains
          difference = attitude_distance(coarse%q, fine%q)
          ! The error falls with the steps, not always with the rate: the longest turn may have limited the steps of
          ! both.
-         gain = min((coarse%rate/fine%rate)**fall, &
-                    (real(fine%steps, wp)/real(coarse%steps, wp))**order_of(settings))
+         gain = (coarse%rate/fine%rate)**fall
+         if (.not. chooses) gain = min(gain, (real(fine%steps, wp)/real(coarse%steps, wp))**order_of(settings))
          if (gain < least_gain) then
             fine%rate = fine%rate/least_ratio
             cycle
@@ -106,18 +109,24 @@ contains
       if (goal%estimate < target .and. difference <= largest_useful) call relax(coarse, fine, difference, target, goal)
    end subroutine find_error_rate
 
-   !> Power of the error rate that the error goes as: 1, and more where a method's own estimate is of lower order than
-   !> the method.
-   real(wp) function fall_of(system, settings, status) result(power)
+   !> What the error does as the error rate falls.
+   subroutine ask_method(system, settings, power, chooses, status)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
+      !> Power of the error rate that the error goes as: 1, and more where a method's own estimate is of lower order than
+      !> the method.
+      real(wp), intent(out) :: power
+      !> The method chooses its steps, and its order with them: their number tells nothing of the error.
+      logical, intent(out) :: chooses
       type(status_t), intent(out) :: status
       class(stepper_t), allocatable :: stepper
       power = 1.0_wp
+      chooses = .false.
       call make_stepper(system, settings, stepper, status)
       if (.not. status%ok()) return
       if (stepper%has_estimate) power = real(order_of(settings), wp)/real(stepper%estimate_power - 1, wp)
-   end function fall_of
+      chooses = stepper%chooses_steps
+   end subroutine ask_method
 
    !> A finer rate than necessary was found: back towards that of the coarser pilot.
    subroutine relax(coarse, fine, difference, target, goal)

@@ -23,6 +23,7 @@
 !> (or, where torques did work, those of the step before); a state that does not starts anew from its own.
 module nutate_conserve
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
    use nutate_effect_list, only: effect_list_t
    use nutate_energy_point, only: energy_plan_t, evaluate, point_t, read_point, set_gamma, set_rows, take_attitude, &
       take_momentum, times, write_state
@@ -81,6 +82,10 @@ module nutate_conserve
       procedure :: follow
       !> Corrects the state that the step reached.
       procedure :: correct
+      !> Corrects a state inside the last step.
+      procedure :: correct_inside
+      !> Shows what it remembers from step to step to an archive.
+      procedure :: transfer
       !> Puts q and p back to where the step started.
       procedure :: restore
    end type correction_t
@@ -224,6 +229,48 @@ contains
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
       end if
    end subroutine correct
+
+   !> Corrects a state inside the step that was corrected last, and leaves the targets as they are. Errors: those of
+   !> `correct`.
+   pure subroutine correct_inside(self, system, state, work, status)
+      class(correction_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> Work of all torques from the start of the step to the state, J.
+      real(wp), intent(in) :: work
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      type(account_t) :: now, before
+      real(wp) :: last_q(4), last_p(4)
+      now = self%now
+      before = self%before
+      last_q = self%last_q
+      last_p = self%last_p
+      self%now = before
+      call self%correct(system, state, work, status)
+      self%now = now
+      self%before = before
+      self%last_q = last_q
+      self%last_p = last_p
+   end subroutine correct_inside
+
+   !> Shows what it remembers from step to step to an archive.
+   subroutine transfer(self, archive)
+      class(correction_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%size)
+      call archive%transfer(self%largest)
+      call archive%transfer(self%unit)
+      call archive%transfer(self%momentum)
+      call archive%transfer(self%component)
+      call archive%transfer(self%now%energy)
+      call archive%transfer(self%now%carry)
+      call archive%transfer(self%before%energy)
+      call archive%transfer(self%before%carry)
+      call archive%transfer(self%last_q)
+      call archive%transfer(self%last_p)
+      call archive%transfer(self%started)
+   end subroutine transfer
 
    !> Puts q and p back to what they were in the last call of `follow`, for a step that is not to be taken.
    pure subroutine restore(self, state)

@@ -1,5 +1,6 @@
 !> A stepper of any method with the conserving correction after each of its steps.
 module nutate_conserving
+   use nutate_archive, only: archive_t
    use nutate_conserve, only: correction_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
@@ -22,6 +23,7 @@ module nutate_conserving
       procedure :: wrap
       procedure :: prepare
       procedure :: step
+      procedure :: transfer_memory
    end type conserving_t
 
 contains
@@ -85,5 +87,13 @@ contains
       state%q_carry = q_carry
       state%p_carry = p_carry
    end subroutine step
+
+   !> The stepper's memory and that of the correction.
+   subroutine transfer_memory(self, archive)
+      class(conserving_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call self%base%transfer(archive)
+      call self%correction%transfer(archive)
+   end subroutine transfer_memory
 
 end module nutate_conserving

@@ -1,9 +1,9 @@
-!> Runs with steps chosen by their error: the method's own estimate where it has one, else Richardson's from a whole
-!> step against two halves.
+!> Runs with steps chosen by their error: by the method itself before the step, where it can; else by its own estimate
+!> after it, where it has one; else by Richardson's from a whole step against two halves.
 !>
 !> The halves are what is kept, so every invariant of the method is kept too. Rows between the ends of steps are
-!> computed by a branch: two shorter steps of the same method from the start of the step, which keep the invariants
-!> and leave the run as it is.
+!> computed by the method, where it knows its states there, else by a branch: two shorter steps of the same method from
+!> the start of the step, which keep the invariants and leave the run as it is.
 module nutate_control
    use nutate_archive, only: archive_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
@@ -13,7 +13,7 @@ module nutate_control
    use nutate_run, only: check_resumed, observer_t, run_plan_t, run_record_t, run_summary_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -58,7 +58,7 @@ module nutate_control
       integer :: power = 3
       !> An estimate below this is round-off, rad.
       real(wp) :: round_off = 0.0_wp
-      !> The whole step, its halves, and branches for rows; each with its own memory.
+      !> The whole step, its halves (or the only one), and branches for rows; each with its own memory, where needed.
       class(stepper_t), allocatable :: whole, half, branch
       type(run_record_t) :: record
       !> Work of each torque in the step tried, J; shape (number of torques).
@@ -67,6 +67,8 @@ module nutate_control
       real(wp) :: momentum_scale = 0.0_wp
       !> The next step to try, s, positive.
       real(wp) :: step = 0.0_wp
+      !> Longest step that may be chosen after one that failed, s.
+      real(wp) :: longest = huge(1.0_wp)
       !> +1 forward, -1 backward in time.
       real(wp) :: sense = 1.0_wp
       !> Digits of the time that its sum cannot hold, s: without them the steps would not add up to the run.
@@ -155,9 +157,12 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'a controlled run needs a method with an error, and a tolerance')
          return
       end if
-      call make_stepper(system, settings, self%whole, status)
-      if (status%ok()) call make_stepper(system, settings, self%half, status)
-      if (status%ok()) call make_stepper(system, settings, self%branch, status)
+      call make_stepper(system, settings, self%half, status)
+      if (.not. status%ok()) return
+      if (.not. (self%half%has_estimate .or. self%half%chooses_steps)) &
+         call make_stepper(system, settings, self%whole, status)
+      if (self%goal%interval > 0.0_wp .and. .not. self%half%chooses_steps .and. status%ok()) &
+         call make_stepper(system, settings, self%branch, status)
       self%power = self%order + 1
       if (self%half%has_estimate) self%power = self%half%estimate_power
       self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**self%order - 1))
@@ -188,6 +193,12 @@ contains
             if (observer%keeps_archives) call self%offer(state, observer, summary, status)
             return
          end if
+         if (self%half%chooses_steps) then
+            call self%half%choose_step(system, state, step_goal_t(self%goal%local_tolerance, self%goal%error_rate, t_end), &
+                                       self%step, status)
+            if (.not. status%ok()) return
+            self%step = min(self%step, self%longest)
+         end if
          ! What is left is not left over for a tiny step: less than two steps are halved.
          rest = abs((t_end - state%t) - self%t_carry)
          step = self%step
@@ -196,6 +207,7 @@ contains
          start = state
          work = sum(summary%work)
          call self%try(system, state, step, summary, accepted, status)
+         self%longest = merge(huge(self%longest), self%step, accepted)
          if (status%ok() .and. accepted) then
             if (step >= rest) then
                state%t = t_end
@@ -217,13 +229,14 @@ contains
       real(wp), intent(in) :: step
       type(run_summary_t), intent(inout) :: summary
       logical, intent(out) :: accepted
-      type(status_t), intent(out) :: status
+      !> Success on entry: what is passed down is not set to success again in every call.
+      type(status_t), intent(inout) :: status
       type(state_t) :: next
       real(wp) :: error, allowed, turn
 
       next = state
       self%record%iterations = 0
-      if (self%half%has_estimate) then
+      if (self%half%has_estimate .or. self%half%chooses_steps) then
          call self%go_whole(system, next, step, error, status)
       else
          call self%go_halves(system, next, step, error, status)
@@ -233,13 +246,15 @@ contains
          call self%reject(0.5_wp*step, summary, status)
          return
       end if
-      turn = step*length_of(angular_velocity(system, next))
-      allowed = self%goal%local_tolerance
-      if (self%goal%error_rate > 0.0_wp) allowed = self%goal%error_rate*step
-      accepted = (error <= max(allowed, self%round_off)) .and. turn <= 1.2_wp*largest_turn
-      if (.not. accepted) then
-         call self%reject(step*max(most_shrinkage, min(0.8_wp, self%growth(allowed, error))), summary, status)
-         return
+      if (.not. self%half%chooses_steps) then
+         turn = step*length_of(angular_velocity(system, next))
+         allowed = self%goal%local_tolerance
+         if (self%goal%error_rate > 0.0_wp) allowed = self%goal%error_rate*step
+         accepted = (error <= max(allowed, self%round_off)) .and. turn <= 1.2_wp*largest_turn
+         if (.not. accepted) then
+            call self%reject(step*max(most_shrinkage, min(0.8_wp, self%growth(allowed, error))), summary, status)
+            return
+         end if
       end if
       next%t = state%t
       state = next
@@ -249,7 +264,7 @@ contains
       summary%work(:) = summary%work + self%work
       summary%iterations = summary%iterations + self%record%iterations
       summary%most_iterations = max(summary%most_iterations, self%record%iterations)
-      call self%adapt(step, self%growth(allowed, error), turn)
+      if (.not. self%half%chooses_steps) call self%adapt(step, self%growth(allowed, error), turn)
    end subroutine try
 
    !> One step by a method that estimates its errors.
@@ -261,7 +276,7 @@ contains
       real(wp), intent(in) :: step
       !> rad.
       real(wp), intent(out) :: error
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       call take_part(self%half, system, state, self%sense*step, state%t + 0.5_wp*self%sense*step, self%record, status)
       self%work(:) = self%half%work
       error = self%half%error_estimate
@@ -276,7 +291,7 @@ contains
       real(wp), intent(in) :: step
       !> rad.
       real(wp), intent(out) :: error
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       type(state_t) :: once
       real(wp) :: middle
       middle = state%t + 0.5_wp*self%sense*step
@@ -297,7 +312,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, middle
       type(run_record_t), intent(inout) :: record
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       stepper%is_part = .true.
       stepper%whole_middle = middle
       call stepper%step(system, state, dt, status)
@@ -413,9 +428,17 @@ contains
       type(state_t) :: between
       type(run_record_t) :: row
       integer :: i
+      real(wp) :: since
       between = start
       row = self%record
       row%work = work
+      if (self%half%chooses_steps) then
+         call self%half%look_inside(system, t, between, since, status)
+         if (.not. status%ok()) return
+         row%work = work + since
+         call observer%observe(system, between, row, status)
+         return
+      end if
       do i = 1, 2
          if (.not. abs(t - start%t) > 0.0_wp) exit
          call take_part(self%branch, system, between, 0.5_wp*(t - start%t), middle, row, status)
@@ -454,11 +477,12 @@ contains
       call state%transfer(archive)
       call summary%transfer(archive)
       call self%record%transfer(archive)
-      call self%whole%transfer(archive)
       call self%half%transfer(archive)
-      call self%branch%transfer(archive)
+      if (allocated(self%whole)) call self%whole%transfer(archive)
+      if (allocated(self%branch)) call self%branch%transfer(archive)
       call archive%transfer(self%momentum_scale)
       call archive%transfer(self%step)
+      call archive%transfer(self%longest)
       call archive%transfer(self%t_carry)
       call archive%transfer(self%rows)
       call archive%transfer(self%next_end)

@@ -10,6 +10,7 @@ module nutate_methods
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_taylor, only: taylor_t
    implicit none
    private
 
@@ -26,11 +27,13 @@ module nutate_methods
       character(len=64) :: equations
       !> The conserving correction follows each step.
       logical :: corrected = .false.
+      !> Steps, and the order with them, are best left to the method.
+      logical :: chooses_steps = .false.
    end type method_t
 
    !> Every combination of method, linear solver, order and correction that there is; of each method the default comes
    !> first.
-   type(method_t), parameter :: methods(13) = [ &
+   type(method_t), parameter :: methods(15) = [ &
       method_t('nielsen_krenk', 'lapack', 2, '8 equations in q and p (LAPACK)'), &
       method_t('nielsen_krenk', 'lapack', 4, '8 equations in q and p (LAPACK), 5 times'), &
       method_t('nielsen_krenk', 'lapack', 6, '8 equations in q and p (LAPACK), 9 times'), &
@@ -43,6 +46,8 @@ module nutate_methods
       method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations', .true.), &
       method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations'), &
       method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations', .true.), &
+      method_t('taylor', '', 16, 'power series of momentum and attitude', .true., .true.), &
+      method_t('taylor', '', 16, 'power series of momentum and attitude', .false., .true.), &
       method_t('exact', '', 0, 'the closed solution of a free body')]
 
 contains
@@ -90,6 +95,7 @@ contains
       row = row_of(settings)
       order_of = 0
       if (row > 0) order_of = methods(row)%order
+      if (settings%method == 'taylor' .and. settings%series_order > 0) order_of = settings%series_order
    end function order_of
 
    !> What a step of these settings solves, in words.
@@ -130,6 +136,8 @@ contains
          allocate (rk4_t :: stepper)
       case ('dop853')
          allocate (dop853_t :: stepper)
+      case ('taylor')
+         allocate (taylor_t :: stepper)
       case ('exact')
          allocate (exact_t :: stepper)
       case default
@@ -140,7 +148,7 @@ contains
          end if
          if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
       end select
-      if (settings%conserve) call correct_stepper(stepper)
+      if (settings%conserve .and. settings%method /= 'taylor') call correct_stepper(stepper)
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
 

@@ -3,12 +3,12 @@ module nutate_stepper
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: stepper_t, integrator_settings_t
+   public :: stepper_t, integrator_settings_t, step_goal_t
 
    !> How to integrate, as a scene's `&integrator` says it.
    type :: integrator_settings_t
@@ -23,10 +23,20 @@ module nutate_stepper
       logical :: attitude = .true.
       !> Correct the state after every step so that the invariants are kept: for methods that do not keep them.
       logical :: conserve = .false.
+      !> Order of a Taylor series; 0: as the tolerance asks for, 16 at fixed steps.
+      integer :: series_order = 0
       !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
       real(wp) :: tolerance = 0.0_wp
       integer :: max_iterations = 20
    end type integrator_settings_t
+
+   !> What a method that chooses its steps must keep to; one of the first two is set.
+   type :: step_goal_t
+      !> Error of the step, rad; error over its length, rad/s.
+      real(wp) :: tolerance = 0.0_wp, rate = 0.0_wp
+      !> Where a step must end at the latest, s: no torque starts or stops before.
+      real(wp) :: end_time = 0.0_wp
+   end type step_goal_t
 
    !> A method with its work space. One stepper serves one run at a time; several threads each use their own.
    type, abstract :: stepper_t
@@ -44,6 +54,8 @@ module nutate_stepper
       real(wp) :: error_estimate = 0.0_wp
       !> The estimate goes as this power of the step.
       integer :: estimate_power = 0
+      !> The method knows the length of a step before it takes it (`choose_step`), and the states inside (`look_inside`).
+      logical :: chooses_steps = .false.
       !> Work that each torque did in the last step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
    contains
@@ -58,6 +70,10 @@ module nutate_stepper
       !> What a method remembers from step to step, shown to an archive, each value once; a method that does not say so
       !> cannot be archived.
       procedure :: transfer_memory => refuse_archive
+      !> The length of a step that meets a goal; to be followed by that step.
+      procedure :: choose_step => take_guess
+      !> The state at a time inside the last step.
+      procedure :: look_inside => refuse_to_look
    end type stepper_t
 
    abstract interface
@@ -105,5 +121,31 @@ contains
       type(archive_t), intent(inout) :: archive
       call archive%refuse('this method cannot be interrupted and go on')
    end subroutine refuse_archive
+
+   !> Leaves the guess as it is: for methods that do not choose.
+   subroutine take_guess(self, system, state, goal, step, status)
+      class(stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(step_goal_t), intent(in) :: goal
+      !> A guess on entry, s, positive whichever way time goes.
+      real(wp), intent(inout) :: step
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+   end subroutine take_guess
+
+   !> Errors: `NUTATE_BAD_ARGUMENT`: for methods that know the ends of their steps only.
+   subroutine refuse_to_look(self, system, t, state, work, status)
+      class(stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      !> Work of all torques from the start of the step to `t`, J.
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      work = 0.0_wp
+      status = fail(NUTATE_BAD_ARGUMENT, 'the method knows no states inside of its steps')
+   end subroutine refuse_to_look
 
 end module nutate_stepper

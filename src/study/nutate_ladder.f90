@@ -1,4 +1,5 @@
-!> The ladder of a cost study: every method at one step, then at half of it, and so on. A method leaves where a shorter
+!> The ladder of a cost study: every method at one step, then at half of it, and so on; a method that chooses its steps
+!> at one tolerance, then at a tenth of it. A method leaves where a shorter
 !> step does not help any more, and where its next run would take more than its share of the time left.
 module nutate_ladder
    use nutate_kinds, only: wp
@@ -18,6 +19,8 @@ module nutate_ladder
 
    !> Turn in the longest step, rad.
    real(wp), parameter :: longest_turn = 4.0_wp
+   !> Largest error of the steps that a method chooses, rad.
+   real(wp), parameter :: loosest = 1e-2_wp
    !> Rungs, with and without a reference.
    integer, parameter :: most_rungs = 24, rungs_without_reference = 8
    !> A rung that makes the error smaller by less than this factor is no gain; so many of them end the ladder, where the
@@ -96,6 +99,7 @@ contains
          else
             cost%method = self%method
             cost%time_step = scale(self%longest_step, -self%rung)
+            if (methods(self%method)%chooses_steps) cost%tolerance = loosest*0.1_wp**self%rung
             ! The cost of the first run is not known: it must not eat up the time of the other methods.
             call measure_cost(problem, reference, sample_share*deadline, clock, min(deadline, begun + 1.5_wp*share), &
                               cost, status)

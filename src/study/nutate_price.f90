@@ -18,6 +18,8 @@ module nutate_price
       integer :: method = 0
       !> Wall time and step, s.
       real(wp) :: seconds = huge(1.0_wp), time_step = 0.0_wp
+      !> Error of each step, rad, where they were chosen for it.
+      real(wp) :: tolerance = 0.0_wp
       !> Worst energy residual, over T + |V|.
       real(wp) :: energy_error = 0.0_wp
    end type price_t
@@ -25,8 +27,8 @@ module nutate_price
 contains
 
    !> The price of an attitude error, by interpolation between the logarithms of errors, times and steps of two runs. An
-   !> error is taken to fall no faster than the method's order says, so that a longest step that is hopeless does not
-   !> make the next one look better than it is.
+   !> error is taken to fall no faster than the method's order, or the tolerance of its steps, says, so that a longest
+   !> step that is hopeless does not make the next one look better than it is.
    pure function price_of(runs, order, tolerance) result(price)
       !> Of one method, longest step first, with errors that are known; shape (any).
       type(run_cost_t), intent(in) :: runs(:)
@@ -35,7 +37,7 @@ contains
       real(wp), intent(in) :: tolerance
       type(price_t) :: price
       integer :: i
-      real(wp) :: fraction
+      real(wp) :: fraction, fall
 
       i = first_within(runs, tolerance)
       if (i == 0) return
@@ -43,13 +45,15 @@ contains
       price%method = runs(i)%method
       price%seconds = runs(i)%seconds
       price%time_step = runs(i)%time_step
+      price%tolerance = runs(i)%tolerance
       price%energy_error = runs(i)%energy_error
       if (i == 1 .or. .not. runs(i)%attitude_error > 0.0_wp) return
       associate (long => runs(i - 1), short => runs(i))
-         fraction = log(tolerance/short%attitude_error)/ &
-                    min(log(long%attitude_error/short%attitude_error), &
-                        real(order, wp)*log(long%time_step/short%time_step))
+         fall = real(order, wp)*log(long%time_step/short%time_step)
+         if (short%tolerance > 0.0_wp) fall = log(long%tolerance/short%tolerance)
+         fraction = log(tolerance/short%attitude_error)/min(log(long%attitude_error/short%attitude_error), fall)
          fraction = min(max(fraction, 0.0_wp), 1.0_wp)
+         price%tolerance = between(short%tolerance, long%tolerance, fraction)
          price%time_step = between(short%time_step, long%time_step, fraction)
          price%seconds = between(short%seconds, long%seconds, fraction)
          price%energy_error = between(short%energy_error, long%energy_error, fraction)

@@ -9,7 +9,7 @@ module nutate_run_cost
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_study_run, only: follower_t, problem_t, run_once, settings_of
+   use nutate_study_run, only: follower_t, problem_t, run_once, run_to_tolerance, settings_of
    implicit none
    private
 
@@ -25,8 +25,10 @@ module nutate_run_cost
    type :: run_cost_t
       !> Row of `methods`.
       integer :: method = 0
-      !> s.
+      !> s; the mean where steps were chosen.
       real(wp) :: time_step = 0.0_wp
+      !> Error for which each step was chosen, rad; 0 where all have one length.
+      real(wp) :: tolerance = 0.0_wp
       !> Nominal steps; those among them that had to be cut into parts; steps of the method, parts included.
       integer(long) :: steps = 0, cut_steps = 0, parts = 0
       !> Integrations timed, and their median wall time, s.
@@ -73,7 +75,7 @@ contains
       type(stopwatch_t), intent(in) :: clock
       !> Reading of the clock at which all must be over, s.
       real(wp), intent(in) :: deadline
-      !> Its `method` and `time_step` say what to run.
+      !> Its `method` and `time_step`, or `tolerance`, say what to run.
       type(run_cost_t), intent(inout) :: cost
       type(status_t), intent(out) :: status
       class(stepper_t), allocatable :: stepper
@@ -103,9 +105,10 @@ contains
       follower%deadline = deadline
       follower%measures = .true.
       call follower%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
-      call run_once(problem, stepper, cost%time_step, follower, state, summary, seconds, status)
+      call run(problem, stepper, cost, follower, state, summary, seconds, status)
       if (.not. status%ok()) return
       cost%steps = summary%steps
+      if (cost%tolerance > 0.0_wp) cost%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
       cost%cut_steps = summary%cut_steps
       cost%parts = summary%parts
       cost%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
@@ -137,7 +140,7 @@ contains
       do while (cost%samples < most_samples)
          call stepper%prepare(problem%system, settings_of(problem%settings, cost%method), status)
          if (.not. status%ok()) return
-         call run_once(problem, stepper, cost%time_step, follower, state, summary, samples(cost%samples + 1), status)
+         call run(problem, stepper, cost, follower, state, summary, samples(cost%samples + 1), status)
          if (.not. status%ok()) return
          cost%samples = cost%samples + 1
          spent = spent + samples(cost%samples)
@@ -145,6 +148,24 @@ contains
       end do
       cost%seconds = median(samples(1:cost%samples))
    end subroutine measure_time
+
+   !> One integration, at the step or to the tolerance asked for.
+   subroutine run(problem, stepper, cost, follower, state, summary, seconds, status)
+      type(problem_t), intent(in) :: problem
+      !> Prepared; used for steps of one length.
+      class(stepper_t), intent(inout) :: stepper
+      type(run_cost_t), intent(in) :: cost
+      type(follower_t), intent(inout) :: follower
+      type(state_t), intent(out) :: state
+      type(run_summary_t), intent(out) :: summary
+      real(wp), intent(out) :: seconds
+      type(status_t), intent(out) :: status
+      if (cost%tolerance > 0.0_wp) then
+         call run_to_tolerance(problem, cost%method, cost%tolerance, follower, state, summary, seconds, status)
+      else
+         call run_once(problem, stepper, cost%time_step, follower, state, summary, seconds, status)
+      end if
+   end subroutine run
 
    !> The middle one of some values, or the mean of the two in the middle.
    pure real(wp) function median(values)

@@ -1,5 +1,6 @@
 !> One integration of a study: without output, under a time limit, measured or as fast as it goes.
 module nutate_study_run
+   use nutate_control, only: control_settings_t, integrate_controlled
    use nutate_hamiltonian, only: angular_velocity
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
@@ -13,7 +14,7 @@ module nutate_study_run
    implicit none
    private
 
-   public :: problem_t, follower_t, run_once, settings_of, fastest_rate
+   public :: problem_t, follower_t, run_once, run_to_tolerance, settings_of, fastest_rate
 
    !> Steps of the run that looks for the fastest rotation: at most so many, and at least so many where the start does
    !> not say how fast the body is.
@@ -104,6 +105,37 @@ contains
       call integrate(problem%system, stepper, state, plan, follower, summary, status)
       seconds = clock%seconds()
    end subroutine run_once
+
+   !> The same with steps chosen for an error of each. Preparing the method is part of the time.
+   !>
+   !> Errors: those of `integrate_controlled`; `NUTATE_STEP_LIMIT` where the time is over.
+   subroutine run_to_tolerance(problem, method, tolerance, follower, state, summary, seconds, status)
+      type(problem_t), intent(in) :: problem
+      !> Row of `methods`.
+      integer, intent(in) :: method
+      !> rad.
+      real(wp), intent(in) :: tolerance
+      type(follower_t), intent(inout) :: follower
+      !> The last state.
+      type(state_t), intent(out) :: state
+      type(run_summary_t), intent(out) :: summary
+      !> Wall time, s.
+      real(wp), intent(out) :: seconds
+      type(status_t), intent(out) :: status
+      type(run_plan_t) :: plan
+      type(control_settings_t) :: goal
+      type(stopwatch_t) :: clock
+
+      plan%end_time = problem%end_time
+      plan%every = huge(1_long)
+      if (follower%measures) plan%every = 1
+      goal%local_tolerance = tolerance
+      state = problem%start
+      call clock%start()
+      call integrate_controlled(problem%system, settings_of(problem%settings, method), goal, state, plan, follower, &
+                                summary, status)
+      seconds = clock%seconds()
+   end subroutine run_to_tolerance
 
    !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long.
    subroutine fastest_rate(problem, method, rate, status)
