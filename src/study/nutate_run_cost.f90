@@ -161,7 +161,8 @@ contains
       real(wp), intent(out) :: seconds
       type(status_t), intent(out) :: status
       if (cost%tolerance > 0.0_wp) then
-         call run_to_tolerance(problem, cost%method, cost%tolerance, follower, state, summary, seconds, status)
+         call run_to_tolerance(problem, settings_of(problem%settings, cost%method), cost%tolerance, follower, state, &
+                               summary, seconds, status)
       else
          call run_once(problem, stepper, cost%time_step, follower, state, summary, seconds, status)
       end if

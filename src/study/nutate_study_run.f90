@@ -109,10 +109,9 @@ contains
    !> The same with steps chosen for an error of each. Preparing the method is part of the time.
    !>
    !> Errors: those of `integrate_controlled`; `NUTATE_STEP_LIMIT` where the time is over.
-   subroutine run_to_tolerance(problem, method, tolerance, follower, state, summary, seconds, status)
+   subroutine run_to_tolerance(problem, settings, tolerance, follower, state, summary, seconds, status)
       type(problem_t), intent(in) :: problem
-      !> Row of `methods`.
-      integer, intent(in) :: method
+      type(integrator_settings_t), intent(in) :: settings
       !> rad.
       real(wp), intent(in) :: tolerance
       type(follower_t), intent(inout) :: follower
@@ -132,8 +131,7 @@ contains
       goal%local_tolerance = tolerance
       state = problem%start
       call clock%start()
-      call integrate_controlled(problem%system, settings_of(problem%settings, method), goal, state, plan, follower, &
-                                summary, status)
+      call integrate_controlled(problem%system, settings, goal, state, plan, follower, summary, status)
       seconds = clock%seconds()
    end subroutine run_to_tolerance
 
