@@ -149,8 +149,11 @@ contains
       !> The cosine; shape (0:highest_order, 1).
       real(wp), intent(inout) :: memory(0:, :)
       real(wp), intent(out) :: tau(3)
+      real(wp) :: phase
       integer :: j
-      memory(k, 1) = cosine_term(k, phase_at(self, t), 2*pi*self%frequency*unit, memory(:, 1))
+      phase = 0.0_wp
+      if (k < 2) phase = phase_at(self, t)
+      memory(k, 1) = cosine_term(k, phase, 2*pi*self%frequency*unit, memory(:, 1))
       tau = memory(k, 1)*self%amplitude
       if (.not. self%in_space) return
       tau = 0.0_wp

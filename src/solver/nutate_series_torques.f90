@@ -41,7 +41,7 @@ module nutate_series_torques
       real(wp), allocatable, private :: memory(:, :)
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
-      !> Ω, rad/s, and each torque, N m; body axes; shapes (3, 0:highest_order), (3, 0:highest_order, number of torques).
+      !> Ω, rad/s, and each torque, N m; body axes; shapes (3, 0:highest_order), (0:highest_order, 3, number of torques).
       real(wp), private :: omega(3, 0:highest_order) = 0.0_wp
       real(wp), allocatable, private :: torque(:, :, :)
    contains
@@ -197,7 +197,7 @@ contains
          end associate
       end do
       allocate (self%gamma(3, 0:highest_order, n), self%memory(0:highest_order, last), source=0.0_wp)
-      allocate (self%torque(3, 0:highest_order, effects%n_torques), source=0.0_wp)
+      allocate (self%torque(0:highest_order, 3, effects%n_torques), source=0.0_wp)
    end subroutine make_slots
 
    subroutine open_slot(self, effect, direction, n, last)
@@ -249,7 +249,7 @@ contains
                k, t, unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
                self%memory(:, self%columns(1, n):self%columns(2, n)), one)
          end if
-         self%torque(:, k, i) = one
+         self%torque(k, :, i) = one
          tau = tau + one
       end do
    end subroutine add_terms
@@ -262,16 +262,19 @@ contains
       integer, intent(in) :: order
       !> Unit of time, s, and time in it.
       real(wp), intent(in) :: unit, s
-      real(wp) :: power
+      real(wp) :: power(0:highest_order)
       integer :: k, j
+      power = 0.0_wp
+      ! Along k no sum waits for the one before.
+      do j = 0, order - 1
+         do k = j, order - 1
+            power(k) = power(k) + (self%omega(1, j)*self%torque(k - j, 1, i) + self%omega(2, j)*self%torque(k - j, 2, i) &
+                                   + self%omega(3, j)*self%torque(k - j, 3, i))
+         end do
+      end do
       work = 0.0_wp
       do k = order - 1, 0, -1
-         power = 0.0_wp
-         do j = 0, k
-            power = power + (self%omega(1, j)*self%torque(1, k - j, i) + self%omega(2, j)*self%torque(2, k - j, i) &
-                             + self%omega(3, j)*self%torque(3, k - j, i))
-         end do
-         work = work*s + power*inverses(k + 1)
+         work = work*s + power(k)*inverses(k + 1)
       end do
       work = work*s*unit
    end function work_until
