@@ -59,11 +59,15 @@ contains
       type(c_ptr), intent(in), value :: system, message
       type(group_t) :: group
       real(c_double), pointer :: numbers(:)
+      integer(c_size_t) :: n
       logical :: complete
       complete = c_associated(shape) .and. c_associated(lengths)
       if (complete) then
-         ! No shape has more lengths than this; one more shows that there are too many.
-         call c_f_pointer(lengths, numbers, [min(n_lengths, maxval(shape_kinds%sizes) + 1_c_size_t)])
+         ! No shape has more lengths than this; one more shows that there are too many. A size of C beyond the greatest
+         ! integer is negative here.
+         n = maxval(shape_kinds%sizes) + 1
+         if (n_lengths >= 0) n = min(n, n_lengths)
+         call c_f_pointer(lengths, numbers, [n])
          call put_text(group, 'shape', text_from_c(shape))
          call put_numbers(group, 'size', numbers)
       end if
