@@ -478,7 +478,8 @@ int nutate_matrix_from_quat(const double q[4], double r[3][3]);
 int nutate_quat_from_matrix(const double r[3][3], double q[4]);
 /* Euler angles z-x-z: precession phi, nutation theta in [0, pi], spin psi, rad.   ==>  q [4]   <==  angles [3] */
 int nutate_euler_from_quat(const double q[4], double angles[3]);
-/* The same, phi and psi continued beyond +-pi from earlier ones.   ==>  q [4]   <=>  angles [3] */
+/* The same, phi and psi continued beyond +-pi from earlier ones, if the body turns by less than pi in between.
+ *   ==>  q [4]   <=>  angles [3] */
 int nutate_follow_euler(const double q[4], double angles[3]);
 /* ==>  angles [3]   <==  q [4] */
 int nutate_quat_from_euler(const double angles[3], double q[4]);

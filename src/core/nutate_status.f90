@@ -70,14 +70,27 @@ contains
    pure function fail(code, message, subject) result(status)
       !> One of the `NUTATE_...` codes other than `NUTATE_OK`.
       integer, intent(in) :: code
-      !> What went wrong and what was expected.
+      !> What went wrong and what was expected; a text that is too long loses its middle.
       character(len=*), intent(in) :: message
       !> The argument or scene key at fault.
       character(len=*), intent(in), optional :: subject
       type(status_t) :: status
       status%code = code
       status%message = message
+      if (len_trim(message) > len(status%message)) status%message = shortened(message, len(status%message))
       if (present(subject)) status%subject = subject
    end function fail
+
+   !> A long text without its middle: its end often says what is meant.
+   pure function shortened(text, length) result(short)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: length
+      character(len=length) :: short
+      character(len=*), parameter :: gap = ' ... '
+      integer :: n, tail
+      n = len_trim(text)
+      tail = length/3
+      short = text(1:length - len(gap) - tail)//gap//text(n - tail + 1:n)
+   end function shortened
 
 end module nutate_status

@@ -60,8 +60,12 @@ contains
    integer(c_int) function nutate_follow_euler(q, angles) result(code) bind(C)
       real(c_double), intent(in), optional :: q(4)
       real(c_double), intent(inout), optional :: angles(3)
+      real(wp) :: side
       code = judge(is_attitude(q) .and. is_vector(angles))
-      if (code == NUTATE_OK) call follow_euler(q, angles(1), angles(2), angles(3))
+      if (code /= NUTATE_OK) return
+      ! Of q and -q, the one that continues the earlier attitude.
+      side = sign(1.0_wp, dot_product(q, quat_from_euler(angles(1), angles(2), angles(3))))
+      call follow_euler(side*q, angles(1), angles(2), angles(3))
    end function nutate_follow_euler
 
    integer(c_int) function nutate_quat_from_euler(angles, q) result(code) bind(C)
