@@ -30,6 +30,8 @@ program unit
    use test_exact_steady, only: collect_exact_steady
    use test_exact_top, only: collect_exact_top
    use test_exact_top_limits, only: collect_exact_top_limits
+   use test_f77, only: collect_f77
+   use test_f77_helpers, only: collect_f77_helpers
    use test_hamiltonian, only: collect_hamiltonian
    use test_heap, only: collect_heap
    use test_history, only: collect_history
@@ -126,6 +128,8 @@ contains
          new_testsuite("exact_steady", collect_exact_steady), &
          new_testsuite("exact_top", collect_exact_top), &
          new_testsuite("exact_top_limits", collect_exact_top_limits), &
+         new_testsuite("f77", collect_f77), &
+         new_testsuite("f77_helpers", collect_f77_helpers), &
          new_testsuite("hamiltonian", collect_hamiltonian), &
          new_testsuite("heap", collect_heap), &
          new_testsuite("history", collect_history), &

@@ -59,6 +59,9 @@ module nutate_composition
       procedure :: prepare
       procedure :: step
       procedure :: transfer_memory
+      procedure :: memory_size
+      procedure :: get_memory
+      procedure :: set_memory
    end type composition_t
 
 contains
@@ -150,5 +153,33 @@ contains
          call self%stages(i)%stepper%transfer(archive)
       end do
    end subroutine transfer_memory
+
+   !> That of all stages, one after the other.
+   pure integer function memory_size(self)
+      class(composition_t), intent(in) :: self
+      memory_size = 0
+      if (allocated(self%stages)) memory_size = size(self%stages)*self%stages(1)%stepper%memory_size()
+   end function memory_size
+
+   pure subroutine get_memory(self, store)
+      class(composition_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: store(:)
+      integer :: i, n
+      n = self%stages(1)%stepper%memory_size()
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%get_memory(store((i - 1)*n + 1:i*n))
+      end do
+   end subroutine get_memory
+
+   pure subroutine set_memory(self, system, store)
+      class(composition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in), contiguous :: store(:)
+      integer :: i, n
+      n = self%stages(1)%stepper%memory_size()
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%set_memory(system, store((i - 1)*n + 1:i*n))
+      end do
+   end subroutine set_memory
 
 end module nutate_composition

@@ -14,7 +14,7 @@ module nutate_methods
    implicit none
    private
 
-   public :: method_t, methods, make_stepper, default_settings, equations_of, family_of, order_of
+   public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, order_of
 
    !> One method, as scene files and messages speak of it.
    type :: method_t
@@ -161,8 +161,9 @@ contains
       call move_alloc(conserving, stepper)
    end subroutine correct_stepper
 
-   !> Puts the composition of a stepper in its place.
+   !> Puts the composition of a stepper of order 2, still to be prepared, in its place. Errors: those of `compose`.
    subroutine compose_stepper(order, stepper, status)
+      !> 4, 6 or 8.
       integer, intent(in) :: order
       class(stepper_t), allocatable, intent(inout) :: stepper
       type(status_t), intent(out) :: status

@@ -55,6 +55,9 @@ module nutate_nielsen_krenk
       procedure :: prepare
       procedure :: step
       procedure :: transfer_memory
+      procedure :: memory_size
+      procedure :: get_memory
+      procedure :: set_memory
    end type nielsen_krenk_t
 
 contains
@@ -114,6 +117,47 @@ contains
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*a(2:4), self%work)
       call accept(self, state, dt, z, a)
    end subroutine step
+
+   !> The inverse of the Jacobian with its step and unit, and the increments of the last steps.
+   pure integer function memory_size(self)
+      class(nielsen_krenk_t), intent(in) :: self
+      memory_size = 5 + size(self%inverse) + size(self%differences)
+   end function memory_size
+
+   pure subroutine get_memory(self, store)
+      class(nielsen_krenk_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: store(:)
+      integer :: i
+      store(1) = self%equations%unit
+      store(2) = self%inverse_dt
+      store(3) = merge(1.0_wp, 0.0_wp, self%positive)
+      store(4) = self%last_dt
+      store(5) = real(self%known, wp)
+      do i = 1, 8
+         store(8*i - 2:8*i + 5) = self%inverse(:, i)
+      end do
+      do i = 0, degree
+         store(8*i + 70:8*i + 77) = self%differences(:, i)
+      end do
+   end subroutine get_memory
+
+   pure subroutine set_memory(self, system, store)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in), contiguous :: store(:)
+      integer :: i
+      call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, store(1))
+      self%inverse_dt = store(2)
+      self%positive = store(3) > 0.5_wp
+      self%last_dt = store(4)
+      self%known = nint(store(5))
+      do i = 1, 8
+         self%inverse(:, i) = store(8*i - 2:8*i + 5)
+      end do
+      do i = 0, degree
+         self%differences(:, i) = store(8*i + 70:8*i + 77)
+      end do
+   end subroutine set_memory
 
    !> Moves the state by the increments that the root z with its rate a stands for, and remembers z.
    pure subroutine accept(self, state, dt, z, a)

@@ -63,6 +63,9 @@ module nutate_reduced
       procedure :: prepare
       procedure :: step
       procedure :: transfer_memory
+      procedure :: memory_size
+      procedure :: get_memory
+      procedure :: set_memory
    end type reduced_t
 
 contains
@@ -139,6 +142,45 @@ contains
          self%fresh = .false.
       end if
    end subroutine step
+
+   !> The step, the b of the past, the effects' derivatives; the Jacobian is taken anew in every step.
+   pure integer function memory_size(self)
+      class(reduced_t), intent(in) :: self
+      memory_size = 4 + size(self%past) + size(self%equations%by_forces)
+   end function memory_size
+
+   pure subroutine get_memory(self, store)
+      class(reduced_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: store(:)
+      integer :: i
+      store(1) = self%equations%dt
+      store(2) = real(self%known, wp)
+      store(3) = merge(1.0_wp, 0.0_wp, self%fresh)
+      store(4) = merge(1.0_wp, 0.0_wp, self%untested)
+      do i = 1, 3
+         store(3*i + 2:3*i + 4) = self%equations%by_forces(:, i)
+      end do
+      do i = 1, memory
+         store(3*i + 11:3*i + 13) = self%past(:, i)
+      end do
+   end subroutine get_memory
+
+   pure subroutine set_memory(self, system, store)
+      class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in), contiguous :: store(:)
+      integer :: i
+      if (store(1) /= 0.0_wp) call self%equations%set_step(system, store(1))
+      self%known = nint(store(2))
+      self%fresh = store(3) > 0.5_wp
+      self%untested = store(4) > 0.5_wp
+      do i = 1, 3
+         self%equations%by_forces(:, i) = store(3*i + 2:3*i + 4)
+      end do
+      do i = 1, memory
+         self%past(:, i) = store(3*i + 11:3*i + 13)
+      end do
+   end subroutine set_memory
 
    !> Takes another length of the step; of the past, only the last turn still says something.
    pure subroutine change_step(self, system, dt)

@@ -32,6 +32,12 @@ module nutate_run
       integer(long) :: every = 1
       !> A run that needs more steps, or more rows between its steps, ends there.
       integer(long) :: max_steps = huge(1_long)
+      !> Nominal steps of this length that earlier runs have done, and their first time, s: those of this run then end
+      !> where those of a single one would.
+      integer(long) :: steps_before = 0
+      real(wp) :: first_time = 0.0_wp
+      !> Nominal steps to do; negative: as many as lead to the end time.
+      integer(long) :: steps = -1
    end type run_plan_t
 
    !> What belongs to a row beside the state.
@@ -136,7 +142,8 @@ contains
 
       call begin(system%effects, state%t, plan, progress, summary, status)
       if (.not. status%ok()) return
-      n_steps = count_steps(state%t, plan)
+      n_steps = plan%steps
+      if (n_steps < 0) n_steps = count_steps(state%t, plan)
       if (present(resumed)) then
          call transfer_run(resumed, stepper, state, progress, summary, record)
          call check_resumed(resumed, status)
@@ -278,6 +285,7 @@ contains
       end if
       allocate (summary%work(effects%n_torques), progress%work_carry(effects%n_torques), source=0.0_wp)
       progress%t_first = t
+      if (plan%steps_before > 0) progress%t_first = plan%first_time
       progress%breaks = effects%breaks_between(t, plan%end_time)
    end subroutine begin
 
@@ -296,7 +304,7 @@ contains
       real(wp) :: t_end, margin, length
       logical :: cut
 
-      t_end = progress%t_first + real(summary%steps + 1, wp)*plan%time_step
+      t_end = progress%t_first + real(plan%steps_before + summary%steps + 1, wp)*plan%time_step
       if (is_last) t_end = plan%end_time
       margin = same_time*abs(plan%time_step) + time_noise(state%t, plan)
       record%iterations = 0

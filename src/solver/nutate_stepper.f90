@@ -74,6 +74,11 @@ module nutate_stepper
       procedure :: choose_step => take_guess
       !> The state at a time inside the last step.
       procedure :: look_inside => refuse_to_look
+      !> What the method remembers of its steps, as numbers: how many, and out of and into a prepared stepper. A stepper
+      !> that gets them goes on to the last digit like the one they come from.
+      procedure :: memory_size => no_memory_size
+      procedure :: get_memory => get_no_memory
+      procedure :: set_memory => set_no_memory
    end type stepper_t
 
    abstract interface
@@ -147,5 +152,27 @@ contains
       work = 0.0_wp
       status = fail(NUTATE_BAD_ARGUMENT, 'the method knows no states inside of its steps')
    end subroutine refuse_to_look
+
+   !> The method remembers nothing.
+   pure integer function no_memory_size(self)
+      class(stepper_t), intent(in) :: self
+      no_memory_size = 0
+   end function no_memory_size
+
+   !> Does nothing.
+   pure subroutine get_no_memory(self, store)
+      class(stepper_t), intent(in) :: self
+      !> Shape (memory_size).
+      real(wp), intent(inout), contiguous :: store(:)
+   end subroutine get_no_memory
+
+   !> Does nothing.
+   pure subroutine set_no_memory(self, system, store)
+      class(stepper_t), intent(inout) :: self
+      !> For which the stepper was prepared.
+      type(system_t), intent(in) :: system
+      !> From `get_memory` of a stepper prepared alike; shape (memory_size).
+      real(wp), intent(in), contiguous :: store(:)
+   end subroutine set_no_memory
 
 end module nutate_stepper

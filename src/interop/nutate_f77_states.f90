@@ -1,0 +1,119 @@
+! States and invariants for FORTRAN 77: external subroutines, see nutate_f77_steps.f90 for what they have in common.
+
+!> NUSETP turns an angular velocity into the conjugate momentum that NUSTEP works with.
+subroutine nusetp(q, omega, p, work, lwork, info)
+   use nutate_f77_check, only: is_attitude, is_ready, is_usable
+   use nutate_f77_work, only: get_setup, setup_t
+   use nutate_hamiltonian, only: make_state
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   real(wp), intent(in) :: q(4)
+   !> (input) Angular velocity, body axes, rad/s; dimension (3).
+   real(wp), intent(in) :: omega(3)
+   !> (output) Conjugate momentum, kg m²/s; dimension (4).
+   real(wp), intent(inout) :: p(4)
+   !> (input) From NUINIT; dimension (LWORK).
+   real(wp), intent(in) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong.
+   integer, intent(out) :: info
+   type(setup_t) :: setup
+   type(system_t) :: system
+   type(state_t) :: state
+   info = 0
+   if (.not. is_attitude(q)) then
+      info = -1
+   else if (.not. all(is_usable(omega))) then
+      info = -2
+   else if (is_ready(work, lwork) /= 0) then
+      info = -3 - is_ready(work, lwork)
+   end if
+   if (info /= 0) return
+   call get_setup(work, setup)
+   system%body = setup%body
+   system%effects%rotor_momentum = setup%rotor
+   state = make_state(system, q, omega)
+   p = state%p
+end subroutine nusetp
+
+!> NUOMEG turns a conjugate momentum into the angular velocity.
+subroutine nuomeg(q, p, omega, work, lwork, info)
+   use nutate_f77_check, only: is_attitude, is_ready, is_usable
+   use nutate_f77_work, only: get_setup, setup_t
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   real(wp), intent(in) :: q(4)
+   !> (input) Conjugate momentum, kg m²/s; dimension (4).
+   real(wp), intent(in) :: p(4)
+   !> (output) Angular velocity, body axes, rad/s; dimension (3).
+   real(wp), intent(inout) :: omega(3)
+   !> (input) From NUINIT; dimension (LWORK).
+   real(wp), intent(in) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong.
+   integer, intent(out) :: info
+   type(setup_t) :: setup
+   type(system_t) :: system
+   info = 0
+   if (.not. is_attitude(q)) then
+      info = -1
+   else if (.not. all(is_usable(p))) then
+      info = -2
+   else if (is_ready(work, lwork) /= 0) then
+      info = -3 - is_ready(work, lwork)
+   end if
+   if (info /= 0) return
+   call get_setup(work, setup)
+   system%body = setup%body
+   system%effects%rotor_momentum = setup%rotor
+   omega = angular_velocity(system, state_t(q=q, p=p))
+end subroutine nuomeg
+
+!> NUINV computes what the motion conserves: energy, angular momentum, and the length of the quaternion.
+subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
+   use nutate_f77_callback, only: f77_potential
+   use nutate_f77_check, only: is_attitude, is_ready, is_usable
+   use nutate_f77_stepping, only: find_invariants
+   use nutate_kinds, only: wp
+   implicit none
+   !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
+   real(wp), intent(in) :: q(4)
+   !> (input) Conjugate momentum, kg m²/s; dimension (4).
+   real(wp), intent(in) :: p(4)
+   !> (input) As for NUSTEP.
+   procedure(f77_potential) :: pot
+   !> (input) Your own, handed on to POT; any dimension.
+   integer, intent(in) :: iuser(*)
+   !> (input) Your own, handed on to POT; any dimension.
+   real(wp), intent(in) :: ruser(*)
+   !> (output) Kinetic, potential and total energy, J; dimension (3).
+   real(wp), intent(inout) :: e(3)
+   !> (output) Angular momentum in body axes (first column) and in space axes (second), N m s; dimension (3,2).
+   real(wp), intent(inout) :: al(3, 2)
+   !> (output) |Q| and Q·P, which the exact motion has as 1 and 0 kg m²/s; dimension (2).
+   real(wp), intent(inout) :: c(2)
+   !> (input) From NUINIT; dimension (LWORK).
+   real(wp), intent(in) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong; 4: POT returned a number that is not finite.
+   integer, intent(out) :: info
+   info = 0
+   if (.not. is_attitude(q)) then
+      info = -1
+   else if (.not. all(is_usable(p))) then
+      info = -2
+   else if (is_ready(work, lwork) /= 0) then
+      info = -8 - is_ready(work, lwork)
+   end if
+   if (info == 0) call find_invariants(work, q, p, pot, iuser, ruser, e, al, c, info)
+end subroutine nuinv

@@ -1,0 +1,205 @@
+! Stepping from FORTRAN 77: external subroutines, to be called without any module. SI units, angles in radians; REAL
+! arguments are DOUBLE PRECISION, quaternions have their scalar first and take body to space components.
+!
+! INFO = 0: success. INFO = -i: argument number i is wrong. INFO > 0: the step failed for a reason that NUTEXT tells. On
+! failure every argument but INFO is as it was. Nothing is kept between calls but what is in WORK, and nothing printed.
+
+!> NUINIT makes WORK ready for the steps of a body, or tells how long it must be.
+!>
+!> INFO = -1 also for a tensor that is not symmetric and positive definite; moments of an idealised top, that break the
+!> triangle rule, are taken.
+subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, info)
+   use nutate_f77_check, only: check_setup
+   use nutate_f77_stepping, only: fill_work, needed_size
+   use nutate_f77_work, only: setup_t
+   use nutate_kinds, only: wp
+   implicit none
+   !> (input) Inertia tensor about the pivot, body axes, kg m²; dimension (3,3).
+   real(wp), intent(in) :: aj(3, 3)
+   !> (input) Auxiliary inertia of the eight equations, kg m²; 0 or negative: infinite, which is best.
+   real(wp), intent(in) :: aj0
+   !> (input) Momentum of rotors that spin in the body, body axes, N m s; dimension (3); zero for none.
+   real(wp), intent(in) :: h(3)
+   !> (input) Mass times the place of the centre of mass, from the pivot, body axes, kg m; dimension (3).
+   real(wp), intent(in) :: cm(3)
+   !> (input) Acceleration of gravity, space axes, m/s²; dimension (3). Without weight: CM or G zero.
+   real(wp), intent(in) :: g(3)
+   !> (input) Damping: the torque -D(i)*OMEGA(i) along the body axes, N m s; dimension (3); zero for none.
+   real(wp), intent(in) :: d(3)
+   !> (input) The direction fixed in space whose body components are GAMMA of POT, any length; dimension (3).
+   real(wp), intent(in) :: dn(3)
+   !> (input) 1: three equations for the turn of a step (fast); 2: eight equations in Q and P by LAPACK.
+   integer, intent(in) :: isolv
+   !> (input) Order of the method: 2, 4, 6 or 8.
+   integer, intent(in) :: iorder
+   !> (input) Which subroutines of yours act: 0 none, 1 POT, 2 TOR, 3 both.
+   integer, intent(in) :: icall
+   !> (output) Dimension (LWORK). WORK(1): how long it must be.
+   real(wp), intent(inout) :: work(*)
+   !> (input) Length of WORK; -1: only WORK(1) is set.
+   integer, intent(in) :: lwork
+   !> (output) 0, or -i: argument i is wrong, for LWORK: WORK is too short.
+   integer, intent(out) :: info
+   type(setup_t) :: setup
+   integer :: n
+   setup%solver = isolv
+   setup%order = iorder
+   setup%callbacks = icall
+   setup%rotor = h
+   setup%moment = cm
+   setup%gravity = g
+   setup%damping = d
+   setup%direction = dn
+   call check_setup(setup, aj, aj0, info)
+   info = -info
+   if (info /= 0) return
+   n = needed_size(setup)
+   if (lwork /= -1 .and. lwork < n) then
+      info = -12
+   else if (lwork == -1) then
+      work(1) = real(n, wp)
+   else
+      call fill_work(setup, n, work)
+   end if
+end subroutine nuinit
+
+!> NUSTEP takes N steps of length DT from T, Q, P.
+!>
+!> A call that begins where the last one with this WORK ended goes on as if they were one: one step at a time gives the
+!> same digits as all at once. If T, Q or P were changed, or DT, it begins anew. A step that fails is tried in parts.
+subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
+   use nutate_f77_callback, only: f77_potential, f77_torque
+   use nutate_f77_check, only: find_bad_step, is_ready
+   use nutate_f77_stepping, only: row_store_t, take_steps
+   use nutate_kinds, only: wp
+   implicit none
+   !> (input) Number of steps, N >= 0.
+   integer, intent(in) :: n
+   !> (input) Step, s; negative: back in time.
+   real(wp), intent(in) :: dt
+   !> (input/output) Time, s.
+   real(wp), intent(inout) :: t
+   !> (input/output) Attitude, unit quaternion to 1D-9; dimension (4).
+   real(wp), intent(inout) :: q(4)
+   !> (input/output) Conjugate momentum, from NUSETP, kg m²/s; dimension (4).
+   real(wp), intent(inout) :: p(4)
+   !> (input) SUBROUTINE POT(GAMMA, U, DU, IUSER, RUSER): from GAMMA(3), the body components of DN, the potential U (J)
+   !> and its derivatives DU(3) by GAMMA. NUNONE if there is none. It must not change what it depends on.
+   procedure(f77_potential) :: pot
+   !> (input) SUBROUTINE TOR(T, Q, OMEGA, TAU, IUSER, RUSER): from T (s), Q(4) and OMEGA(3) (body axes, rad/s) the
+   !> torque TAU(3), body axes, N m. NUNONE if there is none. It must not change what it depends on.
+   procedure(f77_torque) :: tor
+   !> (input) Your own, handed on to POT and TOR; any dimension.
+   integer, intent(in) :: iuser(*)
+   !> (input) Your own, handed on to POT and TOR; any dimension.
+   real(wp), intent(in) :: ruser(*)
+   !> (input/output) From NUINIT; dimension (LWORK). A copy of it goes on like the original.
+   real(wp), intent(inout) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT.
+   integer, intent(out) :: info
+   type(row_store_t) :: none
+   integer :: bad
+   bad = is_ready(work, lwork)
+   if (bad /= 0) then
+      info = -9 - bad
+      return
+   end if
+   info = -find_bad_step(n, dt, t, q, p, work)
+   if (info /= 0 .or. n == 0) return
+   call take_steps(n, n, dt, t, q, p, pot, tor, iuser, ruser, none, work(1:nint(work(1))), info)
+end subroutine nustep
+
+!> NURUN takes N steps as NUSTEP does and writes a row every K of them.
+subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, work, lwork, info)
+   use nutate_f77_callback, only: f77_potential, f77_torque
+   use nutate_f77_check, only: find_bad_step, is_ready
+   use nutate_f77_stepping, only: row_store_t, take_steps
+   use nutate_kinds, only: wp
+   implicit none
+   !> (input) Number of steps, N >= 0.
+   integer, intent(in) :: n
+   !> (input) Step, s; negative: back in time.
+   real(wp), intent(in) :: dt
+   !> (input/output) Time, s.
+   real(wp), intent(inout) :: t
+   !> (input/output) Attitude, unit quaternion to 1D-9; dimension (4).
+   real(wp), intent(inout) :: q(4)
+   !> (input/output) Conjugate momentum, from NUSETP, kg m²/s; dimension (4).
+   real(wp), intent(inout) :: p(4)
+   !> (input) As for NUSTEP.
+   procedure(f77_potential) :: pot
+   !> (input) As for NUSTEP.
+   procedure(f77_torque) :: tor
+   !> (input) Your own, handed on to POT and TOR; any dimension.
+   integer, intent(in) :: iuser(*)
+   !> (input) Your own, handed on to POT and TOR; any dimension.
+   real(wp), intent(in) :: ruser(*)
+   !> (input) Steps between two rows, K >= 1.
+   integer, intent(in) :: k
+   !> (output) Rows, each a column of ROWS: time, s; Q (4); angular velocity (3), body axes, rad/s; angular momentum
+   !> (3), space axes, N m s; energy, J. The first is the state on entry, the last that on return; dimension (12,MROWS).
+   real(wp), intent(inout), target :: rows(12, *)
+   !> (input) How many rows ROWS can hold: at least 1 + N/K, and one more if K does not divide N.
+   integer, intent(in) :: mrows
+   !> (output) Rows written; after a failed step those before it.
+   integer, intent(inout) :: nrows
+   !> (input/output) From NUINIT; dimension (LWORK).
+   real(wp), intent(inout) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT. ROWS and NROWS then show how far the steps went.
+   integer, intent(out) :: info
+   type(row_store_t) :: store
+   integer :: bad
+   bad = is_ready(work, lwork)
+   if (bad /= 0) then
+      info = -13 - bad
+      return
+   end if
+   info = -find_bad_step(n, dt, t, q, p, work)
+   if (info == 0) then
+      if (k < 1) then
+         info = -10
+      else if (mrows < 1 + n/k + min(1, mod(n, k))) then
+         info = -12
+      end if
+   end if
+   if (info /= 0) return
+   store%rows => rows(:, 1:mrows)
+   call take_steps(n, k, dt, t, q, p, pot, tor, iuser, ruser, store, work(1:nint(work(1))), info)
+   nrows = store%n
+end subroutine nurun
+
+!> NUSTAT tells what the steps since NUINIT took.
+subroutine nustat(istat, w, work, lwork, info)
+   use nutate_f77_check, only: is_ready
+   use nutate_f77_work, only: get_place, place_t
+   use nutate_kinds, only: wp, long
+   implicit none
+   !> (output) Steps; Newton iterations; steps that had to be cut into parts; each at most HUGE(0); dimension (3).
+   integer, intent(inout) :: istat(3)
+   !> (output) Work that damping and TOR did, J: the energy changed by as much.
+   real(wp), intent(inout) :: w
+   !> (input) From NUINIT; dimension (LWORK).
+   real(wp), intent(in) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong.
+   integer, intent(out) :: info
+   type(place_t) :: place
+   info = is_ready(work, lwork)
+   if (info /= 0) then
+      info = -2 - info
+      return
+   end if
+   call get_place(work, place)
+   istat = int(min([place%all_steps, place%iterations, place%cut_steps], int(huge(0), long)))
+   w = place%work
+end subroutine nustat
+
+!> NUNONE does nothing: to be passed where a subroutine of yours is not wanted.
+pure subroutine nunone()
+   implicit none
+end subroutine nunone

@@ -1,0 +1,34 @@
+! Messages for FORTRAN 77: external subroutine, see nutate_f77_steps.f90 for what the routines have in common.
+
+!> NUTEXT says in words what an INFO means.
+subroutine nutext(info, text)
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
+      NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT
+   implicit none
+   !> (input) INFO of any other routine.
+   integer, intent(in) :: info
+   !> (output) One line, padded with blanks; 72 characters hold all of it.
+   character(len=*), intent(inout) :: text
+   character(len=12) :: number
+   select case (info)
+   case (:-1)
+      write (number, '(i0)') info
+      text = 'argument number '//trim(number(2:))//' is wrong'
+   case (NUTATE_OK)
+      text = 'success'
+   case (NUTATE_NOT_CONVERGED)
+      text = 'the equations of a step were not solved, not even cut into parts'
+   case (NUTATE_OFF_BRANCH)
+      text = 'a step is too long to follow the motion, even cut into parts'
+   case (NUTATE_SINGULAR)
+      text = 'the linear system of a step is singular'
+   case (NUTATE_NOT_FINITE)
+      text = 'a number that is not finite appeared: look at POT and TOR'
+   case (NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY)
+      text = 'body and state do not fit the method'
+   case (NUTATE_STEP_LIMIT)
+      text = 'more steps are needed than were allowed'
+   case default
+      text = 'no INFO has this value'
+   end select
+end subroutine nutext
