@@ -1,5 +1,5 @@
-!> Interfaces of the FORTRAN 77 routines, and callbacks as a program has them. Programs of 1985 have no interfaces: those
-!> of link/ call without.
+!> Interfaces of the FORTRAN 77 routines, and callbacks as a program has them. Programs of 1985 have no interfaces:
+!> those of link/ call without.
 module test_f77_routines
    use nutate_kinds, only: wp
    implicit none
