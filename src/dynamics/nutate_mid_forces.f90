@@ -34,7 +34,7 @@ module nutate_mid_forces
       !> potentials) and (number of potentials).
       real(wp), allocatable :: slope(:, :)
       logical, allocatable :: is_linear(:)
-      !> The torque acts in this step; shape (number of torques).
+      !> The torque acts in this step; shape (number of torques). What has the number 0 is not allocated.
       logical, allocatable :: acts(:)
    contains
       !> Allocates for the effects of a system.
@@ -63,9 +63,10 @@ contains
       integer :: i
       self%active = effects%n_potentials + effects%n_torques > 0
       self%projection = projection
-      if (allocated(self%direction)) deallocate (self%direction, self%gamma0, self%slope, self%is_linear, &
-                                                   self%acts)
-      allocate (self%acts(effects%n_torques), source=.true.)
+      if (allocated(self%acts)) deallocate (self%acts)
+      if (effects%n_torques > 0) allocate (self%acts(effects%n_torques), source=.true.)
+      if (allocated(self%direction)) deallocate (self%direction, self%gamma0, self%slope, self%is_linear)
+      if (effects%n_potentials == 0) return
       allocate (self%direction(3, effects%n_potentials), self%gamma0(3, effects%n_potentials), &
                 self%slope(3, effects%n_potentials), source=0.0_wp)
       allocate (self%is_linear(effects%n_potentials), source=.false.)

@@ -2,8 +2,7 @@
 module nutate_f77_check
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_body, only: diagonal, make_body
-   use nutate_f77_stepping, only: goes_on
-   use nutate_f77_work, only: get_setup, is_work, setup_t
+   use nutate_f77_work, only: get_setup, goes_on, is_work, setup_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_norm
    use nutate_status, only: status_t
@@ -51,7 +50,7 @@ contains
       is_ready = 1
       if (.not. is_work(work, lwork)) return
       is_ready = 0
-      if (lwork < nint(work(1))) is_ready = 2
+      if (lwork < int(work(1))) is_ready = 2
    end function is_ready
 
    !> The number of the argument of NUINIT that is wrong, 0 if none is; sets body and 1/J0.

@@ -4,7 +4,8 @@ module nutate_f77_stepping
    use nutate_effect, only: effect_t
    use nutate_effect_list, only: effect_list_t
    use nutate_f77_callback, only: f77_potential, f77_potential_t, f77_torque, f77_torque_t
-   use nutate_f77_work, only: get_place, get_setup, memory_at, place_t, put_place, put_setup, setup_t, work_size
+   use nutate_f77_work, only: get_place, get_setup, goes_on, memory_at, place_t, put_place, put_setup, setup_t, &
+      work_size
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
@@ -21,7 +22,7 @@ module nutate_f77_stepping
    implicit none
    private
 
-   public :: row_store_t, needed_size, fill_work, goes_on, take_steps, find_invariants
+   public :: row_store_t, needed_size, fill_work, take_steps, find_invariants
 
    !> Writes rows into an array of the program, or none.
    type, extends(observer_t) :: row_store_t
@@ -79,34 +80,28 @@ contains
       call effects%add(torque)
    end subroutine build_effects
 
-   !> The stepper that a set-up asks for. Errors: those of `compose` and `prepare`.
-   subroutine build_stepper(setup, system, stepper, status)
+   !> Numbers that WORK must hold.
+   integer function needed_size(setup) result(n)
+      !> Solver and order count.
       type(setup_t), intent(in) :: setup
-      type(system_t), intent(in) :: system
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      call choose_stepper(setup, stepper, status)
+      n = work_size(stepper%memory_size())
+   end function needed_size
+
+   !> The stepper that a set-up asks for, still to be prepared. Errors: those of `compose`.
+   subroutine choose_stepper(setup, stepper, status)
+      type(setup_t), intent(in) :: setup
       class(stepper_t), allocatable, intent(out) :: stepper
       type(status_t), intent(out) :: status
-      type(integrator_settings_t) :: settings
       if (setup%solver == 1) then
          allocate (reduced_t :: stepper)
       else
          allocate (nielsen_krenk_t :: stepper)
       end if
-      settings%order = setup%order
-      settings%inverse_auxiliary_inertia = setup%inverse_j0
       if (setup%order > 2) call compose_stepper(setup%order, stepper, status)
-      if (status%ok()) call stepper%prepare(system, settings, status)
-   end subroutine build_stepper
-
-   !> Numbers that WORK must hold.
-   integer function needed_size(setup) result(n)
-      !> Solver and order count.
-      type(setup_t), intent(in) :: setup
-      type(system_t) :: system
-      class(stepper_t), allocatable :: stepper
-      type(status_t) :: status
-      call build_stepper(setup, system, stepper, status)
-      n = work_size(stepper%memory_size())
-   end function needed_size
+   end subroutine choose_stepper
 
    !> Makes WORK ready for the first step.
    subroutine fill_work(setup, n, work)
@@ -119,16 +114,6 @@ contains
       call put_setup(setup, n, work)
       call put_place(place, work)
    end subroutine fill_work
-
-   !> True if a call starts where the last one stopped.
-   pure logical function goes_on(work, t, q, p)
-      real(wp), intent(in) :: work(*)
-      !> s; attitude and conjugate momentum, shape (4).
-      real(wp), intent(in) :: t, q(4), p(4)
-      type(place_t) :: place
-      call get_place(work, place)
-      goes_on = place%begun .and. t == place%state%t .and. all(q == place%state%q) .and. all(p == place%state%p)
-   end function goes_on
 
    !> Takes steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
    subroutine take_steps(n, every, dt, t, q, p, pot, tor, iuser, ruser, store, work, info)
@@ -147,18 +132,85 @@ contains
       real(wp), intent(inout), contiguous :: work(:)
       integer, intent(out) :: info
       type(setup_t) :: setup
-      type(place_t) :: place
       type(system_t) :: system
+
+      call get_setup(work, setup)
+      system%body = setup%body
+      call build_effects(setup, pot, tor, iuser, ruser, store%rung, system%effects)
+      if (setup%order > 2) then
+         call with_composition(n, every, dt, t, q, p, setup, system, store, work, info)
+      else if (setup%solver == 1) then
+         call with_reduced(n, every, dt, t, q, p, setup, system, store, work, info)
+      else
+         call with_eight(n, every, dt, t, q, p, setup, system, store, work, info)
+      end if
+   end subroutine take_steps
+
+   !> `advance` with the reduced form, which then needs no room but the stack's: a single step notices.
+   subroutine with_reduced(n, every, dt, t, q, p, setup, system, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      type(reduced_t) :: stepper
+      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+   end subroutine with_reduced
+
+   !> `advance` with the eight equations.
+   subroutine with_eight(n, every, dt, t, q, p, setup, system, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      type(nielsen_krenk_t) :: stepper
+      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+   end subroutine with_eight
+
+   !> `advance` with a composition of either.
+   subroutine with_composition(n, every, dt, t, q, p, setup, system, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
       class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      call choose_stepper(setup, stepper, status)
+      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+   end subroutine with_composition
+
+   !> Takes steps with a stepper that is not prepared yet. Errors as for `take_steps`.
+   subroutine advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      class(stepper_t), intent(inout) :: stepper
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      type(place_t) :: place
+      type(integrator_settings_t) :: settings
       type(run_plan_t) :: plan
       type(run_summary_t) :: summary
       type(status_t) :: status
 
-      call get_setup(work, setup)
       call get_place(work, place)
-      system%body = setup%body
-      call build_effects(setup, pot, tor, iuser, ruser, store%rung, system%effects)
-      call build_stepper(setup, system, stepper, status)
+      settings%order = setup%order
+      settings%inverse_auxiliary_inertia = setup%inverse_j0
+      call stepper%prepare(system, settings, status)
       if (goes_on(work, t, q, p)) then
          call stepper%set_memory(system, work(memory_at:))
          if (dt /= place%dt) place%steps = 0
@@ -181,7 +233,7 @@ contains
       call account(place, summary)
       call put_place(place, work)
       call stepper%get_memory(work(memory_at:))
-   end subroutine take_steps
+   end subroutine advance
 
    !> Adds what a run took to what is known of the runs before.
    pure subroutine account(place, summary)

@@ -108,7 +108,7 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    end if
    info = -find_bad_step(n, dt, t, q, p, work)
    if (info /= 0 .or. n == 0) return
-   call take_steps(n, n, dt, t, q, p, pot, tor, iuser, ruser, none, work(1:nint(work(1))), info)
+   call take_steps(n, n, dt, t, q, p, pot, tor, iuser, ruser, none, work(1:int(work(1))), info)
 end subroutine nustep
 
 !> NURUN takes N steps as NUSTEP does and writes a row every K of them.
@@ -168,7 +168,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    end if
    if (info /= 0) return
    store%rows => rows(:, 1:mrows)
-   call take_steps(n, k, dt, t, q, p, pot, tor, iuser, ruser, store, work(1:nint(work(1))), info)
+   call take_steps(n, k, dt, t, q, p, pot, tor, iuser, ruser, store, work(1:int(work(1))), info)
    nrows = store%n
 end subroutine nurun
 

@@ -8,7 +8,7 @@ module nutate_f77_work
    implicit none
    private
 
-   public :: setup_t, place_t, work_size, is_work, put_setup, get_setup, put_place, get_place, memory_at
+   public :: setup_t, place_t, work_size, is_work, goes_on, put_setup, get_setup, put_place, get_place, memory_at
 
    !> What NUINIT was told.
    type :: setup_t
@@ -63,6 +63,15 @@ contains
       if (n >= memory_at) is_work = transfer(work(2), 0_int64) == mark
    end function is_work
 
+   !> True if a call starts where the last one stopped.
+   pure logical function goes_on(work, t, q, p)
+      real(wp), intent(in) :: work(*)
+      !> s; attitude and conjugate momentum, shape (4).
+      real(wp), intent(in) :: t, q(4), p(4)
+      goes_on = work(place_at) > 0.5_wp .and. t == work(state_at) .and. &
+                all(q == work(state_at + 1:state_at + 4)) .and. all(p == work(state_at + 5:state_at + 8))
+   end function goes_on
+
    !> Writes the first part of the array.
    pure subroutine put_setup(setup, n, work)
       type(setup_t), intent(in) :: setup
@@ -85,9 +94,9 @@ contains
       real(wp), intent(in) :: work(*)
       type(setup_t), intent(inout) :: setup
       integer :: i
-      setup%solver = nint(work(setup_at))
-      setup%order = nint(work(setup_at + 1))
-      setup%callbacks = nint(work(setup_at + 2))
+      setup%solver = int(work(setup_at))
+      setup%order = int(work(setup_at + 1))
+      setup%callbacks = int(work(setup_at + 2))
       setup%inverse_j0 = work(setup_at + 3)
       setup%gravity = work(setup_at + 4:setup_at + 6)
       setup%moment = work(setup_at + 7:setup_at + 9)
@@ -127,7 +136,7 @@ contains
       real(wp), intent(in) :: work(*)
       type(place_t), intent(inout) :: place
       place%begun = work(place_at) > 0.5_wp
-      place%steps = nint(work(place_at + 1), long)
+      place%steps = int(work(place_at + 1), long)
       place%dt = work(place_at + 2)
       place%first_time = work(place_at + 3)
       place%state%t = work(state_at)
@@ -137,9 +146,9 @@ contains
       place%state%p_carry = work(state_at + 13:state_at + 16)
       place%work = work(state_at + 17)
       place%work_carry = work(state_at + 18)
-      place%all_steps = nint(work(state_at + 19), long)
-      place%iterations = nint(work(state_at + 20), long)
-      place%cut_steps = nint(work(state_at + 21), long)
+      place%all_steps = int(work(state_at + 19), long)
+      place%iterations = int(work(state_at + 20), long)
+      place%cut_steps = int(work(state_at + 21), long)
    end subroutine get_place
 
 end module nutate_f77_work

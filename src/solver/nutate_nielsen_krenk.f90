@@ -150,7 +150,7 @@ contains
       self%inverse_dt = store(2)
       self%positive = store(3) > 0.5_wp
       self%last_dt = store(4)
-      self%known = nint(store(5))
+      self%known = int(store(5))
       do i = 1, 8
          self%inverse(:, i) = store(8*i - 2:8*i + 5)
       end do

@@ -171,7 +171,7 @@ contains
       real(wp), intent(in), contiguous :: store(:)
       integer :: i
       if (store(1) /= 0.0_wp) call self%equations%set_step(system, store(1))
-      self%known = nint(store(2))
+      self%known = int(store(2))
       self%fresh = store(3) > 0.5_wp
       self%untested = store(4) > 0.5_wp
       do i = 1, 3
