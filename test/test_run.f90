@@ -38,6 +38,8 @@ contains
                   new_unittest("rows come every so many steps", rows_come_every_so_many_steps), &
                   new_unittest("a run goes backwards in time", run_goes_backwards), &
                   new_unittest("a run is the steps it is made of", run_is_its_steps), &
+                  new_unittest("steps keep their length late in time", steps_keep_their_length), &
+                  new_unittest("a run goes on where one ended", run_goes_on), &
                   new_unittest("steps too long are cut, invariants hold", long_steps_are_cut), &
                   new_unittest("a step limit ends the run", step_limit_ends_the_run), &
                   new_unittest("an observer can end the run", observer_can_end_the_run), &
@@ -194,6 +196,50 @@ contains
       if (allocated(error)) return
       call check_below(error, recorder%invariants%momentum_error(), 1e-13_wp, "momentum")
    end subroutine long_steps_are_cut
+
+   !> Where the ends of a step are uncertain by more than a billionth of it.
+   subroutine steps_keep_their_length(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: start(2) = [0.0_wp, 1e7_wp]
+      type(problem_t) :: problem
+      type(recorder_t) :: recorder
+      type(state_t) :: state(2)
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      integer :: i
+      problem = box()
+      do i = 1, 2
+         problem%start%t = start(i)
+         recorder%rows = 0
+         call run(problem, run_plan_t(time_step=0.01_wp, end_time=start(i) + 3.17_wp), recorder, state(i), summary, &
+                  status)
+         call check(error, int(summary%steps), 317)
+         if (allocated(error)) return
+      end do
+      call check_close(error, [state(2)%q, state(2)%p], [state(1)%q, state(1)%p], 0.0_wp)
+   end subroutine steps_keep_their_length
+
+   !> Two runs show the times of one, to the last digit.
+   subroutine run_goes_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(recorder_t) :: whole, first, second
+      type(state_t) :: state(3)
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      problem = box()
+      problem%start%t = 0.3_wp
+      call run(problem, run_plan_t(time_step=0.1_wp, end_time=0.3_wp + 57*0.1_wp), whole, state(1), summary, status)
+      call run(problem, run_plan_t(time_step=0.1_wp, end_time=0.3_wp + 20*0.1_wp, steps=20), first, state(2), summary, &
+               status)
+      problem%start = state(2)
+      call run(problem, run_plan_t(time_step=0.1_wp, end_time=0.3_wp + 57*0.1_wp, steps=37, steps_before=20, &
+                                   first_time=0.3_wp), second, state(3), summary, status)
+      call check(error, first%rows == 21 .and. second%rows == 38)
+      if (.not. allocated(error)) &
+         call check_close(error, [first%times(:20), second%times(:38)], whole%times(:58), 0.0_wp)
+      if (.not. allocated(error)) call check_close(error, state(3)%q, state(1)%q, 1e4_wp*eps)
+   end subroutine run_goes_on
 
    subroutine step_limit_ends_the_run(error)
       type(error_type), allocatable, intent(out) :: error
