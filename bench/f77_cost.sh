@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # What the FORTRAN 77 interface costs above the library: instructions per step by callgrind, from runs of two lengths, so that
 # start and end cancel; per step: of the bare stepper, of `integrate`, and of NUSTEP in calls of 1, 100 and 1000 steps.
-#    bench/f77_cost.sh F77_STEPPING      (fpm run --example f77_stepping --flag -O3 --runner echo names the program)
-set -eu
-program=$1
+#    bench/f77_cost.sh
+set -u
+. "$(dirname "$0")/../tools/environment.sh"
+program=$(fpm_path run --example f77_stepping)
+[ -n "$program" ] || die 'f77_stepping was not built'
 command -v valgrind >/dev/null || { echo 'skipped: valgrind is not here'; exit 0; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
