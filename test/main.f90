@@ -31,6 +31,7 @@ program unit
    use test_exact_top, only: collect_exact_top
    use test_exact_top_limits, only: collect_exact_top_limits
    use test_f77, only: collect_f77
+   use test_f77_arguments, only: collect_f77_arguments
    use test_f77_helpers, only: collect_f77_helpers
    use test_hamiltonian, only: collect_hamiltonian
    use test_heap, only: collect_heap
@@ -129,6 +130,7 @@ contains
          new_testsuite("exact_top", collect_exact_top), &
          new_testsuite("exact_top_limits", collect_exact_top_limits), &
          new_testsuite("f77", collect_f77), &
+         new_testsuite("f77_arguments", collect_f77_arguments), &
          new_testsuite("f77_helpers", collect_f77_helpers), &
          new_testsuite("hamiltonian", collect_hamiltonian), &
          new_testsuite("heap", collect_heap), &
