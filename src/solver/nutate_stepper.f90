@@ -105,8 +105,7 @@ module nutate_stepper
 
 contains
 
-   !> Shows to an archive what every method has, then the method's own memory: another stepper's, for one that is made of
-   !> others.
+   !> Shows to an archive what every method has, then the method's own memory. Recursive for steppers made of others.
    recursive subroutine transfer_stepper(self, archive)
       !> Prepared.
       class(stepper_t), intent(inout) :: self
