@@ -24,8 +24,8 @@ module test_resume
       integer :: rows_kept = 0
       !> Ask for an archive, and end the run, at the poll of this number; 0: never.
       integer :: stops_at = 0, polls = 0
-      !> What the run took.
-      type(run_summary_t) :: summary
+      !> Steps that had to be cut.
+      integer(long) :: cut_steps = 0
    contains
       procedure :: observe => record_row
       procedure :: poll => count_poll
@@ -244,7 +244,7 @@ contains
       call state%transfer(account)
       if (allocated(summary%work)) call summary%transfer(account)
       outcome = account%content()
-      recorder%summary = summary
+      recorder%cut_steps = summary%cut_steps
    end subroutine run
 
    !> A run that ends at a number of steps and goes on from there has the rows, the last state and the summary of one
@@ -331,7 +331,7 @@ contains
       do m = 1, size(methods)
          if (methods(m)%name /= 'nielsen_krenk') cycle
          call run(box(), settings_of(methods(m)), control_settings_t(), plan, recorder, outcome, status)
-         call check(error, recorder%summary%cut_steps > 0, trim(methods(m)%equations)//": no step is cut")
+         call check(error, recorder%cut_steps > 0, trim(methods(m)%equations)//": no step is cut")
          if (.not. allocated(error)) call check_run(error, box(), settings_of(methods(m)), control_settings_t(), plan, &
                                                     [1, 2, 3, 7, 12, 19], trim(methods(m)%equations))
          if (allocated(error)) return
