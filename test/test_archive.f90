@@ -97,7 +97,8 @@ contains
       bytes = archive%content()
       call archive%begin_reading(bytes)
       call archive%transfer(back)
-      call check(error, all(transfer(back, patterns) == patterns))
+      ! Against `values`: a compiler that makes them itself may have quietened the NaN.
+      call check(error, all(transfer(back, patterns) == transfer(values, patterns)))
    end subroutine every_bit_comes_back
 
    subroutine another_kind_or_size_is_noticed(error)
