@@ -101,7 +101,7 @@ int nutate_get_version(char *buffer, size_t size);
  *   ==>  size     of buffer, bytes */
 int nutate_status_text(int status, char *buffer, size_t size);
 
-/* Why the last call with this handle (not const) failed, at most 216 bytes; empty after a call that succeeded.
+/* Why the last call with this handle (not const) failed; empty after a call that succeeded.
  *   ==>  handle   any handle
  *   <==  buffer   text
  *   ==>  size     of buffer, bytes */

@@ -3,8 +3,29 @@
  * `failure` belongs to the run: [0] its status, [1] what the callback returned. After a failure, and for results that
  * are not finite or beyond all scales, zeros go back into the step: whoever started it looks at `failure` and takes the
  * step back. No result that could raise a floating-point exception reaches the arithmetic. */
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
+
 #include <math.h>
+#include <pthread.h>
 #include "../../include/nutate.h"
+
+/* Held while texts are read: see nutate_c_text.f90. */
+#if defined PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP
+static pthread_mutex_t text_lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
+#elif defined PTHREAD_RECURSIVE_MUTEX_INITIALIZER
+static pthread_mutex_t text_lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER;
+#else
+static pthread_mutex_t text_lock = PTHREAD_MUTEX_INITIALIZER;
+#endif
+
+void nutate_c_lock_texts(void);
+void nutate_c_unlock_texts(void);
+
+void nutate_c_lock_texts(void) { pthread_mutex_lock(&text_lock); }
+
+void nutate_c_unlock_texts(void) { pthread_mutex_unlock(&text_lock); }
 
 static const double beyond_all_scales = 1e100;
 

@@ -56,7 +56,10 @@ contains
       type(handle_t), pointer :: found
       code = NUTATE_BAD_HANDLE
       found => find_handle(handle)
-      if (associated(found)) code = text_to_c(trim(found%status%message), buffer, size)
+      if (.not. associated(found)) return
+      code = text_to_c(trim(found%status%message), buffer, size)
+      if (found%status%code == NUTATE_OK .or. .not. allocated(found%text)) return
+      if (index(found%text, trim(found%status%message)) == 1) code = text_to_c(found%text, buffer, size)
    end function nutate_last_message
 
    integer(c_int) function nutate_exact_free_body(system, q0, omega0, n, t, q, omega) result(code) bind(C)

@@ -36,6 +36,8 @@ module nutate_c_handles
       integer(c_int64_t) :: mark = 0
       !> What the last call came to.
       type(status_t) :: status
+      !> The whole text of an error whose beginning is the message of a status.
+      character(len=:), allocatable :: text
    end type handle_t
 
    !> A body and what acts on it.
@@ -99,6 +101,8 @@ module nutate_c_handles
       real(wp) :: first_energy = 0.0_wp
       character(len=name_length), allocatable :: sets(:)
       type(columns_t) :: columns
+      !> Names of the columns, comma separated.
+      character(len=:), allocatable :: names
    end type stepper_handle_t
 
 contains

@@ -5,7 +5,7 @@ module nutate_c_history
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
       open_slot, report, scene_handle_t, HISTORY_MARK
-   use nutate_c_text, only: nth_name, text_from_c, text_to_c
+   use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t
    use nutate_files, only: same_file
    use nutate_history, only: history_t
@@ -85,7 +85,7 @@ contains
          status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
       else
          name = from%scene%output%file
-         if (c_associated(path)) name = text_from_c(path)
+         if (c_associated(path)) call take_text(path, name)
          if (name == '') then
             status = fail(NUTATE_BAD_ARGUMENT, 'the path is empty', 'path')
          else if (same_file(from%scene%file, name)) then
@@ -118,7 +118,7 @@ contains
       if (.not. associated(handle)) return
       code = NUTATE_BAD_ARGUMENT
       if (column < 0 .or. column >= handle%width) return
-      code = text_to_c(nth_name(handle%names, int(column) + 1), buffer, size)
+      code = text_to_c(trim(nth_name(handle%names, int(column) + 1)), buffer, size)
    end function nutate_history_name
 
    integer(c_int) function nutate_history_column(history, name, values, size) result(code) bind(C)
@@ -133,7 +133,7 @@ contains
       if (.not. associated(handle)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(values) .or. (size >= 0 .and. size < handle%rows)) return
-      wanted = text_from_c(name)
+      call take_text(name, wanted)
       do column = 1, handle%width
          if (nth_name(handle%names, column) == wanted .and. wanted /= '') exit
       end do
@@ -186,9 +186,11 @@ contains
       type(system_t) :: system
       integer(c_int), target :: failure(2)
       failure = 0
+      call lock_texts()
       call collector%columns%choose(from%scene%output%columns, status)
-      if (.not. status%ok()) return
       handle%names = collector%columns%header()
+      call unlock_texts()
+      if (.not. status%ok()) return
       handle%width = collector%columns%width
       allocate (handle%values(handle%width, first_room))
       call copy_system(from%scene%system, system, c_loc(failure))
@@ -212,17 +214,21 @@ contains
       failure = 0
       call copy_system(from%scene%system, system, c_loc(failure))
       writer%failure => failure
+      call lock_texts()
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
                        from%scene%integrator%inverse_auxiliary_inertia, status)
+      call unlock_texts()
       if (.not. status%ok()) return
       call add_failure(failure, status)
       if (status%ok()) call run_scene(from%scene, system, writer, status)
       call add_failure(failure, status)
+      call lock_texts()
       if (status%ok()) then
          call writer%finish(status)
       else
          call writer%abandon(closing)
       end if
+      call unlock_texts()
    end subroutine write_file
 
    !> Keeps a row. Errors: those of callbacks, `NUTATE_NOT_FINITE`, `NUTATE_NO_MEMORY`.

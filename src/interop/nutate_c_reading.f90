@@ -5,7 +5,7 @@ module nutate_c_reading
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
    use nutate_c_rows, only: present_record, work_done
-   use nutate_c_text, only: nth_name, text_from_c, text_to_c
+   use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: conserved_momentum
@@ -160,7 +160,7 @@ contains
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      list = text_from_c(sets)
+      call take_text(sets, list)
       if (list == '') then
          code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is named', 'sets'))
       else
@@ -184,7 +184,7 @@ contains
       if (code /= NUTATE_OK) return
       code = NUTATE_BAD_ARGUMENT
       if (column < 0 .or. column >= handle%columns%width) return
-      code = text_to_c(nth_name(handle%columns%header(), int(column) + 1), buffer, size)
+      code = text_to_c(trim(nth_name(handle%names, int(column) + 1)), buffer, size)
    end function nutate_stepper_column
 
    integer(c_int) function nutate_stepper_row(stepper, row, size) result(code) bind(C)
@@ -232,6 +232,7 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       character(len=*), intent(in) :: list
       character(len=name_length), allocatable :: sets(:)
+      character(len=:), allocatable :: names
       type(columns_t) :: columns
       type(status_t) :: status
       integer :: i, commas
@@ -240,7 +241,10 @@ contains
       do i = 1, size(sets)
          sets(i) = nth_name(list, i)
       end do
+      call lock_texts()
       call columns%choose(sets, status)
+      if (status%ok()) names = columns%header()
+      call unlock_texts()
       if (status%ok()) then
          handle%failure = 0
          call columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
@@ -250,6 +254,7 @@ contains
          if (columns%follows_steps) call columns%follow(handle%state)
          handle%columns = columns
          handle%sets = sets
+         handle%names = names
          if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
                                                         need_attitude(sets)
          handle%ready = .false.

@@ -5,7 +5,7 @@ module nutate_c_scene
    use nutate_c_handles, only: conclude, erase_mark, find_scene, null_argument, open_slot, report, scene_handle_t, &
       SCENE_MARK
    use nutate_c_system, only: add_callback_potential, add_callback_torque, keep_system
-   use nutate_c_text, only: message_to_c, text_from_c, text_to_c
+   use nutate_c_text, only: lock_texts, message_to_c, take_text, text_to_c, unlock_texts
    use nutate_hamiltonian, only: angular_velocity
    use nutate_scene, only: parse_scene, read_scene
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
@@ -144,7 +144,7 @@ contains
       integer(c_size_t), intent(in) :: n_overrides, size
       type(c_ptr), pointer :: slot
       type(scene_handle_t), pointer :: handle
-      character(len=:), allocatable :: settings(:), text, called
+      character(len=:), allocatable :: settings(:), text, called, content
       type(status_t) :: status
       integer :: failed
 
@@ -159,12 +159,15 @@ contains
       text = trim(status%message)
       if (status%ok()) then
          called = 'scene'
-         if (c_associated(name)) called = text_from_c(name)
+         if (c_associated(name)) call take_text(name, called)
+         call take_text(source, content)
+         call lock_texts()
          if (is_file) then
             call read_scene(called, handle%scene, status, text, settings)
          else
-            call parse_scene(text_from_c(source), called, handle%scene, status, text, settings)
+            call parse_scene(content, called, handle%scene, status, text, settings)
          end if
+         call unlock_texts()
          if (status%ok()) then
             handle%mark = SCENE_MARK
             slot = c_loc(handle)
@@ -184,6 +187,7 @@ contains
       character(len=:), allocatable, intent(out) :: texts(:)
       type(status_t), intent(out) :: status
       type(c_ptr), pointer :: list(:)
+      character(len=:), allocatable :: text
       integer :: i, longest
       !> More settings than any scene has.
       integer, parameter :: most = 10000
@@ -201,11 +205,13 @@ contains
       longest = 1
       do i = 1, int(n)
          if (.not. c_associated(list(i))) status = null_argument('overrides[i]')
-         longest = max(longest, len(text_from_c(list(i))))
+         call take_text(list(i), text)
+         longest = max(longest, len(text))
       end do
       allocate (character(len=longest) :: texts(n))
       do i = 1, int(n)
-         texts(i) = text_from_c(list(i))
+         call take_text(list(i), text)
+         texts(i) = text
       end do
    end subroutine take_overrides
 

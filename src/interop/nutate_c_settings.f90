@@ -2,6 +2,7 @@
 module nutate_c_settings
    use nutate_c_effects, only: add_failure, has_callbacks
    use nutate_c_handles, only: stepper_handle_t
+   use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: total_energy
    use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL, KEY_TEXT
@@ -43,9 +44,12 @@ contains
       do i = 1, size(ways)
          if (any(ways == key)) call drop(groups(1), trim(ways(i)))
       end do
+      call lock_texts()
       call apply_override('integrator.'//key//'='//literal(kinds(1), key, value), kinds, groups, error)
+      call unlock_texts()
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text, key)
+         handle%text = error%text
          return
       end if
       handle%group = groups(1)
@@ -123,7 +127,9 @@ contains
       ! What is read here must be a complete group.
       if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
       call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
+      call lock_texts()
       call build_integrator(group, handle%settings, handle%plan, handle%control, error)
+      call unlock_texts()
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text)
          return

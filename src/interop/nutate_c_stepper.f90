@@ -6,7 +6,7 @@ module nutate_c_stepper
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
    use nutate_c_settings, only: prepare, set_key
-   use nutate_c_text, only: text_from_c
+   use nutate_c_text, only: lock_texts, take_text, unlock_texts
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
@@ -95,13 +95,16 @@ contains
 
    integer(c_int) function nutate_stepper_set(stepper, key, value) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, key, value
+      character(len=:), allocatable :: name, text
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
       if (c_associated(key) .and. c_associated(value)) then
-         call set_key(handle, text_from_c(key), text_from_c(value), status)
+         call take_text(key, name)
+         call take_text(value, text)
+         call set_key(handle, name, text, status)
       else
          status = null_argument('key or value')
       end if
@@ -238,7 +241,10 @@ contains
       character(len=*), intent(in) :: sets(:)
       type(status_t), intent(out) :: status
       handle%sets = sets
+      call lock_texts()
       call handle%columns%choose(handle%sets, status)
+      handle%names = handle%columns%header()
+      call unlock_texts()
       if (status%ok()) call replace_state(handle, state, status)
    end subroutine take_start
 

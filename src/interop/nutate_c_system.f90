@@ -7,7 +7,7 @@ module nutate_c_system
       put_text
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_system, null_argument, open_slot, report, &
       system_handle_t, SYSTEM_MARK
-   use nutate_c_text, only: text_from_c
+   use nutate_c_text, only: lock_texts, take_text, unlock_texts
    use nutate_effect_list, only: effect_list_t
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp
@@ -58,6 +58,7 @@ contains
       real(c_double), intent(in), optional :: center_of_mass(3)
       type(c_ptr), intent(in), value :: system, message
       type(group_t) :: group
+      character(len=:), allocatable :: name
       real(c_double), pointer :: numbers(:)
       integer(c_size_t) :: n
       logical :: complete
@@ -68,7 +69,8 @@ contains
          n = maxval(shape_kinds%sizes) + 1
          if (n_lengths >= 0) n = min(n, n_lengths)
          call c_f_pointer(lengths, numbers, [n])
-         call put_text(group, 'shape', text_from_c(shape))
+         call take_text(shape, name)
+         call put_text(group, 'shape', name)
          call put_numbers(group, 'size', numbers)
       end if
       if (given(mass)) call put_numbers(group, 'mass', [mass])
@@ -80,6 +82,7 @@ contains
    integer(c_int) function nutate_system_parse(text, system, message, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: text, system, message
       integer(c_size_t), intent(in), value :: size
+      character(len=:), allocatable :: content
       type(c_ptr), pointer :: slot
       type(system_t) :: built
       type(status_t) :: status
@@ -89,7 +92,10 @@ contains
       else if (.not. c_associated(text)) then
          status = null_argument('text')
       else
-         call parse_system(text_from_c(text), built, status)
+         call take_text(text, content)
+         call lock_texts()
+         call parse_system(content, built, status)
+         call unlock_texts()
          if (status%ok()) call keep_system(built, slot, status)
       end if
       code = report(status, message, size)
@@ -129,13 +135,17 @@ contains
 
    integer(c_int) function nutate_system_add_groups(system, text) result(code) bind(C)
       type(c_ptr), intent(in), value :: system, text
+      character(len=:), allocatable :: content
       type(system_handle_t), pointer :: handle
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
       handle => find_system(system)
       if (.not. associated(handle)) return
       if (c_associated(text)) then
-         call add_groups(text_from_c(text), handle%system, status)
+         call take_text(text, content)
+         call lock_texts()
+         call add_groups(content, handle%system, status)
+         call unlock_texts()
       else
          status = null_argument('text')
       end if
@@ -202,8 +212,10 @@ contains
       else if (.not. complete) then
          status = null_argument(missing)
       else
+         call lock_texts()
          call check_shape(group, status)
          if (status%ok()) call make_body_of(group, built, status)
+         call unlock_texts()
          if (status%ok()) call keep_system(built, slot, status)
       end if
       code = report(status, message, size)

@@ -4,6 +4,7 @@ module nutate_c_system_effects
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_c_groups, only: add_effect_of, put_numbers
    use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
+   use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE
@@ -127,7 +128,9 @@ contains
       if (missing) then
          status = fail(NUTATE_BAD_ARGUMENT, name//': an argument is NULL')
       else
+         call lock_texts()
          call add_effect_of(group, handle%system, status)
+         call unlock_texts()
       end if
       code = conclude(handle, status)
    end function add

@@ -1,13 +1,26 @@
 !> Texts from and to C.
+!>
+!> gfortran keeps the length of a function's result in a static variable where it is not known beforehand: two threads
+!> that read scenes, settings or names of columns could take each other's lengths. What calls such functions holds a
+!> lock; steps and runs do not.
 module nutate_c_text
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr, c_size_t
+   use nutate_keys, only: name_length
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_OK, NUTATE_TRUNCATED
    implicit none
    private
 
-   public :: text_from_c, text_to_c, message_to_c, nth_name
+   public :: take_text, text_to_c, message_to_c, nth_name, lock_texts, unlock_texts
 
    interface
+      !> Waits until no other thread reads texts.
+      subroutine lock_texts() bind(C, name='nutate_c_lock_texts')
+      end subroutine lock_texts
+
+      !> Lets the next thread read texts.
+      subroutine unlock_texts() bind(C, name='nutate_c_unlock_texts')
+      end subroutine unlock_texts
+
       pure integer(c_size_t) function strlen(text) bind(C, name='strlen')
          import :: c_ptr, c_size_t
          type(c_ptr), intent(in), value :: text
@@ -17,10 +30,10 @@ module nutate_c_text
 contains
 
    !> A text that C gave; empty where it is null.
-   function text_from_c(address) result(text)
+   subroutine take_text(address, text)
       !> Ended by NUL.
       type(c_ptr), intent(in) :: address
-      character(len=:), allocatable :: text
+      character(len=:), allocatable, intent(out) :: text
       character(kind=c_char), pointer :: bytes(:)
       integer :: i, length
       text = ''
@@ -32,7 +45,7 @@ contains
       do i = 1, length
          text(i:i) = bytes(i)
       end do
-   end function text_from_c
+   end subroutine take_text
 
    !> Writes a text into a buffer of C, cut to what fits and ended by NUL: `NUTATE_OK` or `NUTATE_TRUNCATED`;
    !> `NUTATE_BAD_ARGUMENT` for a buffer that is null or has no room for the NUL.
@@ -70,7 +83,7 @@ contains
       character(len=*), intent(in) :: list
       !> Counted from 1.
       integer, intent(in) :: n
-      character(len=:), allocatable :: name
+      character(len=name_length) :: name
       integer :: first, comma, i
       first = 1
       do i = 1, n - 1
