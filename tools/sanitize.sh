@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds everything with the address and undefined-behaviour sanitizers and floating-point traps, and runs the unit
 # tests and the command-line tests. What a sanitizer finds ends the program, so that the test fails.
+#    tools/sanitize.sh [unit|cli]...
 set -u
 . "$(dirname "$0")/environment.sh"
 
@@ -11,4 +12,5 @@ export LSAN_OPTIONS=suppressions=$top/tools/sanitize.supp:print_suppressions=0
 export ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=0 UBSAN_OPTIONS=print_stacktrace=1
 # Tests that measure time know by this that it says nothing here.
 export NUTATE_SLOW_BUILD=1
-bash tools/test.sh unit cli as sanitize
+[ $# -gt 0 ] || set -- unit cli
+bash tools/test.sh "$@" as sanitize

@@ -20,6 +20,9 @@ TOP = """&body inertia = 5.0, 5.0, 1.0, mass = 1.0, center_of_mass = 0.0, 0.0, 1
 &integrator time_step = 0.005, end_time = 1.0 /
 """
 
+# How long a hanging program is waited for, s; sanitizers and their like take their time.
+PATIENCE = 600 if os.environ.get("NUTATE_SLOW_BUILD") else 60
+
 COLUMNS = {
     "quaternion": ["q0", "q1", "q2", "q3"],
     "conjugate_momentum": ["p0", "p1", "p2", "p3"],
@@ -67,7 +70,7 @@ class CommandLineTest(unittest.TestCase):
     def nutate(self, *arguments, **options):
         """Runs the program in the folder; its outcome with stdout and stderr as text."""
         return subprocess.run([self.program, *arguments], cwd=self.folder, capture_output=True, text=True,
-                              timeout=60, check=False, **options)
+                              timeout=PATIENCE, check=False, **options)
 
     def succeed(self, *arguments, **options):
         done = self.nutate(*arguments, **options)
