@@ -92,7 +92,16 @@ contains
    subroutine add(notes, text)
       type(note_t), allocatable, intent(inout) :: notes(:)
       character(len=*), intent(in) :: text
-      notes = [notes, note_t(text)]
+      type(note_t), allocatable :: longer(:)
+      integer :: i, n
+      ! Not an array constructor: gfortran loses the components of what stands in one.
+      n = size(notes)
+      allocate (longer(n + 1))
+      do i = 1, n
+         call move_alloc(notes(i)%text, longer(i)%text)
+      end do
+      longer(n + 1)%text = text
+      call move_alloc(longer, notes)
    end subroutine add
 
 end module nutate_notes
