@@ -206,9 +206,11 @@ contains
       call self%columns%evaluate(none, state, record, values)
       change = values(2:4) - self%angles
       turn = self%invariants%momentum_scale/j3*abs(state%t - self%t)
-      self%jump = max(self%jump, abs(change(2))/turn)
-      if (max(values(3), self%angles(2)) < 0.5_wp*pi) self%jump = max(self%jump, abs(change(1) + change(3))/(2*turn))
-      if (min(values(3), self%angles(2)) > 0.5_wp*pi) self%jump = max(self%jump, abs(change(1) - change(3))/(2*turn))
+      if (turn > 1e-9_wp) then
+         self%jump = max(self%jump, abs(change(2))/turn)
+         if (max(values(3), self%angles(2)) < 0.5_wp*pi) self%jump = max(self%jump, abs(change(1) + change(3))/(2*turn))
+         if (min(values(3), self%angles(2)) > 0.5_wp*pi) self%jump = max(self%jump, abs(change(1) - change(3))/(2*turn))
+      end if
       if (.not. all(ieee_is_finite(values))) self%jump = huge(1.0_wp)
       self%angles = values(2:4)
       self%t = state%t
