@@ -1,7 +1,8 @@
 !> Scales: the same motion in any units, from a molecule to a planet, and inputs beyond all of them.
 module test_stability_scales
+   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_body, only: diagonal, make_body
+   use nutate_body, only: body_t, diagonal, make_body, make_shape_body
    use nutate_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
@@ -14,14 +15,15 @@ module test_stability_scales
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate, run_plan_t, run_summary_t
+   use nutate_scene, only: parse_scene, scene_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, status_t
    use nutate_stepper, only: stepper_t
    use test_problems, only: problem_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
-   use testdrive, only: error_type, new_unittest, unittest_type
+   use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -43,13 +45,16 @@ contains
       testsuite = [ &
                   new_unittest("a water molecule in SI units", water_in_si_units), &
                   new_unittest("the Earth in SI units", earth_in_si_units), &
-                  new_unittest("units of powers of two change no digit", units_change_no_digit)]
+                  new_unittest("units of powers of two change no digit", units_change_no_digit), &
+                  new_unittest("what is beyond all scales is refused", beyond_all_scales_is_refused), &
+                  new_unittest("bodies beyond all scales are refused", bodies_are_refused), &
+                  new_unittest("scenes beyond all scales are refused", scenes_are_refused)]
    end subroutine collect_stability_scales
 
    !> The cases, for `make stress`.
    function scales_cases() result(cases)
       type(stability_case_t), allocatable :: cases(:)
-      cases = [water_case(), earth_case(), units_case()]
+      cases = [water_case(), earth_case(), units_case(), beyond_case()]
    end function scales_cases
 
    type(stability_case_t) function water_case() result(item)
@@ -74,6 +79,14 @@ contains
       item%selected = EVERY_WAY
       item%run => run_units
    end function units_case
+
+   type(stability_case_t) function beyond_case() result(item)
+      item%name = 'states, steps and effects beyond all scales'
+      item%guards = 'numbers next to overflow, denormal, not finite: an error before the first step, '// &
+                    'without an exception of floating point'
+      item%selected = EVERY_WAY
+      item%run => run_beyond
+   end function beyond_case
 
    subroutine water_in_si_units(error)
       type(error_type), allocatable, intent(out) :: error
@@ -244,5 +257,137 @@ contains
       record%energy = max(record%energy, meter%invariants%energy_error())
       record%norm = max(record%norm, meter%invariants%norm_error)
    end subroutine run_in_units
+
+   subroutine beyond_all_scales_is_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, beyond_case())
+   end subroutine beyond_all_scales_is_refused
+
+   !> A body with one thing wrong with its motion, its step, or an effect; and with none, which must go.
+   subroutine run_beyond(way, whole, record)
+      type(way_t), intent(in) :: way
+      !> Makes no difference.
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      class(stepper_t), allocatable :: stepper
+      type(problem_t) :: problem
+      type(state_t) :: before
+      type(status_t) :: status
+      character(len=4) :: label
+      real(wp) :: dt
+      integer :: i
+      do i = 0, 19
+         call make_broken(i, problem, dt)
+         write (label, '(i0)') i
+         before = problem%start
+         call make_stepper(problem%system, way%settings(problem%system), stepper, status)
+         if (status%ok()) call stepper%step(problem%system, problem%start, dt, status)
+         if (i == 0) then
+            call record%require(status%ok(), trim(status%message))
+            record%steps = record%steps + 1
+         else
+            call record%require(any(status%code == [NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY]), 'accepted: '//label)
+            call record%require(len_trim(status%message) > 0, 'no reason: '//label)
+            call record%require(same_bits(before, problem%start), 'state touched: '//label)
+         end if
+      end do
+      record%outcome = '19 of 19 refused'
+   end subroutine run_beyond
+
+   !> True if the states are the same to the last bit, numbers or not.
+   pure logical function same_bits(a, b)
+      type(state_t), intent(in) :: a, b
+      same_bits = all(transfer([a%t, a%q, a%p], [0_long]) == transfer([b%t, b%q, b%p], [0_long]))
+   end function same_bits
+
+   !> The i-th mistake; 0: none.
+   subroutine make_broken(i, problem, dt)
+      integer, intent(in) :: i
+      type(problem_t), intent(out) :: problem
+      !> s
+      real(wp), intent(out) :: dt
+      type(status_t) :: status
+      real(wp) :: omega(3), nan, infinity
+      nan = ieee_value(nan, ieee_quiet_nan)
+      infinity = ieee_value(infinity, ieee_positive_inf)
+      dt = 0.01_wp
+      omega = [1.0_wp, 2.0_wp, 3.0_wp]
+      if (i == 1) omega(1) = 1e200_wp
+      if (i == 2) omega = huge(1.0_wp)
+      if (i == 3) omega = 1e-310_wp
+      if (i == 4) omega(2) = nan
+      if (i == 5) omega(2) = infinity
+      if (i == 6) dt = 1e300_wp
+      if (i == 7) dt = 1e-310_wp
+      if (i == 8) dt = 0.0_wp
+      if (i == 9) dt = nan
+      if (i == 10) dt = 1e10_wp
+      if (i /= 11) call make_body(diagonal([1.0_wp, 2.0_wp, 2.5_wp]), problem%system%body, status, mass=1.0_wp, &
+                                  center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
+      associate (effects => problem%system%effects, body => problem%system%body)
+         if (i == 12) call effects%add(gravity_t(body, [0.0_wp, 0.0_wp, -1e308_wp]))
+         if (i == 13) call effects%add(spring_t([1e200_wp, 0.0_wp, 0.0_wp], [0.0_wp, 1e200_wp, 0.0_wp], 1.0_wp, 1.0_wp))
+         if (i == 14) call effects%add(damping_t([1e308_wp, 0.0_wp, nan]))
+         if (i == 15) call effects%add(applied_torque_t(name='torque', amplitude=[1e308_wp, 0.0_wp, 0.0_wp]))
+         if (i == 16) call effects%add(gravity_gradient_t(body, [1.0_wp, 0.0_wp, 1.0_wp], 1e308_wp))
+         if (i == 17) call effects%add(dipole_t([1e80_wp, 0.0_wp, 1.0_wp], [0.0_wp, 1e80_wp, 0.0_wp]))
+         if (i == 18) call effects%add(rotor_t(name='rotor', momentum=[1e308_wp, 0.0_wp, 0.0_wp]))
+      end associate
+      problem%start = make_state(problem%system, merge(0.0_wp, identity, i == 19), omega)
+   end subroutine make_broken
+
+   subroutine bodies_are_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: moments(5) = [1e-320_wp, 1e-309_wp, 1e-150_wp, 1e150_wp, 1.7e308_wp]
+      real(wp), parameter :: lengths(4) = [1e-320_wp, 1e-200_wp, 1e150_wp, 1e308_wp]
+      type(body_t) :: body
+      type(status_t) :: status
+      integer :: i
+      do i = 1, size(moments)
+         call make_body(diagonal(moments(i)*[1.0_wp, 1.0_wp, 1.0_wp]), body, status)
+         call check(error, status%code, NUTATE_BAD_BODY, 'moments')
+         if (allocated(error)) return
+         call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), body, status, mass=moments(i))
+         call check(error, status%code, NUTATE_BAD_ARGUMENT, 'mass')
+         if (allocated(error)) return
+         call make_shape_body('sphere', [1.0_wp], body, status, density=moments(i))
+         call check(error, status%code, NUTATE_BAD_ARGUMENT, 'density')
+         if (allocated(error)) return
+      end do
+      do i = 1, size(lengths)
+         call make_shape_body('box', [1.0_wp, lengths(i), 1.0_wp], body, status, mass=1.0_wp)
+         call check(error, status%code, NUTATE_BAD_ARGUMENT, 'length')
+         if (allocated(error)) return
+      end do
+      call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), body, status, mass=1e90_wp, &
+                     center_of_mass=[1e90_wp, 0.0_wp, 0.0_wp], about_center_of_mass=.true.)
+      call check(error, status%code, NUTATE_BAD_BODY, 'moved moments')
+   end subroutine bodies_are_refused
+
+   subroutine scenes_are_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: groups(10) = [character(len=110) :: &
+         '&gravity acceleration = 0, 0, 1e308 /', '&gravity acceleration = 0, 1e150, 0 /', &
+         '&dipole moment = 1e200, 0, 0, field = 0, 1e200, 0 /', &
+         '&gravity_gradient direction = 1, 0, 1, strength = 1e308 /', &
+         '&spring body_point = 1e200, 0, 0, anchor = 0, 1e200, 0, stiffness = 1, rest_length = 1 /', &
+         '&spring body_point = 1, 0, 0, anchor = 0, 1, 0, stiffness = 1e308 /', &
+         '&damping coefficient = 1e308, 0, 0 /', &
+         '&torque body = 1e308, 0, 0 /', '&rotor momentum = 1e308, 1e308, 0 /', &
+         '&torque space = 1, 0, 0, frequency = 1e308 /']
+      character(len=*), parameter :: rest = ' &body inertia = 1, 2, 2.5, mass = 1, center_of_mass = 0, 1, 1 / '// &
+         '&initial angular_velocity = 1, 2, 3 / &integrator time_step = 0.01, end_time = 1 /'
+      type(scene_t) :: scene
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      integer :: i
+      do i = 1, size(groups)
+         call parse_scene(trim(groups(i))//rest, 'scene.nml', scene, status, message)
+         call check(error, status%code, NUTATE_BAD_SCENE, trim(groups(i)))
+         if (allocated(error)) return
+      end do
+      call parse_scene('&gravity /'//rest, 'scene.nml', scene, status, message)
+      call check(error, status%ok(), message)
+   end subroutine scenes_are_refused
 
 end module test_stability_scales

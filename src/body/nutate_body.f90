@@ -13,6 +13,9 @@ module nutate_body
    !> How far a moment may exceed the sum of the other two, relative to the largest moment, before the body is
    !> called impossible: flat plates given with rounded numbers are valid.
    real(wp), parameter :: triangle_tolerance = 1e-12_wp
+   !> Moments of inertia (kg m²) and masses (kg) lie between these, distances (m) below the second, lengths of shapes
+   !> (m) between the last two: products of a few stay in the range of numbers.
+   real(wp), parameter :: least = 1e-100_wp, greatest = 1e100_wp, shortest = 1e-60_wp, longest = 1e60_wp
 
    !> A rigid body as the equations of motion need it. Made by `make_body` or `make_shape_body`.
    type :: body_t
@@ -36,13 +39,16 @@ module nutate_body
       logical :: idealised = .false.
    end type body_t
 
+   character(len=*), parameter :: beyond = 'the inertia is beyond all scales (expected 1e-100 to 1e100 kg m2)'
+
 contains
 
    !> A body from its inertia tensor.
    !>
    !> Errors: `NUTATE_BAD_BODY` with the reason: not finite, not symmetric, not positive definite (a moment that
-   !> vanishes: an infinitely thin rod), a moment larger than the sum of the other two.
-   !> `NUTATE_BAD_ARGUMENT`: mass not positive, centre of mass not finite, a shift asked for without a mass.
+   !> vanishes: an infinitely thin rod), a moment larger than the sum of the other two, moments not within 1e-100 to
+   !> 1e100 kg m². `NUTATE_BAD_ARGUMENT`: mass not within 1e-100 to 1e100 kg, centre of mass not finite or beyond
+   !> 1e100 m, a shift asked for without a mass.
    pure subroutine make_body(tensor, body, status, mass, center_of_mass, about_center_of_mass, check_triangle)
       !> Inertia tensor, body axes, kg m².
       real(wp), intent(in) :: tensor(3, 3)
@@ -107,6 +113,14 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'a length is not a finite number', 'size')
       else if (any(lengths <= 0.0_wp)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a length is not positive', 'size')
+      else if (any(lengths < shortest .or. lengths > longest)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a length is beyond all scales (expected 1e-60 to 1e60 m)', 'size')
+      else if (present(density)) then
+         if (.not. ieee_is_finite(density)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the density is not a finite number', 'mass')
+         else if (abs(density) > greatest) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the density is beyond all scales (expected below 1e100 kg/m3)', 'mass')
+         end if
       end if
       if (.not. status%ok()) return
       call measure_shape(shape, lengths, volume, gyration, status)
@@ -116,6 +130,8 @@ contains
       else
          m = density*volume
       end if
+      call set_mass(body, status, m)
+      if (.not. status%ok()) return
       call make_body(diagonal(m*gyration), body, status, m, center_of_mass, about_center_of_mass=.true.)
    end subroutine make_shape_body
 
@@ -129,14 +145,21 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, 'the mass is not a finite number', 'mass')
          else if (mass <= 0.0_wp) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the mass is not positive', 'mass')
+         else if (mass < least .or. mass > greatest) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the mass is beyond all scales (expected 1e-100 to 1e100 kg)', 'mass')
          end if
+         if (.not. status%ok()) return
          body%mass = mass
          body%has_mass = .true.
       end if
       if (present(center_of_mass)) then
-         if (.not. all(ieee_is_finite(center_of_mass))) &
+         if (.not. all(ieee_is_finite(center_of_mass))) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is not finite', 'center_of_mass')
-         body%center_of_mass = center_of_mass
+         else if (any(abs(center_of_mass) > greatest)) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is beyond all scales (expected below 1e100 m)', &
+                          'center_of_mass')
+         end if
+         if (status%ok()) body%center_of_mass = center_of_mass
       end if
    end subroutine set_mass
 
@@ -164,6 +187,8 @@ contains
       type(status_t), intent(out) :: status
       if (.not. all(ieee_is_finite(tensor))) then
          status = fail(NUTATE_BAD_BODY, 'the inertia is not finite', 'inertia')
+      else if (any(abs(tensor) > greatest)) then
+         status = fail(NUTATE_BAD_BODY, beyond, 'inertia')
       else if (maxval(abs(tensor - transpose(tensor))) > 8*eps*maxval(abs(tensor))) then
          status = fail(NUTATE_BAD_BODY, 'the inertia tensor is not symmetric', 'inertia')
       end if
@@ -235,6 +260,10 @@ contains
       character(len=120) :: text
 
       largest = maxval(body%moments)
+      if (largest > greatest .or. (largest > 0.0_wp .and. largest < least)) then
+         status = fail(NUTATE_BAD_BODY, beyond, 'inertia')
+         return
+      end if
       if (largest <= 0.0_wp .or. any(body%moments < -8*eps*largest)) then
          status = fail(NUTATE_BAD_BODY, 'the inertia is not positive definite: every principal moment must be '// &
                        'positive', 'inertia')
@@ -243,6 +272,10 @@ contains
       if (any(body%moments <= 8*eps*largest)) then
          status = fail(NUTATE_BAD_BODY, 'a principal moment of inertia is zero: an infinitely thin rod has no '// &
                        'inertia about its axis, so its spin is undefined', 'inertia')
+         return
+      end if
+      if (any(body%moments < least)) then
+         status = fail(NUTATE_BAD_BODY, beyond, 'inertia')
          return
       end if
       body%breaks_triangle = triangle_excess(body%moments) > triangle_tolerance

@@ -5,6 +5,7 @@
 !> that the physical body is its default.
 module nutate_hamiltonian
    use nutate_body, only: body_t
+   use nutate_effect, only: are_in_range
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, rotate_to_space
@@ -20,7 +21,8 @@ module nutate_hamiltonian
 
 contains
 
-   !> The state of a body that has an attitude and an angular velocity.
+   !> The state of a body that has an attitude and an angular velocity. What is not finite or beyond 1e100 gives a
+   !> momentum that every stepper refuses.
    pure type(state_t) function make_state(system, q, omega, t) result(state)
       !> Its inertia and rotors count.
       type(system_t), intent(in) :: system
@@ -32,6 +34,8 @@ contains
       real(wp), intent(in), optional :: t
       if (present(t)) state%t = t
       state%q = q
+      state%p = huge(1.0_wp)
+      if (.not. are_in_range([q, omega, system%effects%rotor_momentum])) return
       state%p = 2*quat_product(q, [0.0_wp, matmul(system%body%inertia, omega) + system%effects%rotor_momentum])
    end function make_state
 

@@ -1,8 +1,9 @@
 !> A torque applied along axes of the body or of space, harmonic in time, within a window of time:
 !> τ = τ₀ cos(2πft + phase) from start to stop.
 module nutate_applied_torque
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, torque_t, GENERAL_SERIES
+   use nutate_effect, only: are_in_range, effect_t, GENERAL_SERIES, torque_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: rotate_to_body
@@ -36,6 +37,7 @@ module nutate_applied_torque
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
    contains
       procedure :: torque => applied_torque
+      procedure :: in_range => torque_in_range
       procedure :: derivatives => applied_derivatives
       procedure :: window => applied_window
       procedure :: needs_attitude => attitude_in_space
@@ -161,5 +163,12 @@ contains
          tau = tau + memory(k - j, 1)*gamma(:, j)
       end do
    end subroutine harmonic_torque
+
+   !> Start and stop may be anything that can be compared.
+   pure logical function torque_in_range(self)
+      class(applied_torque_t), intent(in) :: self
+      torque_in_range = are_in_range([self%amplitude, self%frequency, self%phase]) .and. &
+                        .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+   end function torque_in_range
 
 end module nutate_applied_torque

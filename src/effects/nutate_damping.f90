@@ -1,7 +1,7 @@
 !> Viscous damping in body axes: τ = -diag(c) Ω.
 module nutate_damping
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, torque_t, LINEAR_SERIES
+   use nutate_effect, only: are_in_range, effect_t, LINEAR_SERIES, torque_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_status, only: status_t
@@ -19,6 +19,7 @@ module nutate_damping
       real(wp) :: coefficient(3) = 0.0_wp
    contains
       procedure :: torque => damping_torque
+      procedure :: in_range => damping_in_range
       procedure :: derivatives => damping_derivatives
       procedure :: needs_attitude => no_attitude
       procedure :: series_kind => linear_kind
@@ -89,5 +90,10 @@ contains
          drag(i, i) = -self%coefficient(i)
       end do
    end function damping_drag
+
+   pure logical function damping_in_range(self)
+      class(damping_t), intent(in) :: self
+      damping_in_range = are_in_range(self%coefficient)
+   end function damping_in_range
 
 end module nutate_damping

@@ -1,7 +1,7 @@
 !> The gradient of a central gravity field over an orbiting body: V = ½·3(μ/r³) γᵀJγ, γ = Rᵀn.
 module nutate_gravity_gradient
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, potential_t, GENERAL_SERIES
+   use nutate_effect, only: are_in_range, effect_t, GENERAL_SERIES, potential_t
    use nutate_keys, only: group_t, key_t, NOT_ZERO
    use nutate_kinds, only: wp
    use nutate_status, only: status_t
@@ -27,6 +27,7 @@ module nutate_gravity_gradient
       real(wp) :: offset = 0.0_wp
    contains
       procedure :: energy => quadratic_energy
+      procedure :: in_range => gradient_in_range
       procedure :: gradient => quadratic_gradient
       procedure :: hessian => quadratic_hessian
       procedure :: discrete_gradient => midpoint_gradient
@@ -55,6 +56,10 @@ contains
       real(wp) :: scaled(3), middle
       integer :: i
       gradient%name = 'gravity_gradient'
+      if (.not. are_in_range([direction, strength]) .or. all(direction == 0.0_wp)) then
+         gradient%offset = huge(1.0_wp)
+         return
+      end if
       ! Scaled first: the squares of a long or short vector would leave the range of numbers.
       scaled = direction/maxval(abs(direction))
       gradient%direction = scaled/norm2(scaled)
@@ -139,5 +144,10 @@ contains
          tau(3) = tau(3) + (gamma(1, j)*memory(k - j, 2) - gamma(2, j)*memory(k - j, 1))
       end do
    end subroutine quadratic_torque
+
+   pure logical function gradient_in_range(self)
+      class(gravity_gradient_t), intent(in) :: self
+      gradient_in_range = are_in_range([self%direction, reshape(self%stiffness, [9]), self%offset])
+   end function gradient_in_range
 
 end module nutate_gravity_gradient

@@ -1,6 +1,6 @@
 !> Potentials linear in a direction, U = -m·γ: what weight and a magnetic dipole have in common.
 module nutate_linear_potential
-   use nutate_effect, only: potential_t, LINEAR_SERIES
+   use nutate_effect, only: are_in_range, LINEAR_SERIES, potential_t
    use nutate_kinds, only: wp
    implicit none
    private
@@ -14,6 +14,7 @@ module nutate_linear_potential
       real(wp) :: moment(3) = 0.0_wp
    contains
       procedure :: energy => linear_energy
+      procedure :: in_range => linear_in_range
       procedure :: gradient => constant_gradient
       procedure :: hessian => no_hessian
       procedure :: discrete_gradient => constant_discrete_gradient
@@ -69,5 +70,11 @@ contains
       real(wp) :: moment(3)
       moment = self%moment
    end function constant_moment
+
+   pure logical function linear_in_range(self)
+      class(linear_potential_t), intent(in) :: self
+      linear_in_range = are_in_range([self%moment, self%direction])
+      if (linear_in_range) linear_in_range = are_in_range([maxval(abs(self%moment))*maxval(abs(self%direction))])
+   end function linear_in_range
 
 end module nutate_linear_potential

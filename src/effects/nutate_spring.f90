@@ -1,7 +1,7 @@
 !> A spring between a point of the body and an anchor fixed in space: V = ½k(|Rx - a| - l₀)².
 module nutate_spring
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, potential_t, GENERAL_SERIES, LINEAR_SERIES
+   use nutate_effect, only: are_in_range, effect_t, GENERAL_SERIES, LINEAR_SERIES, potential_t
    use nutate_keys, only: group_t, key_t, NON_NEGATIVE
    use nutate_kinds, only: wp
    use nutate_series, only: power_term
@@ -39,6 +39,7 @@ module nutate_spring
       real(wp), private :: closeness = 1.0_wp
    contains
       procedure :: energy => spring_energy
+      procedure :: in_range => spring_in_range
       procedure :: gradient => spring_gradient
       procedure :: hessian => spring_hessian
       procedure :: discrete_gradient => spring_discrete_gradient
@@ -73,6 +74,7 @@ contains
       spring%stiffness = stiffness
       if (present(rest_length)) spring%rest_length = rest_length
       spring%closeness = 0.0_wp
+      if (.not. are_in_range([body_point, anchor])) return
       if (abs(norm2(body_point) - norm2(anchor)) <= nearly*norm2(anchor)) spring%closeness = 1.0_wp
    end function new_spring
 
@@ -221,5 +223,13 @@ contains
                 x(1)*shortened(2) - x(2)*shortened(1)]
       end associate
    end subroutine spring_torque
+
+   !> All that it is given, and its energy where it is longest.
+   pure logical function spring_in_range(self)
+      class(spring_t), intent(in) :: self
+      spring_in_range = are_in_range([self%direction, self%body_point, self%stiffness, self%rest_length])
+      if (spring_in_range) spring_in_range = are_in_range([self%stiffness*( &
+         sum(abs(self%direction)) + sum(abs(self%body_point)) + abs(self%rest_length))**2])
+   end function spring_in_range
 
 end module nutate_spring

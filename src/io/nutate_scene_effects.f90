@@ -76,6 +76,11 @@ contains
       real(wp) :: torque(3)
       integer :: i
 
+      if (.not. effect%in_range()) then
+         call error%raise(group%line, '&'//trim(group%name)//' is beyond all scales', &
+                          expected='energy and torque below 1e100 in SI units')
+         return
+      end if
       call alone%add(effect)
       torque = potential_torque(alone, q)
       do i = 1, alone%n_torques

@@ -7,10 +7,12 @@
 module nutate_nielsen_krenk
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
+   use nutate_effect, only: are_in_range
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
    use nutate_newton, only: attitude_noise, continue_steps, degree, has_converged, patience, remember, too_slow
    use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_range, only: check_start, check_system
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH
@@ -51,6 +53,8 @@ module nutate_nielsen_krenk
       integer :: known = 0
       !> Step of the increments, s.
       real(wp) :: last_dt = 0.0_wp
+      !> The next step is the first since `prepare`.
+      logical :: untested = .true.
    contains
       procedure :: prepare
       procedure :: step
@@ -62,7 +66,8 @@ module nutate_nielsen_krenk
 
 contains
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` where projection is switched off with an infinite J0.
+   !> Errors: `NUTATE_BAD_ARGUMENT` where projection is switched off with an infinite J0, or J0 is not positive; those
+   !> of `check_system`.
    subroutine prepare(self, system, settings, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -72,6 +77,15 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'without projection the auxiliary inertia must be finite', 'projection')
          return
       end if
+      if (.not. are_in_range([settings%inverse_auxiliary_inertia]) .or. &
+          settings%inverse_auxiliary_inertia < 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or beyond all scales', &
+                       'auxiliary_inertia')
+         return
+      end if
+      call check_system(system, status)
+      if (.not. status%ok()) return
+      self%untested = .true.
       self%settings = settings
       call self%equations%forces%prepare(system%effects, settings%projection)
       self%inverse_dt = 0.0_wp
@@ -91,6 +105,11 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: z(8), a(4), decisive
 
+      if (self%untested) then
+         call check_start(system, state, dt, status)
+         if (status%code /= 0) return
+         self%untested = .false.
+      end if
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
       self%iterations = 0

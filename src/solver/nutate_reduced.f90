@@ -7,6 +7,7 @@ module nutate_reduced
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, eps
    use nutate_newton, only: attitude_noise, has_converged, patience, too_slow
+   use nutate_range, only: check_start, check_system
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
@@ -70,7 +71,8 @@ module nutate_reduced
 
 contains
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` where the settings switch the projection off: the reduced form has it built in.
+   !> Errors: `NUTATE_BAD_ARGUMENT` where the settings switch the projection off: the reduced form has it built in;
+   !> those of `check_system`.
    subroutine prepare(self, system, settings, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -80,6 +82,8 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the reduced form cannot leave the projection out', 'projection')
          return
       end if
+      call check_system(system, status)
+      if (.not. status%ok()) return
       self%settings = settings
       call self%equations%forces%prepare(system%effects, .true.)
       self%equations%dt = 0.0_wp
@@ -102,7 +106,7 @@ contains
       real(wp) :: b(3), decisive
       integer :: spent
 
-      if (self%untested) call test_manifold(self, state, status)
+      if (self%untested) call test_start(self, system, state, dt, status)
       if (status%code /= 0) return
       if (dt /= self%equations%dt) call change_step(self, system, dt)
       decisive = state%t + 0.5_wp*dt
@@ -236,11 +240,16 @@ contains
       end do
    end subroutine remember
 
-   !> Refuses a state that is not a rotating body's.
-   subroutine test_manifold(self, state, status)
+   !> Refuses a state that is not a rotating body's, or beyond all scales.
+   subroutine test_start(self, system, state, dt, status)
       class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
+      !> s
+      real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
+      call check_start(system, state, dt, status)
+      if (status%code /= 0) return
       if (.not. (abs(dot_product(state%q, state%q) - 1) <= on_manifold .and. &
                  abs(dot_product(state%q, state%p)) <= on_manifold*norm2(state%p))) then
          status = fail(NUTATE_BAD_ARGUMENT, "the reduced form needs |q| = 1 and q.p = 0 "// &
@@ -248,7 +257,7 @@ contains
          return
       end if
       self%untested = .false.
-   end subroutine test_manifold
+   end subroutine test_start
 
    !> Newton's iteration from the guess b to the root.
    subroutine iterate(self, system, b, status)
