@@ -56,7 +56,8 @@ contains
          call check_close(error, product_term(k, geometric, geometric), real(k + 1, wp), 0.0_wp, "product")
          if (allocated(error)) return
          wave(k) = cosine_term(k, 0.4_wp, 1.5_wp, wave)
-         call check_close(error, wave(k), cos(0.4_wp + k*acos(0.0_wp))*1.5_wp**k/gamma(real(k + 1, wp)), 8*eps, "cosine")
+         call check_close(error, wave(k), cos(0.4_wp + k*acos(0.0_wp))*1.5_wp**k/gamma(real(k + 1, wp)), 8*eps, &
+                          "cosine")
          if (allocated(error)) return
          if (k == 0) cycle
          root(k) = power_term(k, -0.5_wp, base, root)

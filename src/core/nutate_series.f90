@@ -13,8 +13,8 @@ module nutate_series
    integer, parameter :: highest_order = 28
 
    !> 1, 2, ...; shape (29).
-   integer, parameter :: numbers(highest_order + 1) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, &
-                                                       20, 21, 22, 23, 24, 25, 26, 27, 28, 29]
+   integer, parameter :: numbers(highest_order + 1) = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, &
+                                                       19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29]
    !> 1/k; shape (29).
    real(wp), parameter :: inverses(highest_order + 1) = 1.0_wp/numbers
 
@@ -56,7 +56,7 @@ contains
       !> rad, and rad per unit of time.
       real(wp), intent(in) :: phase, rate
       !> Coefficients 0..k-1.
-      real(wp), intent(in) :: cosine(0:*)
+      real(wp), intent(in) :: cosine(0:max(k - 1, 0))
       select case (k)
       case (0)
          term = cos(phase)

@@ -113,8 +113,8 @@ contains
    subroutine ask_method(system, settings, power, chooses, status)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> Power of the error rate that the error goes as: 1, and more where a method's own estimate is of lower order than
-      !> the method.
+      !> Power of the error rate that the error goes as: 1, and more where a method's own estimate is of lower order
+      !> than the method.
       real(wp), intent(out) :: power
       !> The method chooses its steps, and its order with them: their number tells nothing of the error.
       logical, intent(out) :: chooses

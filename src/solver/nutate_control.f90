@@ -194,8 +194,8 @@ contains
             return
          end if
          if (self%half%chooses_steps) then
-            call self%half%choose_step(system, state, step_goal_t(self%goal%local_tolerance, self%goal%error_rate, t_end), &
-                                       self%step, status)
+            call self%half%choose_step(system, state, step_goal_t(self%goal%local_tolerance, self%goal%error_rate, &
+                                                                  t_end), self%step, status)
             if (.not. status%ok()) return
             self%step = min(self%step, self%longest)
          end if

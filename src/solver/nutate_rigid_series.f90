@@ -1,20 +1,17 @@
 !> The motion of a rigid body as power series in time: body momentum, and directions fixed in space as the body sees
 !> them.
 !>
-!>     L̇ = L×Ω + τ,   ĖE = E×Ω,   Ω = J⁻¹(L - h),   E = R(q)ᵀe
+!>     L̇ = L×Ω + τ,   Ė = E×Ω,   Ω = J⁻¹(L - h),   E = R(q)ᵀe
 !>
 !> Everything turns against the body alike, so that L and the rows E are lanes of one product with Ω: two lanes make a
-!> pair, which is what a vector unit takes at a time. Two or three rows are the attitude, and cost less than the series of
-!> q; without torque L itself is one of them, and one pair does.
-!>
-!> A top, a body of diagonal inertia under one linear potential, needs neither the third row nor L: with Euler's equations
-!> in Ω, three products replace six.
-!>
-!> In a coefficient the products with the newest coefficients come last: those before do not wait for them.
+!> pair, which is what a vector unit takes at a time. Three rows are the attitude, and cost less than the series of q;
+!> without torque L is one of them, another follows, and one pair does. A free body and a top of diagonal inertia have
+!> series of their own (`nutate_euler_series`).
 module nutate_rigid_series
    use nutate_effect_list, only: effect_list_t
+   use nutate_euler_series, only: expand_free, expand_top, steepest
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: cross
+   use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_series, only: highest_order, inverses
    use nutate_series_torques, only: series_torques_t
    use nutate_system, only: system_t
@@ -23,33 +20,36 @@ module nutate_rigid_series
 
    public :: rigid_series_t
 
-   !> Coefficients of a body's turn that grow faster than this to the power of their index overflow sooner or later.
-   real(wp), parameter :: steepest = 1e4_wp
+   !> The equations used: L and three rows; L and one; a top; a free body.
+   integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4
+   !> Momentum below this part of that of a rotor does not tell the attitude well enough.
+   real(wp), parameter :: telling = 1e-2_wp
 
    !> Series of one step.
    type :: rigid_series_t
-      !> Lanes (L, E1) and (E2, E3); body axes; shape (2, 3, 0:highest_order).
-      real(wp) :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
+      !> Highest coefficient, to be set.
+      integer :: order = 0
+      !> Start and unit of time, s, to be set; the unit is negative backwards in time.
+      real(wp) :: t = 0.0_wp, unit = 1.0_wp
       !> Ω times the unit of time; shape (3, 0:highest_order).
       real(wp) :: turn(3, 0:highest_order) = 0.0_wp
-      !> Lanes (E1, E2) of a top; shape (2, 3, 0:highest_order).
-      real(wp), private :: rows(2, 3, 0:highest_order) = 0.0_wp
-      !> The series are those of a top; else pairs of lanes in use.
-      logical :: is_top = .false.
-      integer :: n_pairs = 2
-      !> Highest coefficient.
-      integer :: order = 0
-      !> Moments over the unit of time, and L at the start, of a top; shape (3).
-      real(wp), private :: inertia(3) = 0.0_wp, momentum(3) = 0.0_wp
-      !> Start and unit of time, s; the unit is negative backwards in time.
-      real(wp) :: t = 0.0_wp, unit = 1.0_wp
       type(series_torques_t) :: torques
+      !> `TWO_PAIRS`, ...: of the system, and of the present series.
+      integer, private :: best = TWO_PAIRS, equations = TWO_PAIRS
+      !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
+      real(wp), private :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
+      !> Angle about the momentum of a free body, rad; shape (0:highest_order).
+      real(wp), private :: angle(0:highest_order) = 0.0_wp
+      !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
+      real(wp), private :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
+      !> The rows at the start; second, of one pair, and of a free body the only one: L/|L|; shape (3,3).
+      real(wp), private :: frame(3, 3) = 0.0_wp
    contains
+      !> Finds out which equations do.
+      procedure :: prepare
       !> Computes the coefficients.
       procedure :: expand
-      !> Finds out which equations do.
-      procedure :: choose_equations
-      !> Momentum and rows at a time.
+      !> Momentum and turn at a time.
       procedure :: evaluate
       !> Size of a coefficient.
       procedure :: size_of
@@ -58,227 +58,178 @@ module nutate_rigid_series
 
 contains
 
-   !> Finds out which equations do for a system.
-   pure subroutine choose_equations(self, system)
+   !> Finds out which equations do for a system, whose torques are prepared.
+   pure subroutine prepare(self, system, attitude)
       class(rigid_series_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      !> The attitude is wanted.
+      logical, intent(in) :: attitude
+      logical :: diagonal
       associate (j => system%body%inverse_inertia)
-         self%is_top = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
+         diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
       end associate
-      self%is_top = self%is_top .and. self%torques%n_moments == 1 .and. .not. self%torques%has_more
-      self%n_pairs = 2
-   end subroutine choose_equations
+      self%best = TWO_PAIRS
+      if (.not. self%torques%has_more .and. self%torques%rank == 0) then
+         self%best = ONE_PAIR
+         if (diagonal) self%best = FREE_BODY
+      else if (.not. self%torques%has_more .and. self%torques%n_moments == 1 .and. diagonal) then
+         self%best = TOP
+      else if (.not. attitude .and. self%torques%rank < 2) then
+         self%best = ONE_PAIR
+      end if
+   end subroutine prepare
 
    !> Computes the coefficients from the values at the start.
-   pure subroutine expand(self, system, acts, momentum, rows, converges)
-      !> `order`, `t` and `unit` are set.
+   pure subroutine expand(self, system, acts, q, momentum, converges)
       class(rigid_series_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> The torque acts; shape (number of torques).
       logical, intent(in) :: acts(:)
-      !> L, N m s, and the rows as columns; body axes; shapes (3), (3,3).
-      real(wp), intent(in) :: momentum(3), rows(3, 3)
+      !> Attitude, body→space, and L, body axes, N m s; shapes (4), (3).
+      real(wp), intent(in) :: q(4), momentum(3)
       !> False where the coefficients grow so fast that the unit of time is far too long.
       logical, intent(out) :: converges
-      if (self%is_top) then
-         call expand_top(self, system, momentum, rows, converges)
+      real(wp) :: c(3), moments(3, 3)
+      integer :: i
+      self%momentum = momentum
+      call choose_frame(self, system, q)
+      if (self%equations == TWO_PAIRS .or. self%equations == ONE_PAIR) then
+         call expand_pairs(self, system, acts, converges)
+         return
+      end if
+      associate (inverse => system%body%inverse_inertia, inertia => system%body%inertia)
+         do i = 1, 3
+            self%turn(i, 0) = self%unit*inverse(i, i)*momentum(i)
+            self%inertia(i) = inertia(i, i)/self%unit
+            moments(:, i) = (self%unit*inverse(i, i))*(self%unit*self%torques%moments(:, 1))
+         end do
+         c = [inverse(1, 1)*(inertia(2, 2) - inertia(3, 3)), inverse(2, 2)*(inertia(3, 3) - inertia(1, 1)), &
+              inverse(3, 3)*(inertia(1, 1) - inertia(2, 2))]
+      end associate
+      if (self%equations == TOP) then
+         self%lanes_1(1, :, 0) = self%frame(:, 1)
+         self%lanes_1(2, :, 0) = self%frame(:, 2)
+         call expand_top(self%order, c, moments, self%turn, self%lanes_1, converges)
       else
-         call expand_pairs(self, system, acts, momentum, rows, converges)
+         call expand_free(self%order, c, self%inertia/length_of(momentum), self%frame(:, 2), self%turn, self%angle, &
+                          converges)
       end if
    end subroutine expand
 
-   !> Ω and two rows of a top: (ΔtΩ₁)' = (J₂ - J₃)/J₁ Ω₂Ω₃ + Δt (m×E1)₁/J₁ ...
-   pure subroutine expand_top(self, system, momentum, rows, converges)
+   !> The rows at the start: of the basis of the directions; without torque a vector across L, and L.
+   pure subroutine choose_frame(self, system, q)
       class(rigid_series_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: momentum(3), rows(3, 3)
-      logical, intent(out) :: converges
-      real(wp), dimension(2) :: e1, e2, e3, s1, s2, s3
-      real(wp) :: w1, w2, w3, p1, p2, p3, c(3), m(3, 3), bound
-      integer :: k, j
-
-      associate (inverse => system%body%inverse_inertia, inertia => system%body%inertia, m0 => self%torques%moments)
-         w1 = self%unit*inverse(1, 1)*momentum(1)
-         w2 = self%unit*inverse(2, 2)*momentum(2)
-         w3 = self%unit*inverse(3, 3)*momentum(3)
-         c = [inverse(1, 1)*(inertia(2, 2) - inertia(3, 3)), inverse(2, 2)*(inertia(3, 3) - inertia(1, 1)), &
-              inverse(3, 3)*(inertia(1, 1) - inertia(2, 2))]
-         do j = 1, 3
-            m(:, j) = (self%unit*inverse(j, j))*(self%unit*m0(:, 1))
-         end do
-      end associate
-      e1 = rows(1, 1:2)
-      e2 = rows(2, 1:2)
-      e3 = rows(3, 1:2)
-      bound = steepest
-      associate (w => self%turn, e => self%rows)
-         do k = 0, self%order - 1
-            w(1, k) = w1
-            w(2, k) = w2
-            w(3, k) = w3
-            e(:, 1, k) = e1
-            e(:, 2, k) = e2
-            e(:, 3, k) = e3
-            converges = max(abs(w1), abs(w2), abs(w3)) <= bound
-            if (.not. converges) return
-            bound = bound*steepest
-            s1 = 0.0_wp
-            s2 = 0.0_wp
-            s3 = 0.0_wp
-            p1 = 0.0_wp
-            p2 = 0.0_wp
-            p3 = 0.0_wp
-            do j = 1, k - 1
-               p1 = p1 + w(2, j)*w(3, k - j)
-               p2 = p2 + w(3, j)*w(1, k - j)
-               p3 = p3 + w(1, j)*w(2, k - j)
-               s1 = s1 + (e(:, 2, j)*w(3, k - j) - e(:, 3, j)*w(2, k - j))
-               s2 = s2 + (e(:, 3, j)*w(1, k - j) - e(:, 1, j)*w(3, k - j))
-               s3 = s3 + (e(:, 1, j)*w(2, k - j) - e(:, 2, j)*w(1, k - j))
+      real(wp), intent(in) :: q(4)
+      real(wp) :: length, across(3)
+      integer :: i
+      self%equations = self%best
+      associate (torques => self%torques, f => self%frame)
+         if (torques%has_more .or. torques%rank > 0) then
+            do i = 1, 3
+               f(:, i) = rotate_to_body(q, torques%basis(:, i))
             end do
-            s1 = s1 + (e(:, 2, 0)*w3 - e(:, 3, 0)*w2)
-            s2 = s2 + (e(:, 3, 0)*w1 - e(:, 1, 0)*w3)
-            s3 = s3 + (e(:, 1, 0)*w2 - e(:, 2, 0)*w1)
-            p1 = p1 + w(2, 0)*w3
-            p2 = p2 + w(3, 0)*w1
-            p3 = p3 + w(1, 0)*w2
-            if (k > 0) then
-               s1 = s1 + (e2*w(3, 0) - e3*w(2, 0))
-               s2 = s2 + (e3*w(1, 0) - e1*w(3, 0))
-               s3 = s3 + (e1*w(2, 0) - e2*w(1, 0))
-               p1 = p1 + w2*w(3, 0)
-               p2 = p2 + w3*w(1, 0)
-               p3 = p3 + w1*w(2, 0)
-            end if
-            w1 = inverses(k + 1)*(c(1)*p1 + (m(2, 1)*e3(1) - m(3, 1)*e2(1)))
-            w2 = inverses(k + 1)*(c(2)*p2 + (m(3, 2)*e1(1) - m(1, 2)*e3(1)))
-            w3 = inverses(k + 1)*(c(3)*p3 + (m(1, 3)*e2(1) - m(2, 3)*e1(1)))
-            e1 = inverses(k + 1)*s1
-            e2 = inverses(k + 1)*s2
-            e3 = inverses(k + 1)*s3
-         end do
-         w(1, self%order) = w1
-         w(2, self%order) = w2
-         w(3, self%order) = w3
-         e(:, 1, self%order) = e1
-         e(:, 2, self%order) = e2
-         e(:, 3, self%order) = e3
+            return
+         end if
+         length = length_of(self%momentum)
+         if (length > max(telling*length_of(system%effects%rotor_momentum), tiny(1.0_wp))) then
+            f(:, 2) = self%momentum/length
+            if (self%best == FREE_BODY) return
+            across = 0.0_wp
+            across(minloc(abs(f(:, 2)), 1)) = 1.0_wp
+            f(:, 1) = cross(across, f(:, 2))
+            f(:, 1) = f(:, 1)/length_of(f(:, 1))
+            f(:, 3) = cross(f(:, 1), f(:, 2))
+         else
+            self%equations = TWO_PAIRS
+            f = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+         end if
       end associate
-      self%inertia = [system%body%inertia(1, 1), system%body%inertia(2, 2), system%body%inertia(3, 3)]/self%unit
-      self%momentum = momentum
-   end subroutine expand_top
+   end subroutine choose_frame
+
+   !> √(x·x), cheaper than the intrinsic, which guards against overflow.
+   pure real(wp) function length_of(x)
+      real(wp), intent(in) :: x(3)
+      length_of = sqrt(x(1)*x(1) + x(2)*x(2) + x(3)*x(3))
+   end function length_of
 
    !> Momentum and rows as pairs of lanes.
-   pure subroutine expand_pairs(self, system, acts, momentum, rows, converges)
+   pure subroutine expand_pairs(self, system, acts, converges)
       class(rigid_series_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       logical, intent(in) :: acts(:)
-      real(wp), intent(in) :: momentum(3), rows(3, 3)
       logical, intent(out) :: converges
-      real(wp), dimension(2) :: a1, a2, a3, b1, b2, b3, s1, s2, s3
-      real(wp) :: turns(3, 3), moments(3, 3), tau(3), w1, w2, w3, v1, v2, v3, bound
-      logical :: diagonal, forced, two
-      integer :: k, j
-
+      real(wp), dimension(2, 3) :: a, b, sums_a, sums_b
+      real(wp) :: turns(3, 3), moments(3, 3), w(3), tau(3), bound
+      logical :: two
+      integer :: k
       turns = self%unit*system%body%inverse_inertia
-      diagonal = .not. any(abs([turns(2, 1), turns(3, 1), turns(3, 2)]) > 0.0_wp)
       moments = self%unit*self%torques%moments
-      forced = self%torques%n_moments > 1 .or. self%torques%has_more
-      two = self%n_pairs > 1
-      a1 = [momentum(1), rows(1, 1)]
-      a2 = [momentum(2), rows(2, 1)]
-      a3 = [momentum(3), rows(3, 1)]
-      b1 = [rows(1, 2), rows(1, 3)]
-      b2 = [rows(2, 2), rows(2, 3)]
-      b3 = [rows(3, 2), rows(3, 3)]
-      tau = 0.0_wp
+      two = self%equations == TWO_PAIRS
+      a(1, :) = self%momentum
+      a(2, :) = self%frame(:, 1)
+      b(1, :) = self%frame(:, 2)
+      b(2, :) = self%frame(:, 3)
+      w = self%momentum - system%effects%rotor_momentum
       bound = steepest
-      associate (a => self%lanes_1, b => self%lanes_2, w => self%turn, h => system%effects%rotor_momentum)
-         do k = 0, self%order - 1
-            a(:, 1, k) = a1
-            a(:, 2, k) = a2
-            a(:, 3, k) = a3
-            w1 = a1(1)
-            w2 = a2(1)
-            w3 = a3(1)
-            if (k == 0) then
-               w1 = w1 - h(1)
-               w2 = w2 - h(2)
-               w3 = w3 - h(3)
-            end if
-            if (diagonal) then
-               w1 = turns(1, 1)*w1
-               w2 = turns(2, 2)*w2
-               w3 = turns(3, 3)*w3
-            else
-               v1 = turns(1, 1)*w1 + turns(1, 2)*w2 + turns(1, 3)*w3
-               v2 = turns(2, 1)*w1 + turns(2, 2)*w2 + turns(2, 3)*w3
-               w3 = turns(3, 1)*w1 + turns(3, 2)*w2 + turns(3, 3)*w3
-               w1 = v1
-               w2 = v2
-            end if
-            w(1, k) = w1
-            w(2, k) = w2
-            w(3, k) = w3
-            converges = max(abs(w1), abs(w2), abs(w3)) <= bound
-            if (.not. converges) return
-            bound = bound*steepest
-
-            s1 = 0.0_wp
-            s2 = 0.0_wp
-            s3 = 0.0_wp
-            do j = 1, k - 1
-               s1 = s1 + (a(:, 2, j)*w(3, k - j) - a(:, 3, j)*w(2, k - j))
-               s2 = s2 + (a(:, 3, j)*w(1, k - j) - a(:, 1, j)*w(3, k - j))
-               s3 = s3 + (a(:, 1, j)*w(2, k - j) - a(:, 2, j)*w(1, k - j))
-            end do
-            if (k > 0) then
-               s1 = s1 + (a2*w(3, 0) - a3*w(2, 0))
-               s2 = s2 + (a3*w(1, 0) - a1*w(3, 0))
-               s3 = s3 + (a1*w(2, 0) - a2*w(1, 0))
-            end if
-            s1 = s1 + (a(:, 2, 0)*w3 - a(:, 3, 0)*w2)
-            s2 = s2 + (a(:, 3, 0)*w1 - a(:, 1, 0)*w3)
-            s3 = s3 + (a(:, 1, 0)*w2 - a(:, 2, 0)*w1)
-            tau(1) = moments(2, 1)*a3(2) - moments(3, 1)*a2(2)
-            tau(2) = moments(3, 1)*a1(2) - moments(1, 1)*a3(2)
-            tau(3) = moments(1, 1)*a2(2) - moments(2, 1)*a1(2)
-            if (two) then
-               b(:, 1, k) = b1
-               b(:, 2, k) = b2
-               b(:, 3, k) = b3
-            end if
-            if (forced) call add_more(self, system%effects, k, acts, moments, tau)
-            a1 = inverses(k + 1)*(s1 + [tau(1), 0.0_wp])
-            a2 = inverses(k + 1)*(s2 + [tau(2), 0.0_wp])
-            a3 = inverses(k + 1)*(s3 + [tau(3), 0.0_wp])
-            if (.not. two) cycle
-
-            s1 = 0.0_wp
-            s2 = 0.0_wp
-            s3 = 0.0_wp
-            do j = 1, k - 1
-               s1 = s1 + (b(:, 2, j)*w(3, k - j) - b(:, 3, j)*w(2, k - j))
-               s2 = s2 + (b(:, 3, j)*w(1, k - j) - b(:, 1, j)*w(3, k - j))
-               s3 = s3 + (b(:, 1, j)*w(2, k - j) - b(:, 2, j)*w(1, k - j))
-            end do
-            if (k > 0) then
-               s1 = s1 + (b2*w(3, 0) - b3*w(2, 0))
-               s2 = s2 + (b3*w(1, 0) - b1*w(3, 0))
-               s3 = s3 + (b1*w(2, 0) - b2*w(1, 0))
-            end if
-            b1 = inverses(k + 1)*(s1 + (b(:, 2, 0)*w3 - b(:, 3, 0)*w2))
-            b2 = inverses(k + 1)*(s2 + (b(:, 3, 0)*w1 - b(:, 1, 0)*w3))
-            b3 = inverses(k + 1)*(s3 + (b(:, 1, 0)*w2 - b(:, 2, 0)*w1))
-         end do
-         a(:, 1, self%order) = a1
-         a(:, 2, self%order) = a2
-         a(:, 3, self%order) = a3
-         b(:, 1, self%order) = b1
-         b(:, 2, self%order) = b2
-         b(:, 3, self%order) = b3
-      end associate
+      do k = 0, self%order
+         self%lanes_1(:, :, k) = a
+         self%lanes_2(:, :, k) = b
+         w = turns(:, 1)*w(1) + turns(:, 2)*w(2) + turns(:, 3)*w(3)
+         self%turn(:, k) = w
+         converges = max(abs(w(1)), abs(w(2)), abs(w(3))) <= bound
+         if (.not. converges .or. k == self%order) return
+         bound = bound*steepest
+         tau = 0.0_wp
+         if (self%torques%n_moments > 0 .or. self%torques%has_more) &
+            call add_torque(self, system%effects, k, acts, moments, tau)
+         call add_inner(k, self%lanes_1, self%turn, sums_a)
+         if (two) call add_inner(k, self%lanes_2, self%turn, sums_b)
+         call add_outer(k, self%lanes_1(:, :, 0), a, self%turn(:, 0), w, sums_a)
+         w = inverses(k + 1)*(sums_a(1, :) + tau)
+         a(1, :) = w
+         a(2, :) = inverses(k + 1)*sums_a(2, :)
+         if (.not. two) cycle
+         call add_outer(k, self%lanes_2(:, :, 0), b, self%turn(:, 0), self%turn(:, k), sums_b)
+         b = inverses(k + 1)*sums_b
+      end do
    end subroutine expand_pairs
+
+   !> Coefficient k of lane × turn, for a pair of lanes, without the products with the coefficients 0 and k: what comes
+   !> before does not wait for the newest.
+   pure subroutine add_inner(k, lanes, turn, sums)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: lanes(2, 3, 0:highest_order), turn(3, 0:highest_order)
+      real(wp), intent(out) :: sums(2, 3)
+      real(wp), dimension(2) :: x, y, z
+      integer :: j
+      x = 0.0_wp
+      y = 0.0_wp
+      z = 0.0_wp
+      do j = 1, k - 1
+         x = x + (lanes(:, 2, j)*turn(3, k - j) - lanes(:, 3, j)*turn(2, k - j))
+         y = y + (lanes(:, 3, j)*turn(1, k - j) - lanes(:, 1, j)*turn(3, k - j))
+         z = z + (lanes(:, 1, j)*turn(2, k - j) - lanes(:, 2, j)*turn(1, k - j))
+      end do
+      sums(:, 1) = x
+      sums(:, 2) = y
+      sums(:, 3) = z
+   end subroutine add_inner
+
+   !> Adds these products.
+   pure subroutine add_outer(k, first, last, v, w, sums)
+      integer, intent(in) :: k
+      !> Coefficients 0 and k of the lanes, and of the turn; shapes (2,3) and (3).
+      real(wp), intent(in) :: first(2, 3), last(2, 3), v(3), w(3)
+      real(wp), intent(inout) :: sums(2, 3)
+      sums(:, 1) = sums(:, 1) + (first(:, 2)*w(3) - first(:, 3)*w(2))
+      sums(:, 2) = sums(:, 2) + (first(:, 3)*w(1) - first(:, 1)*w(3))
+      sums(:, 3) = sums(:, 3) + (first(:, 1)*w(2) - first(:, 2)*w(1))
+      if (k == 0) return
+      sums(:, 1) = sums(:, 1) + (last(:, 2)*v(3) - last(:, 3)*v(2))
+      sums(:, 2) = sums(:, 2) + (last(:, 3)*v(1) - last(:, 1)*v(3))
+      sums(:, 3) = sums(:, 3) + (last(:, 1)*v(2) - last(:, 2)*v(1))
+   end subroutine add_outer
 
    !> Adds m×E.
    pure subroutine add_moment(moment, row, tau)
@@ -289,8 +240,8 @@ contains
       tau(3) = tau(3) + (moment(1)*row(2) - moment(2)*row(1))
    end subroutine add_moment
 
-   !> Adds coefficient k of the torque that is not linear in the first row, times the unit of time.
-   pure subroutine add_more(self, effects, k, acts, moments, tau)
+   !> Adds coefficient k of the torque times the unit of time.
+   pure subroutine add_torque(self, effects, k, acts, moments, tau)
       class(rigid_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: k
@@ -303,101 +254,136 @@ contains
       rows(:, 1) = self%lanes_1(2, :, k)
       rows(:, 2) = self%lanes_2(1, :, k)
       rows(:, 3) = self%lanes_2(2, :, k)
-      do i = 2, self%torques%n_moments
+      do i = 1, self%torques%n_moments
          call add_moment(moments(:, i), rows(:, i), tau)
       end do
       if (.not. self%torques%has_more) return
       more = 0.0_wp
       call self%torques%add_terms(effects, k, self%t, self%unit, acts, self%turn(:, k)/self%unit, rows, more)
       tau = tau + self%unit*more
-   end subroutine add_more
+   end subroutine add_torque
 
-   !> Momentum and rows at a time from the start; even and odd powers apart, which halves the chain.
-   pure subroutine evaluate(self, s, momentum, rows)
+   !> Momentum and turn at a time from the start.
+   pure subroutine evaluate(self, s, momentum, turn)
       class(rigid_series_t), intent(in) :: self
       !> In units of time.
       real(wp), intent(in) :: s
-      !> N m s and (one, or an orthonormal frame of three) rows as columns; body axes; shapes (3), (3,3).
-      real(wp), intent(out) :: momentum(3), rows(3, 3)
-      real(wp) :: values(2, 3), change(3)
-      if (self%is_top) then
-         call sum_turns(self%order, s, self%turn, change)
-         momentum = self%momentum + self%inertia*change
-         call sum_series(self%order, s, self%rows, values)
-         rows(:, 1) = values(1, :)
-         rows(:, 2) = values(2, :)
-         rows(:, 3) = cross(rows(:, 1), rows(:, 2))
+      !> L, body axes, N m s; shape (3).
+      real(wp), intent(out) :: momentum(3)
+      !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4). Without attitude it may say
+      !> nothing.
+      real(wp), intent(out) :: turn(4)
+      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3)
+      select case (self%equations)
+      case (FREE_BODY)
+         call sum_series(3, self%order, s, self%turn, momentum)
+         momentum = self%momentum + self%inertia*momentum
+         call sum_series(1, self%order, s, self%angle, angle)
+         axis = self%frame(:, 2)
+         turn(2:4) = momentum/length_of(momentum)
+         turn = quat_product([cos(0.5_wp*angle(1)), sin(0.5_wp*angle(1))*axis], &
+                             [1 + (turn(2)*axis(1) + turn(3)*axis(2) + turn(4)*axis(3)), cross(turn(2:4), axis)])
          return
-      end if
-      call sum_series(self%order, s, self%lanes_1, values)
-      momentum = values(1, :)
-      rows(:, 1) = values(2, :)
-      if (self%n_pairs == 1) return
-      call sum_series(self%order, s, self%lanes_2, values)
-      rows(:, 2) = values(1, :)
-      rows(:, 3) = values(2, :)
+      case (TOP)
+         call sum_series(3, self%order, s, self%turn, momentum)
+         momentum = self%momentum + self%inertia*momentum
+         call sum_series(6, self%order, s, self%lanes_1, values)
+         rows(:, 1) = self%frame(:, 1) + values(1, :)
+         rows(:, 2) = self%frame(:, 2) + values(2, :)
+         rows(:, 3) = cross(rows(:, 1), rows(:, 2))
+      case default
+         call sum_series(6, self%order, s, self%lanes_1, values)
+         momentum = self%momentum + values(1, :)
+         rows(:, 1) = self%frame(:, 1) + values(2, :)
+         if (self%equations == ONE_PAIR) then
+            rows(:, 2) = momentum/length_of(momentum)
+            rows(:, 1) = rows(:, 1) - dot_product(rows(:, 1), rows(:, 2))*rows(:, 2)
+            rows(:, 1) = rows(:, 1)/length_of(rows(:, 1))
+            rows(:, 3) = cross(rows(:, 1), rows(:, 2))
+         else
+            call sum_series(6, self%order, s, self%lanes_2, values)
+            rows(:, 2) = self%frame(:, 2) + values(1, :)
+            rows(:, 3) = self%frame(:, 3) + values(2, :)
+         end if
+      end select
+      turn = turn_between(self%frame, rows)
    end subroutine evaluate
 
-   !> Σ lanesₖ sᵏ
-   pure subroutine sum_series(order, s, lanes, values)
-      integer, intent(in) :: order
+   !> Σ xₖ sᵏ from k = 1 on; even and odd powers apart, which halves the chain.
+   pure subroutine sum_series(n, order, s, x, total)
+      !> Number of series, and their highest coefficient.
+      integer, intent(in) :: n, order
       real(wp), intent(in) :: s
-      real(wp), intent(in) :: lanes(6, 0:*)
-      real(wp), intent(out) :: values(6)
-      real(wp) :: even(6), odd(6), square
+      real(wp), intent(in) :: x(n, 0:highest_order)
+      real(wp), intent(out) :: total(n)
+      real(wp) :: even(n), square
       integer :: k, last
       square = s*s
-      last = 2*(order/2)
-      even = lanes(:, last)
-      odd = 0.0_wp
-      if (order > last) odd = lanes(:, order)
-      do k = last - 2, 0, -2
-         odd = odd*square + lanes(:, k + 1)
-         even = even*square + lanes(:, k)
+      last = 2*((order - 1)/2)
+      total = x(:, last + 1)
+      even = 0.0_wp
+      if (order > last + 1) even = x(:, order)
+      do k = last, 2, -2
+         total = total*square + x(:, k - 1)
+         even = even*square + x(:, k)
       end do
-      values = even + s*odd
+      total = s*(total + s*even)
    end subroutine sum_series
 
-   !> Σ turnₖ sᵏ without the first term.
-   pure subroutine sum_turns(order, s, turn, change)
-      integer, intent(in) :: order
-      real(wp), intent(in) :: s, turn(3, 0:*)
-      real(wp), intent(out) :: change(3)
-      integer :: k
-      change = turn(:, order)
-      do k = order - 1, 1, -1
-         change = change*s + turn(:, k)
+   !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:
+   !> 4cᵢcⱼ are linear in Σ fᵢgᵢᵀ; the row with the largest diagonal is taken.
+   pure function turn_between(f, g) result(c)
+      !> Columns; shape (3,3).
+      real(wp), intent(in) :: f(3, 3), g(3, 3)
+      real(wp) :: c(4)
+      real(wp) :: m(3, 3)
+      integer :: i
+      do i = 1, 3
+         m(:, i) = f(:, 1)*g(i, 1) + f(:, 2)*g(i, 2) + f(:, 3)*g(i, 3)
       end do
-      change = change*s
-   end subroutine sum_turns
+      c(1) = 1 + (m(1, 1) + m(2, 2) + m(3, 3))
+      if (c(1) > 1.0_wp) then
+         c(2:4) = [m(3, 2) - m(2, 3), m(1, 3) - m(3, 1), m(2, 1) - m(1, 2)]
+      else if (m(1, 1) >= max(m(2, 2), m(3, 3))) then
+         c = [m(3, 2) - m(2, 3), 1 + m(1, 1) - m(2, 2) - m(3, 3), m(1, 2) + m(2, 1), m(1, 3) + m(3, 1)]
+      else if (m(2, 2) >= m(3, 3)) then
+         c = [m(1, 3) - m(3, 1), m(1, 2) + m(2, 1), 1 + m(2, 2) - m(1, 1) - m(3, 3), m(2, 3) + m(3, 2)]
+      else
+         c = [m(2, 1) - m(1, 2), m(1, 3) + m(3, 1), m(2, 3) + m(3, 2), 1 + m(3, 3) - m(1, 1) - m(2, 2)]
+      end if
+      if (c(1) < 0.0_wp) c = -c
+   end function turn_between
 
-   !> √(|Lₖ|²/scale² + ½Σ|Eₖ|²), squared: size of a coefficient, as an angle.
+   !> Size of a coefficient as an angle, squared: |Lₖ|²/scale² + ½Σ|Eₖ|², or θₖ² in the place of the rows.
    pure real(wp) function size_of(self, k, inverse_square) result(square)
       class(rigid_series_t), intent(in) :: self
       integer, intent(in) :: k
       !> 1/scale² of the momentum.
       real(wp), intent(in) :: inverse_square
-      real(wp) :: rows
-      if (self%is_top) then
-         rows = 0.5_wp*sum(self%rows(:, :, k)**2)
-      else if (self%n_pairs == 1) then
-         rows = sum(self%lanes_1(2, :, k)**2)
-      else
-         rows = 0.5_wp*(sum(self%lanes_1(2, :, k)**2) + sum(self%lanes_2(:, :, k)**2))
-      end if
-      square = inverse_square*self%momentum_square(k) + rows
+      select case (self%equations)
+      case (FREE_BODY)
+         square = self%angle(k)**2
+      case (ONE_PAIR)
+         square = sum(self%lanes_1(2, :, k)**2)
+      case (TOP)
+         square = 0.5_wp*sum(self%lanes_1(:, :, k)**2)
+      case default
+         square = 0.5_wp*(sum(self%lanes_1(2, :, k)**2) + sum(self%lanes_2(:, :, k)**2))
+      end select
+      square = square + inverse_square*self%momentum_square(k)
    end function size_of
 
    !> |Lₖ|², (N m s)².
    pure real(wp) function momentum_square(self, k) result(square)
       class(rigid_series_t), intent(in) :: self
       integer, intent(in) :: k
-      if (self%is_top) then
-         square = (self%inertia(1)*self%turn(1, k))**2 + (self%inertia(2)*self%turn(2, k))**2 &
-                  + (self%inertia(3)*self%turn(3, k))**2
+      real(wp) :: term(3)
+      if (self%equations == TOP .or. self%equations == FREE_BODY) then
+         term = self%inertia*self%turn(:, k)
       else
-         square = self%lanes_1(1, 1, k)**2 + self%lanes_1(1, 2, k)**2 + self%lanes_1(1, 3, k)**2
+         term = self%lanes_1(1, :, k)
       end if
+      square = term(1)*term(1) + term(2)*term(2) + term(3)*term(3)
    end function momentum_square
 
 end module nutate_rigid_series

@@ -41,7 +41,8 @@ module nutate_series_torques
       real(wp), allocatable, private :: memory(:, :)
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
-      !> Ω, rad/s, and each torque, N m; body axes; shapes (3, 0:highest_order), (0:highest_order, 3, number of torques).
+      !> Ω, rad/s, shape (3, 0:highest_order), and each torque, N m, shape (0:highest_order, 3, number of torques); body
+      !> axes.
       real(wp), private :: omega(3, 0:highest_order) = 0.0_wp
       real(wp), allocatable, private :: torque(:, :, :)
    contains
@@ -268,7 +269,8 @@ contains
       ! Along k no sum waits for the one before.
       do j = 0, order - 1
          do k = j, order - 1
-            power(k) = power(k) + (self%omega(1, j)*self%torque(k - j, 1, i) + self%omega(2, j)*self%torque(k - j, 2, i) &
+            power(k) = power(k) + (self%omega(1, j)*self%torque(k - j, 1, i) &
+                                   + self%omega(2, j)*self%torque(k - j, 2, i) &
                                    + self%omega(3, j)*self%torque(k - j, 3, i))
          end do
       end do

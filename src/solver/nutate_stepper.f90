@@ -54,7 +54,8 @@ module nutate_stepper
       real(wp) :: error_estimate = 0.0_wp
       !> The estimate goes as this power of the step.
       integer :: estimate_power = 0
-      !> The method knows the length of a step before it takes it (`choose_step`), and the states inside (`look_inside`).
+      !> The method knows the length of a step before it takes it (`choose_step`), and the states inside
+      !> (`look_inside`).
       logical :: chooses_steps = .false.
       !> Work that each torque did in the last step, J; shape (number of torques).
       real(wp), allocatable :: work(:)

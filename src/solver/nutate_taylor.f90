@@ -8,7 +8,7 @@ module nutate_taylor
    use nutate_conserve, only: correction_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
-   use nutate_quaternion, only: cross, quat_product, rotate_to_body
+   use nutate_quaternion, only: quat_product
    use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, rigid_rates_t
    use nutate_rigid_series, only: rigid_series_t
    use nutate_series, only: highest_order
@@ -27,8 +27,6 @@ module nutate_taylor
    integer, parameter :: usual_order = 16
    !> Binary digits of a tolerance to order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
-   !> Momentum below this part of that of a rotor does not tell the attitude well enough.
-   real(wp), parameter :: telling = 1e-2_wp
    !> Largest turn in a step, rad: Euler angles are followed from step to step.
    real(wp), parameter :: largest_turn = 3.0_wp
    !> Longest step in units of time: where all terms vanish.
@@ -47,12 +45,10 @@ module nutate_taylor
       logical :: attitude = .true.
       type(correction_t) :: correction
       type(rigid_rates_t) :: rates
-      !> The series of the step under way or just done, and the state it starts from: attitude, momentum, a frame fixed in
-      !> space as the body sees it.
+      !> The series of the step under way or just done, the state it starts from and the torques that act.
       type(rigid_series_t) :: series
       logical :: expanded = .false.
       type(state_t) :: first
-      real(wp) :: frame(3, 3) = 0.0_wp
       logical, allocatable :: acted(:)
    contains
       procedure :: prepare
@@ -77,7 +73,7 @@ contains
       end if
       call self%series%torques%prepare(system%effects, status)
       if (.not. status%ok()) return
-      call self%series%choose_equations(system)
+      call self%series%prepare(system, settings%attitude)
       self%order = settings%series_order
       self%conserve = settings%conserve
       self%attitude = settings%attitude
@@ -248,49 +244,13 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%unit = unit
-      call choose_frame(self, system, y)
-      call self%series%expand(system, self%rates%acts, y(5:7), self%frame, converges)
+      call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
       self%expanded = converges
       self%first = state
       do i = 1, size(self%acted)
          self%acted(i) = self%rates%acts(i)
       end do
    end subroutine expand_from
-
-   !> The frame whose series give the attitude: the basis of the directions; for a free body a vector across L, which
-   !> makes a frame with L, and one pair of series do.
-   subroutine choose_frame(self, system, y)
-      class(taylor_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: y(n_rates)
-      real(wp) :: square, across(3)
-      integer :: i
-      associate (torques => self%series%torques, f => self%frame)
-         self%series%n_pairs = 2
-         if (torques%rank > 0 .or. torques%has_more) then
-            do i = 1, 3
-               f(:, i) = rotate_to_body(y(1:4), torques%basis(:, i))
-            end do
-            if (.not. self%attitude .and. torques%rank < 2) self%series%n_pairs = 1
-            return
-         end if
-         square = y(5)*y(5) + y(6)*y(6) + y(7)*y(7)
-         if (square > telling**2*sum(system%effects%rotor_momentum**2)) then
-            self%series%n_pairs = 1
-            f(:, 2) = y(5:7)/sqrt(square)
-            across = 0.0_wp
-            across(minloc(abs(f(:, 2)), 1)) = 1.0_wp
-            f(:, 1) = cross(across, f(:, 2))
-            f(:, 1) = f(:, 1)/norm2(f(:, 1))
-            f(:, 3) = cross(f(:, 1), f(:, 2))
-         else
-            f = 0.0_wp
-            do i = 1, 3
-               f(i, i) = 1.0_wp
-            end do
-         end if
-      end associate
-   end subroutine choose_frame
 
    !> Attitude and momentum at a time from the start of the series.
    subroutine get_state(self, time, y)
@@ -299,43 +259,12 @@ contains
       real(wp), intent(in) :: time
       !> [q, L, 0]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
-      real(wp) :: rows(3, 3)
-      y(8) = 0.0_wp
-      call self%series%evaluate(time/self%series%unit, y(5:7), rows)
+      real(wp) :: turn(4)
+      call self%series%evaluate(time/self%series%unit, y(5:7), turn)
       y(1:4) = self%first%q
-      if (.not. self%attitude) return
-      if (self%series%n_pairs == 1) then
-         rows(:, 2) = y(5:7)/norm2(y(5:7))
-         rows(:, 1) = rows(:, 1) - dot_product(rows(:, 1), rows(:, 2))*rows(:, 2)
-         rows(:, 1) = rows(:, 1)/norm2(rows(:, 1))
-         rows(:, 3) = cross(rows(:, 1), rows(:, 2))
-      end if
-      y(1:4) = quat_product(self%first%q, turn_between(self%frame, rows))
+      if (self%attitude) y(1:4) = quat_product(self%first%q, turn)
+      y(8) = 0.0_wp
    end subroutine get_state
-
-   !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:
-   !> 4cᵢcⱼ are linear in Σ fᵢgᵢᵀ; the row with the largest diagonal is taken.
-   pure function turn_between(f, g) result(c)
-      !> Columns; shape (3,3).
-      real(wp), intent(in) :: f(3, 3), g(3, 3)
-      real(wp) :: c(4)
-      real(wp) :: m(3, 3)
-      integer :: i
-      do i = 1, 3
-         m(:, i) = f(:, 1)*g(i, 1) + f(:, 2)*g(i, 2) + f(:, 3)*g(i, 3)
-      end do
-      c(1) = 1 + (m(1, 1) + m(2, 2) + m(3, 3))
-      if (c(1) > 1.0_wp) then
-         c(2:4) = [m(3, 2) - m(2, 3), m(1, 3) - m(3, 1), m(2, 1) - m(1, 2)]
-      else if (m(1, 1) >= max(m(2, 2), m(3, 3))) then
-         c = [m(3, 2) - m(2, 3), 1 + m(1, 1) - m(2, 2) - m(3, 3), m(1, 2) + m(2, 1), m(1, 3) + m(3, 1)]
-      else if (m(2, 2) >= m(3, 3)) then
-         c = [m(1, 3) - m(3, 1), m(1, 2) + m(2, 1), 1 + m(2, 2) - m(1, 1) - m(3, 3), m(2, 3) + m(3, 2)]
-      else
-         c = [m(2, 1) - m(1, 2), m(1, 3) + m(3, 1), m(2, 3) + m(3, 2), 1 + m(3, 3) - m(1, 1) - m(2, 2)]
-      end if
-      if (c(1) < 0.0_wp) c = -c
-   end function turn_between
 
    !> Work of a torque from the start of the series to a time after it, J.
    pure real(wp) function work_of(self, i, time) result(work)

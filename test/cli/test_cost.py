@@ -9,7 +9,7 @@ import unittest
 from support import TOP, CommandLineTest
 
 METHODS = [f"nielsen_krenk order {order} ({solver})" for solver in ("lapack", "reduced") for order in (2, 4, 6, 8)]
-METHODS += ["rk4", "rk4+conserve", "dop853", "dop853+conserve"]
+METHODS += ["rk4", "rk4+conserve", "dop853", "dop853+conserve", "taylor+conserve", "taylor"]
 SHORT = ("--seconds", "1.5")
 
 
