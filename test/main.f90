@@ -59,6 +59,7 @@ program unit
    use test_step, only: collect_step
    use test_study, only: collect_study
    use test_taylor, only: collect_taylor
+   use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
    implicit none
@@ -157,6 +158,7 @@ contains
          new_testsuite("step", collect_step), &
          new_testsuite("study", collect_study), &
          new_testsuite("taylor", collect_taylor), &
+         new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &
          new_testsuite("torque_physics", collect_torque_physics) &
          ]
