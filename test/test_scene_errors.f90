@@ -75,6 +75,14 @@ contains
                 'a.nml:1: gravity needs the mass of the body'), &
          case_t(body//initial//'&integrator time_step = 0.1, end_time = 2,'//lf//'projection = F /', '', &
                 'a.nml:4: projection = .false. with an infinite auxiliary_inertia'), &
+         case_t(body//initial//"&integrator method = 'taylor', time_step = 0.1, end_time = 2,"//lf//'order = 8 /', '', &
+                'a.nml:4: order with the method taylor (expected series_order'), &
+         case_t(body//initial//"&integrator method = 'taylor', time_step = 0.1, end_time = 2,"//lf// &
+                'series_order = 29 /', '', 'a.nml:4: series_order 29 is not available (expected 4 to 28'), &
+         case_t(body//initial//'&integrator time_step = 0.1, end_time = 2,'//lf//'series_order = 8 /', '', &
+                'a.nml:4: series_order with the method nielsen_krenk'), &
+         case_t(body//initial//"&integrator method = 'taylor', time_step = 0.1, end_time = 2,"//lf// &
+                "linear_solver = 'reduced' /", '', 'a.nml:4: taylor has no linear_solver reduced'), &
          case_t(body//initial//integrator//'&output'//lf//'interval = 0.15 /', '', &
                 'a.nml:5: interval is 1.50000 steps (expected a whole number of steps)'), &
          case_t(body//initial//integrator//"&output file = 'a.nml' /", '', &

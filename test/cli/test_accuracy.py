@@ -56,6 +56,17 @@ class Accuracy(CommandLineTest):
         self.assertLess(distance(last), 1e-8)
         self.assertGreater(abs(last["energy_residual"]), 1e-12 * 5436)
 
+    def test_taylor_reaches_the_accuracy_with_every_invariant_in_every_row(self):
+        self.write("series.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'taylor'"))
+        summary = self.succeed("run", "series.nml", "--set", "output.interval=0.0123").stderr
+        self.assertIn("0 more refused", summary)
+        rows = self.rows("series.csv")
+        self.assertEqual(len(rows), 83)
+        self.assertLess(distance(rows[-1]), 1e-8)
+        for row in rows:
+            self.assertLess(abs(row["norm_error"]), 1e-14)
+            self.assertLess(abs(row["energy_residual"]), 1e-13 * 5436)
+
     def test_one_way_to_choose_steps(self):
         self.fail_with(2, "run", "bruels.nml", "--set", "integrator.time_step=0.1", says=["accuracy", "time_step"])
         self.fail_with(2, "run", "bruels.nml", "--set", "integrator.accuracy=2", says=["accuracy is 1 rad or more"])

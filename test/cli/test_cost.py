@@ -44,7 +44,8 @@ class Study(CommandLineTest):
         best = {}
         for row in rows:
             at = {key: float(value) for key, value in row.items() if key not in ("method", "linear_solver")}
-            self.assertEqual(at["steps"], -(-0.5 // at["time_step"]))
+            if not row["method"].startswith("taylor"):
+                self.assertEqual(at["steps"], -(-0.5 // at["time_step"]))
             self.assertAlmostEqual(at["ns_per_step"], 1e9 * at["wall_time"] / at["steps"], delta=1e-6 * at["ns_per_step"])
             self.assertGreaterEqual(at["samples"], 3)
             if row["method"] == "nielsen_krenk" or row["method"].endswith("+conserve"):
