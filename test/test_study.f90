@@ -11,7 +11,7 @@ module test_study
    use nutate_status, only: status_t
    use nutate_stopwatch, only: stopwatch_t
    use nutate_study_run, only: fastest_rate, problem_t
-   use test_support, only: check_below, check_close
+   use test_support, only: check_below, check_close, is_slow_build
    use testdrive, only: check, error_type, new_unittest, skip_test, unittest_type
    implicit none
    private
@@ -165,9 +165,8 @@ contains
       type(reference_t) :: reference
       type(run_cost_t), allocatable :: runs(:)
       type(stopwatch_t) :: clock
-      integer :: m, length
-      call get_environment_variable('NUTATE_SLOW_BUILD', length=length)
-      if (length > 0) then
+      integer :: m
+      if (is_slow_build()) then
          call skip_test(error, "times say nothing in this build")
          return
       end if

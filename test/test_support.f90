@@ -6,7 +6,7 @@ module test_support
    implicit none
    private
 
-   public :: check_close, check_below, random_unit, random_vector, random_unit_quaternion
+   public :: check_close, check_below, is_slow_build, random_unit, random_vector, random_unit_quaternion
 
    !> |actual - expected| <= tolerance, element by element.
    interface check_close
@@ -54,6 +54,13 @@ contains
       write (text, '(es12.5," is not below ",es12.5)') value, bound
       call test_failed(error, prefix(label)//trim(text))
    end subroutine check_below
+
+   !> True under sanitizers and valgrind, where times say nothing: the environment variable NUTATE_SLOW_BUILD is set.
+   logical function is_slow_build()
+      integer :: length
+      call get_environment_variable('NUTATE_SLOW_BUILD', length=length)
+      is_slow_build = length > 0
+   end function is_slow_build
 
    pure function prefix(label) result(text)
       character(len=*), intent(in), optional :: label
