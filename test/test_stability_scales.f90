@@ -19,7 +19,7 @@ module test_stability_scales
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, status_t
-   use nutate_stepper, only: stepper_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: problem_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
@@ -271,6 +271,7 @@ contains
       type(record_t), intent(inout) :: record
       class(stepper_t), allocatable :: stepper
       type(problem_t) :: problem
+      type(integrator_settings_t) :: settings
       type(state_t) :: before
       type(status_t) :: status
       character(len=4) :: label
@@ -280,7 +281,8 @@ contains
          call make_broken(i, problem, dt)
          write (label, '(i0)') i
          before = problem%start
-         call make_stepper(problem%system, way%settings(problem%system), stepper, status)
+         if (i == 0) settings = way%settings(problem%system)
+         call make_stepper(problem%system, settings, stepper, status)
          if (status%ok()) call stepper%step(problem%system, problem%start, dt, status)
          if (i == 0) then
             call record%require(status%ok(), trim(status%message))
