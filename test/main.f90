@@ -49,6 +49,8 @@ program unit
    use test_scene_notation, only: collect_scene_notation
    use test_series, only: collect_series
    use test_shipped_scenes, only: collect_shipped_scenes
+   use test_stability_axes, only: collect_stability_axes
+   use test_stability_large_steps, only: collect_stability_large_steps
    use test_stability_long, only: collect_stability_long
    use test_stability_scales, only: collect_stability_scales
    use test_stability_starts, only: collect_stability_starts
@@ -149,6 +151,8 @@ contains
          new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("series", collect_series), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
+         new_testsuite("stability_axes", collect_stability_axes), &
+         new_testsuite("stability_large_steps", collect_stability_large_steps), &
          new_testsuite("stability_long", collect_stability_long), &
          new_testsuite("stability_scales", collect_stability_scales), &
          new_testsuite("stability_starts", collect_stability_starts), &

@@ -94,7 +94,7 @@ contains
 
    !> Takes `n` nominal steps, cut where need be, and puts into the record what came of it: steps, errors, and on
    !> refusal its time and reason. A state that is not finite, or did not come to its time, fails the case.
-   subroutine follow(problem, way, dt, n, record, state, meter, every)
+   subroutine follow(problem, way, dt, n, record, state, meter, every, stepper)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(in) :: way
       !> s.
@@ -108,35 +108,49 @@ contains
       class(meter_t), intent(inout), optional :: meter
       !> Steps between rows; default 1.
       integer(long), intent(in), optional :: every
+      !> Takes the steps; prepared here. Default: the method that the way means.
+      class(stepper_t), intent(inout), optional :: stepper
+      class(stepper_t), allocatable :: method
+      type(status_t) :: status
       type(meter_t) :: plain
       type(run_plan_t) :: plan
       plan%time_step = dt
       plan%end_time = problem%start%t + real(n, wp)*dt
       if (present(every)) plan%every = every
-      if (present(meter)) then
-         call run_metered(problem, way, plan, meter, record, state)
+      plain%inverse_j0 = way%inverse_j0(problem%system)
+      if (present(meter)) meter%inverse_j0 = plain%inverse_j0
+      if (present(stepper)) then
+         call stepper%prepare(problem%system, way%settings(problem%system), status)
       else
-         call run_metered(problem, way, plan, plain, record, state)
+         call make_stepper(problem%system, way%settings(problem%system), method, status)
+      end if
+      call record%require(status%ok(), trim(status%message))
+      if (.not. status%ok()) return
+      if (present(stepper) .and. present(meter)) then
+         call run_metered(problem, stepper, plan, meter, record, state)
+      else if (present(stepper)) then
+         call run_metered(problem, stepper, plan, plain, record, state)
+      else if (present(meter)) then
+         call run_metered(problem, method, plan, meter, record, state)
+      else
+         call run_metered(problem, method, plan, plain, record, state)
       end if
    end subroutine follow
 
    !> Runs a plan and accounts for it.
-   subroutine run_metered(problem, way, plan, meter, record, last)
+   subroutine run_metered(problem, stepper, plan, meter, record, last)
       type(problem_t), intent(in) :: problem
-      type(way_t), intent(in) :: way
+      class(stepper_t), intent(inout) :: stepper
       type(run_plan_t), intent(in) :: plan
       class(meter_t), intent(inout) :: meter
       type(record_t), intent(inout) :: record
       type(state_t), intent(out), optional :: last
-      class(stepper_t), allocatable :: stepper
       type(run_summary_t) :: summary
       type(status_t) :: status
       type(record_t) :: part
       type(state_t) :: state
       state = problem%start
-      meter%inverse_j0 = way%inverse_j0(problem%system)
-      call make_stepper(problem%system, way%settings(problem%system), stepper, status)
-      if (status%ok()) call integrate(problem%system, stepper, state, plan, meter, summary, status)
+      call integrate(problem%system, stepper, state, plan, meter, summary, status)
       part%steps = summary%steps
       part%cut_steps = summary%cut_steps
       part%energy = meter%invariants%energy_error()

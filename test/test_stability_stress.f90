@@ -2,7 +2,9 @@
 module test_stability_stress
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use nutate_kinds, only: long
+   use test_stability_axes, only: axis_cases
    use test_stability_case, only: number_text, record_t, stability_case_t, way_label, ways
+   use test_stability_large_steps, only: large_step_cases
    use test_stability_long, only: long_cases
    use test_stability_scales, only: scales_cases
    use test_stability_starts, only: starts_cases
@@ -36,6 +38,8 @@ contains
       type(group_t), allocatable :: list(:)
       list = [ &
              group_t('long', 'Long runs', long_cases), &
+             group_t('large_steps', 'Large steps', large_step_cases), &
+             group_t('axes', 'Unstable and degenerate axes', axis_cases), &
              group_t('top', 'Poles and limits of the top', top_cases), &
              group_t('stiff', 'Stiff and soft', stiff_cases), &
              group_t('scales', 'Scales', scales_cases), &
@@ -96,12 +100,24 @@ contains
             record%outcome = 'FAILED: '//record%message
          end if
          write (error_unit, '(a," (",a,"): ",a)') trim(item%name), way_label(ways(i)), trim(record%outcome)
-         write (output_unit, '(*(a))') '| ', trim(item%name), ' | ', way_label(ways(i)), ' | ', &
+         write (output_unit, '(*(a))') '| ', cell(item%name), ' | ', way_label(ways(i)), ' | ', &
             count_text(record%steps), ' | ', number_text(record%energy), ' | ', number_text(record%momentum), ' | ', &
-            number_text(record%norm), ' | ', count_text(record%cut_steps), ' | ', trim(record%outcome), ' |'
+            number_text(record%norm), ' | ', count_text(record%cut_steps), ' | ', cell(record%outcome), ' |'
          flush (output_unit)
       end do
    end subroutine report_case
+
+   !> A text as a cell of a table, in which | ends a cell.
+   pure function cell(text)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: cell
+      integer :: i
+      cell = ''
+      do i = 1, len_trim(text)
+         if (text(i:i) == '|') cell = cell//achar(92)
+         cell = cell//text(i:i)
+      end do
+   end function cell
 
    !> Digits of a count.
    pure function count_text(count) result(text)

@@ -7,6 +7,7 @@
 module nutate_nielsen_krenk
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
+   use nutate_branch, only: branch_walk_t, is_surely_true
    use nutate_effect, only: are_in_range
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
@@ -37,15 +38,16 @@ module nutate_nielsen_krenk
    !> Turns in a step, rad, and entries of the Jacobian that are larger belong to no step that could be taken; their
    !> products would overflow.
    real(wp), parameter :: greatest_turn = 1e40_wp, greatest_entry = 1e140_wp
+   !> Bound of what is multiplied to the determinant.
+   real(wp), parameter :: largest_factor = 1e30_wp
 
    !> The 8×8 stepper. `step` allocates nothing.
    type, extends(stepper_t) :: nielsen_krenk_t
       private
       type(integrator_settings_t) :: settings
       type(step_equations_t) :: equations
-      !> Inverse of a Jacobian, and whether its determinant is positive.
-      real(wp) :: inverse(8, 8) = 0.0_wp
-      logical :: positive = .false.
+      !> Inverse of a Jacobian, and its determinant, 1 for a very short step; of a large one, the sign and a bound.
+      real(wp) :: inverse(8, 8) = 0.0_wp, determinant = 0.0_wp
       !> Step to which the inverse belongs, s; 0: there is none that is worth keeping.
       real(wp) :: inverse_dt = 0.0_wp
       !> Increments (Δx, Δy) of the last step and their backward differences; how many of these columns are known.
@@ -95,15 +97,14 @@ contains
    end subroutine prepare
 
    !> One step. Errors, with the state as it was: `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`;
-   !> `NUTATE_OFF_BRANCH` where the root found is not the continuation of the true motion from short steps: |b| >= 1
-   !> or the determinant of the Jacobian is not positive, b = ⅛Δt J⁻¹(w̄ - 2h).
+   !> `NUTATE_OFF_BRANCH` where the branch of roots that continues the true motion from short steps ends before.
    subroutine step(self, system, state, dt, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: z(8), a(4), decisive
+      real(wp) :: z(8), decisive
 
       if (self%untested) then
          call check_start(system, state, dt, status)
@@ -119,11 +120,12 @@ contains
          if (dt /= self%inverse_dt .or. maxval(abs(state%p)) > outgrown*self%equations%unit) &
             call choose_unit(self, system, state, dt, decisive, status)
       end if
-      if (status%code == 0) call find_root(self, system, dt, z, status)
       if (status%code == 0) then
-         a = self%equations%mean_rate(z)
-         if (.not. (self%positive .and. norm2(0.125_wp*dt*a(2:4)) < 1.0_wp)) &
-            status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+         call find_root(self, system, dt, z, status)
+         if (status%code == 0) then
+            if (.not. is_trusted(self, z)) status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+         end if
+         if (status%code /= 0) call walk_to_root(self, system, state, dt, decisive, z, status)
       end if
       status%iterations = self%iterations
       status%residual = self%residual
@@ -132,10 +134,73 @@ contains
          self%known = 0
          return
       end if
-      if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
-         system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*a(2:4), self%work)
-      call accept(self, state, dt, z, a)
+      call accept(self, system, state, dt, z)
    end subroutine step
+
+   !> |b|, b = ⅛Δt J⁻¹(w̄ - 2h): the tangent of a quarter of the turn.
+   pure real(wp) function turn_of(self, z)
+      class(nielsen_krenk_t), intent(in) :: self
+      real(wp), intent(in) :: z(8)
+      real(wp) :: a(4)
+      a = self%equations%mean_rate(z)
+      turn_of = norm2((0.125_wp*self%equations%dt)*a(2:4))
+   end function turn_of
+
+   !> True if the root is surely that of the true motion.
+   pure logical function is_trusted(self, z)
+      class(nielsen_krenk_t), intent(in) :: self
+      real(wp), intent(in) :: z(8)
+      is_trusted = is_surely_true(turn_of(self, z), self%determinant, self%equations%forces%active)
+   end function is_trusted
+
+   !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
+   subroutine walk_to_root(self, system, state, dt, decisive, z, status)
+      class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s, and the time that decides which torques act, s.
+      real(wp), intent(in) :: dt, decisive
+      real(wp), intent(out) :: z(8)
+      !> On entry: why the root found at once will not do; it stays where the branch ends.
+      type(status_t), intent(inout) :: status
+      type(branch_walk_t) :: walk
+      type(status_t) :: trial
+      real(wp) :: root(8), guess(8), change(8), determinant
+      integer :: iterations
+      logical :: found
+      iterations = self%iterations
+      self%known = 0
+      root = 0.0_wp
+      call walk%start(turn_of(self, root))
+      do while (walk%goes_on())
+         call self%equations%start(system, state, walk%next*dt, decisive)
+         if (walk%reached > 0.0_wp) then
+            guess = root + walk%secant()*change
+         else
+            call first_guess(self, guess)
+         end if
+         z = guess
+         trial = status_t()
+         self%inverse_dt = 0.0_wp
+         call iterate(self, system, z, trial)
+         iterations = iterations + self%iterations
+         ! The determinant counts at the root itself.
+         if (trial%code == 0) call factorize(self, system, z, trial)
+         found = trial%code == 0
+         determinant = self%determinant
+         if (found .and. walk%reached > 0.0_wp) then
+            found = walk%keeps_to(turn_of(self, z), determinant, maxval(abs(z - guess)))
+         else if (found) then
+            found = is_trusted(self, z)
+         end if
+         call walk%judge(found, 0.5_wp*norm2(z(1:4) - root(1:4)), determinant)
+         if (.not. found) cycle
+         change = z - root
+         root = z
+      end do
+      self%iterations = iterations
+      if (walk%reached >= 1.0_wp) status = status_t()
+   end subroutine walk_to_root
 
    !> The inverse of the Jacobian with its step and unit, and the increments of the last steps.
    pure integer function memory_size(self)
@@ -149,7 +214,7 @@ contains
       integer :: i
       store(1) = self%equations%unit
       store(2) = self%inverse_dt
-      store(3) = merge(1.0_wp, 0.0_wp, self%positive)
+      store(3) = self%determinant
       store(4) = self%last_dt
       store(5) = real(self%known, wp)
       do i = 1, 8
@@ -167,7 +232,7 @@ contains
       integer :: i
       call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, store(1))
       self%inverse_dt = store(2)
-      self%positive = store(3) > 0.5_wp
+      self%determinant = store(3)
       self%last_dt = store(4)
       self%known = int(store(5))
       do i = 1, 8
@@ -178,12 +243,16 @@ contains
       end do
    end subroutine set_memory
 
-   !> Moves the state by the increments that the root z with its rate a stands for, and remembers z.
-   pure subroutine accept(self, state, dt, z, a)
+   !> Moves the state by the increments that the root z stands for, and remembers z.
+   subroutine accept(self, system, state, dt, z)
       class(nielsen_krenk_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt, z(8), a(4)
-      real(wp) :: dq(4), dp(4)
+      real(wp), intent(in) :: dt, z(8)
+      real(wp) :: a(4), dq(4), dp(4)
+      a = self%equations%mean_rate(z)
+      if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
+         system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*a(2:4), self%work)
       call self%equations%increments(state, z, a, dq, dp)
       call add_increment(state%q, state%q_carry, dq)
       call add_increment(state%p, state%p_carry, dp)
@@ -257,23 +326,30 @@ contains
       self%inverse_dt = 0.0_wp
    end subroutine choose_unit
 
-   !> First guess: the last increments continued, else the rates at the start of the step.
+   !> First guess: the last increments continued, else `first_guess`.
    pure subroutine guess(self, dt, z)
       class(nielsen_krenk_t), intent(in) :: self
       real(wp), intent(in) :: dt
       real(wp), intent(out) :: z(8)
-      real(wp) :: a(4)
       if (self%known == 0) then
-         z = 0.0_wp
-         a = self%equations%mean_rate(z)
-         z(1:4) = (0.25_wp*dt)*quat_product(self%equations%x0, a)
-         z(5:8) = -(0.25_wp*dt)*quat_product(self%equations%y0, quat_conjugate(a))
+         call first_guess(self, z)
       else if (dt /= self%last_dt) then
          z = (dt/self%last_dt)*self%differences(:, 0)
       else
          call continue_steps(8, self%differences, self%known, z)
       end if
    end subroutine guess
+
+   !> The rates at the start of the step.
+   pure subroutine first_guess(self, z)
+      class(nielsen_krenk_t), intent(in) :: self
+      real(wp), intent(out) :: z(8)
+      real(wp) :: a(4)
+      z = 0.0_wp
+      a = (0.25_wp*self%equations%dt)*self%equations%mean_rate(z)
+      z(1:4) = quat_product(self%equations%x0, a)
+      z(5:8) = -quat_product(self%equations%y0, quat_conjugate(a))
+   end subroutine first_guess
 
    !> Newton's iteration from the guess z to the root.
    subroutine iterate(self, system, z, status)
@@ -334,10 +410,10 @@ contains
          status = handle_info('dgetrf', info)
          return
       end if
-      self%positive = .true.
+      self%determinant = 1.0_wp
       do i = 1, 8
-         if (pivots(i) /= i) self%positive = .not. self%positive
-         if (lu(i, i) < 0.0_wp) self%positive = .not. self%positive
+         if (pivots(i) /= i) self%determinant = -self%determinant
+         self%determinant = self%determinant*max(-largest_factor, min(largest_factor, lu(i, i)))
       end do
       self%inverse = 0.0_wp
       do i = 1, 8
@@ -353,11 +429,12 @@ contains
       type(archive_t), intent(inout) :: archive
       call self%equations%transfer(archive)
       call archive%transfer(self%inverse)
-      call archive%transfer(self%positive)
+      call archive%transfer(self%determinant)
       call archive%transfer(self%inverse_dt)
       call archive%transfer(self%differences)
       call archive%transfer(self%known)
       call archive%transfer(self%last_dt)
+      call archive%transfer(self%untested)
    end subroutine transfer_memory
 
 end module nutate_nielsen_krenk

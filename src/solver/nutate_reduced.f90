@@ -5,6 +5,7 @@
 module nutate_reduced
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
+   use nutate_branch, only: branch_walk_t, is_surely_true
    use nutate_kinds, only: wp, eps
    use nutate_newton, only: attitude_noise, has_converged, patience, too_slow
    use nutate_range, only: check_start, check_system
@@ -25,9 +26,6 @@ module nutate_reduced
    integer, parameter :: many = 4
    !> Increment of b above which the free part of the Jacobian, cheap as it is, is taken anew.
    real(wp), parameter :: coarse = 1e-6_wp
-   !> Largest |b|² of a step. At 1, the end of the branch, the equation without its denominators has roots of its own,
-   !> which conserve nothing.
-   real(wp), parameter :: end_of_branch = 1 - 1e-6_wp
    !> Bound of the second derivative of the free F, by which the rate of convergence is known beforehand.
    real(wp), parameter :: curvature = 200.0_wp
    !> The turn of a step on the branch of the true motion is below 1: guesses that are longer by this factor have gone
@@ -95,8 +93,8 @@ contains
    end subroutine prepare
 
    !> One step. Errors, with the state as it was: `NUTATE_BAD_ARGUMENT` for a first state off the constraint manifold;
-   !> `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`; `NUTATE_OFF_BRANCH` where |b| >= 1 or the
-   !> determinant of the Jacobian is not positive: the root is not the continuation of the true motion from short steps.
+   !> `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`; `NUTATE_OFF_BRANCH` where the branch of roots that
+   !> continues the true motion from short steps ends before this one.
    subroutine step(self, system, state, dt, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -104,7 +102,6 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       real(wp) :: b(3), decisive
-      integer :: spent
 
       if (self%untested) call test_start(self, system, state, dt, status)
       if (status%code /= 0) return
@@ -117,18 +114,13 @@ contains
       else
          call begin(self, system, b, status)
       end if
-      if (status%code == 0) call iterate(self, system, b, status)
-      if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
-         ! A stiff force may hold the body where it is.
-         spent = self%iterations
-         status = status_t()
-         b = 0.0_wp
-         self%fresh = .false.
-         call iterate(self, system, b, status)
-         self%iterations = self%iterations + spent
+      if (status%code == 0) then
+         call find_root(self, system, b, status)
+         if (status%code == 0) then
+            if (.not. is_trusted(self, b)) status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+         end if
+         if (status%code /= 0) call walk_to_root(self, system, state, dt, decisive, b, status)
       end if
-      if (status%code == 0 .and. .not. (self%determinant > 0.0_wp .and. b(1)**2 + b(2)**2 + b(3)**2 < end_of_branch)) &
-         status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
       status%iterations = self%iterations
       status%residual = self%residual
       if (status%code /= 0) then
@@ -146,6 +138,80 @@ contains
          self%fresh = .false.
       end if
    end subroutine step
+
+   !> Newton's iteration, and from another guess where that fails.
+   subroutine find_root(self, system, b, status)
+      class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: b(3)
+      type(status_t), intent(inout) :: status
+      integer :: spent
+      call iterate(self, system, b, status)
+      if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
+         ! A stiff force may hold the body where it is.
+         spent = self%iterations
+         status = status_t()
+         b = 0.0_wp
+         self%fresh = .false.
+         call iterate(self, system, b, status)
+         self%iterations = self%iterations + spent
+      end if
+   end subroutine find_root
+
+   !> True if the root is surely that of the true motion.
+   pure logical function is_trusted(self, b)
+      class(reduced_t), intent(in) :: self
+      real(wp), intent(in) :: b(3)
+      is_trusted = is_surely_true(sqrt(b(1)**2 + b(2)**2 + b(3)**2), self%determinant/self%equations%unloaded, &
+                                  self%equations%forces%active)
+   end function is_trusted
+
+   !> Follows the branch of the true motion from short steps to this one. Success leaves its root in b.
+   subroutine walk_to_root(self, system, state, dt, decisive, b, status)
+      class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s, and the time that decides which torques act, s.
+      real(wp), intent(in) :: dt, decisive
+      real(wp), intent(out) :: b(3)
+      !> On entry: why the root found at once will not do; it stays where the branch ends.
+      type(status_t), intent(inout) :: status
+      type(branch_walk_t) :: walk
+      type(status_t) :: trial
+      real(wp) :: root(3), guess(3), change(3), determinant
+      integer :: iterations
+      logical :: found
+      iterations = self%iterations
+      root = 0.0_wp
+      call walk%start(norm2(self%equations%first_guess(system)))
+      do while (walk%goes_on())
+         call self%equations%set_step(system, walk%next*dt)
+         call self%equations%start(system, state, decisive)
+         self%fresh = .false.
+         if (walk%reached > 0.0_wp) then
+            guess = root + walk%secant()*change
+         else
+            guess = self%equations%first_guess(system)
+         end if
+         b = guess
+         trial = status_t()
+         call iterate(self, system, b, trial)
+         iterations = iterations + self%iterations
+         found = trial%code == 0
+         determinant = self%determinant/self%equations%unloaded
+         if (found .and. walk%reached > 0.0_wp) then
+            found = walk%keeps_to(norm2(b), determinant, maxval(abs(b - guess)))
+         else if (found) then
+            found = is_trusted(self, b)
+         end if
+         call walk%judge(found, norm2(b - root), determinant)
+         if (.not. found) cycle
+         change = b - root
+         root = b
+      end do
+      self%iterations = iterations
+      if (walk%reached >= 1.0_wp) status = status_t()
+   end subroutine walk_to_root
 
    !> The step, the b of the past, the effects' derivatives; the Jacobian is taken anew in every step.
    pure integer function memory_size(self)

@@ -39,8 +39,8 @@ module nutate_reduced_equations
       real(wp) :: half_momentum(4) = 0.0_wp
       !> Δt/4s, and L0 and h times it; shape (3).
       real(wp) :: scale = 0.0_wp, momentum(3) = 0.0_wp, rotor(3) = 0.0_wp
-      !> J/s; shape (3,3).
-      real(wp) :: inertia(3, 3) = 0.0_wp
+      !> J/s; shape (3,3), and its determinant, that of a very short step.
+      real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
       !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
       !> τ̄ at the last b for which F was asked, N m; shape (3).
@@ -85,6 +85,9 @@ contains
       associate (j => system%body%inertia)
          largest = max(j(1, 1), j(2, 2), j(3, 3))
          self%inertia = j/largest
+      end associate
+      associate (moments => system%body%moments)
+         self%unloaded = (moments(1)/largest)*(moments(2)/largest)*(moments(3)/largest)
       end associate
       self%dt = dt
       self%rate = 4/dt
@@ -356,6 +359,7 @@ contains
       call archive%transfer(self%torque_limit)
       call archive%transfer(self%rotor)
       call archive%transfer(self%inertia)
+      call archive%transfer(self%unloaded)
       call archive%transfer(self%by_forces)
    end subroutine transfer_equations
 

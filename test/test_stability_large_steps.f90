@@ -1,0 +1,179 @@
+!> Steps from far too short to far too long: what is converged conserves, what cannot follow the motion is cut, and
+!> refused when nothing helps.
+module test_stability_large_steps
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_kinds, only: wp, eps, long
+   use nutate_methods, only: make_stepper
+   use nutate_quaternion, only: attitude_distance
+   use nutate_state, only: state_t
+   use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR, status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use test_problems, only: box, fast_top, forced_body, march, problem_t
+   use test_stability_branch, only: watched_t
+   use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
+   use test_stability_meter, only: follow
+   use testdrive, only: error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_stability_large_steps, large_step_cases
+
+   !> Δt|Ω| of the start: short steps, which follow the motion; long ones, which may need cuts; one that is hopeless.
+   real(wp), parameter :: short_steps(9) = [1e-9_wp, 1e-7_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 1e-2_wp, 0.1_wp, 0.3_wp, &
+                                            1.0_wp]
+   real(wp), parameter :: long_steps(6) = [2.0_wp, 3.0_wp, 5.0_wp, 10.0_wp, 30.0_wp, 100.0_wp]
+   real(wp), parameter :: hopeless = 1e6_wp
+   !> Bound of every invariant at every step.
+   real(wp), parameter :: bound = 3e-13_wp
+
+contains
+
+   subroutine collect_stability_large_steps(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("the box at any step: right, cut or refused", box_at_any_step), &
+                  new_unittest("the fast top at any step: right, cut or refused", top_at_any_step), &
+                  new_unittest("every effect at any step: right, cut or refused", effects_at_any_step)]
+   end subroutine collect_stability_large_steps
+
+   !> The cases of this group.
+   function large_step_cases() result(cases)
+      type(stability_case_t), allocatable :: cases(:)
+      cases = [box_case(), top_case(), effects_case()]
+   end function large_step_cases
+
+   type(stability_case_t) function box_case() result(item)
+      item%name = 'box, Δt|Ω| from 1e-9 to 1e6'
+      item%guards = 'steps that freeze the state, wrong roots of long steps (they conserve everything), cuts '// &
+                    'that break an invariant, refusals without a reason'
+      item%selected = EVERY_WAY
+      item%run => run_box
+   end function box_case
+
+   type(stability_case_t) function top_case() result(item)
+      item%name = 'fast top, Δt|Ω| from 1e-9 to 1e6'
+      item%guards = 'the same where gravity belongs to the equations of the step'
+      item%selected = EVERY_WAY
+      item%run => run_top
+   end function top_case
+
+   type(stability_case_t) function effects_case() result(item)
+      item%name = 'every effect, Δt|Ω| from 1e-9 to 1e6'
+      item%guards = 'the same with springs, damping, torques and rotors: the energy account with its work must close'
+      item%selected = EVERY_WAY
+      item%run => run_effects
+   end function effects_case
+
+   subroutine box_at_any_step(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, box_case())
+   end subroutine box_at_any_step
+
+   subroutine top_at_any_step(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, top_case())
+   end subroutine top_at_any_step
+
+   subroutine effects_at_any_step(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, effects_case())
+   end subroutine effects_at_any_step
+
+   subroutine run_box(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      call climb(box(), way, whole, record)
+   end subroutine run_box
+
+   subroutine run_top(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      call climb(fast_top(), way, whole, record)
+   end subroutine run_top
+
+   subroutine run_effects(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      call climb(forced_body(), way, whole, record)
+   end subroutine run_effects
+
+   !> A run at each step of the ladder.
+   subroutine climb(problem, way, whole, record)
+      type(problem_t), intent(in) :: problem
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      type(record_t) :: rung
+      real(wp) :: rate, first_cut
+      integer :: i
+      rate = norm2(angular_velocity(problem%system, problem%start))
+      do i = 1, size(short_steps)
+         call follow_closely(problem, way, short_steps(i)/rate, merge(1000_long, 10_long, whole), record)
+      end do
+      call record%require(record%cut_steps == 0, 'a step of 1 rad and less was cut')
+      first_cut = 0.0_wp
+      do i = 1, size(long_steps)
+         rung = record_t()
+         call keep_to_branch(problem, way, long_steps(i)/rate, merge(50_long, 5_long, whole), rung)
+         call rung%require(.not. rung%refused, 'Δt|Ω| = '//number_text(long_steps(i))//': '//trim(rung%outcome))
+         if (rung%cut_steps > 0 .and. first_cut <= 0.0_wp) first_cut = long_steps(i)
+         call record%absorb(rung)
+      end do
+      call record%require_invariants(bound)
+      call record%require(first_cut > 0.0_wp, 'a step of 100 rad was not cut')
+      rung = record_t()
+      call follow(problem, way, hopeless/rate, 1_long, rung)
+      call rung%require(rung%refused .and. rung%outcome /= '' .and. &
+                        any(rung%code == [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR]), &
+                        'a hopeless step was not refused')
+      call record%require(rung%passed, trim(rung%message))
+      record%outcome = 'held to Δt|Ω| = 100, first cut at '//number_text(first_cut)//'; at 1e6 '//rung%outcome
+   end subroutine climb
+
+   !> Steps short enough to follow the motion: near the solution of an explicit method of order 8, and not still.
+   subroutine follow_closely(problem, way, dt, n, record)
+      type(problem_t), intent(in) :: problem
+      type(way_t), intent(in) :: way
+      real(wp), intent(in) :: dt
+      integer(long), intent(in) :: n
+      type(record_t), intent(inout) :: record
+      integer, parameter :: compared = 10
+      class(stepper_t), allocatable :: other
+      type(state_t) :: state, reference
+      type(status_t) :: status
+      real(wp) :: turn, allowed
+      call follow(problem, way, dt, n, record)
+      call follow(problem, way, dt, int(compared, long), record, state)
+      call make_stepper(problem%system, integrator_settings_t(method='dop853'), other, status)
+      reference = problem%start
+      call march(problem%system, other, reference, dt/20, 20*compared, status)
+      turn = dt*norm2(angular_velocity(problem%system, problem%start))
+      ! The error of order 2 is some (Δt|Ω|)²/12 of the way; that of order 8 has a large constant.
+      allowed = compared*turn*min(0.5_wp*turn**2, 0.5_wp) + 100*eps
+      if (way%order == 8) allowed = compared*turn*min(1.0_wp, 10*turn**8) + 100*eps
+      call record%require_below(attitude_distance(state%q, reference%q), allowed, 'attitude at Δt|Ω| = '// &
+                                number_text(turn))
+      call record%require(attitude_distance(state%q, problem%start%q) > 0.1_wp*turn, 'the body stood still')
+   end subroutine follow_closely
+
+   !> Steps as long as they come: those of order 2 are compared with the continuation of the motion from short steps.
+   subroutine keep_to_branch(problem, way, dt, n, record)
+      type(problem_t), intent(in) :: problem
+      type(way_t), intent(in) :: way
+      real(wp), intent(in) :: dt
+      integer(long), intent(in) :: n
+      type(record_t), intent(inout) :: record
+      type(watched_t) :: watched
+      if (way%order == 2) then
+         call follow(problem, way, dt, n, record, stepper=watched)
+         call record%require(watched%accepted > 0 .and. watched%astray == 0, 'a wrong root was accepted at Δt = '// &
+                             number_text(dt)//' s')
+      else
+         call follow(problem, way, dt, n, record)
+      end if
+   end subroutine keep_to_branch
+
+end module test_stability_large_steps
