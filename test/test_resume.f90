@@ -323,7 +323,7 @@ contains
    !> The box with steps that it cannot follow.
    subroutine runs_go_on_with_cut_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.3_wp, end_time=6.0_wp)
+      type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.6_wp, end_time=12.0_wp)
       type(recorder_t) :: recorder
       type(status_t) :: status
       character(len=:), allocatable :: outcome

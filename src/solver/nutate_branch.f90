@@ -8,7 +8,7 @@ module nutate_branch
    implicit none
    private
 
-   public :: branch_walk_t, is_surely_true
+   public :: branch_walk_t, is_surely_true, is_continued
 
    !> |b|, b = ¼Δt Ω̄, below which a root with a positive determinant is the true one. On a free body's axis the branch
    !> ends where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the
@@ -22,8 +22,8 @@ module nutate_branch
    real(wp), parameter :: farthest_jump = 0.05_wp
    !> Change of b that the walk aims at from one length to the next, part of the whole step below which it gives up,
    !> and most lengths tried.
-   real(wp), parameter :: pace = 0.06_wp, shortest = 1e-3_wp, first_shortest = 1e-9_wp
-   integer, parameter :: most_lengths = 250
+   real(wp), parameter :: pace = 0.06_wp, shortest = 1e-3_wp, first_shortest = 1e-15_wp
+   integer, parameter :: most_lengths = 1000
 
    !> A walk along the branch, in parts of the step's length.
    type :: branch_walk_t
@@ -60,6 +60,18 @@ contains
       is_surely_true = turn < surely_true .and. determinant > 0.0_wp
       if (is_surely_true .and. forced) is_surely_true = determinant*mild > 1.0_wp .and. determinant < mild
    end function is_surely_true
+
+   !> True if a root continues that of the last step, which was true: in a step that effects dominate.
+   pure logical function is_continued(turn, determinant, last_determinant, jump)
+      !> |b|
+      real(wp), intent(in) :: turn
+      !> Determinant of the Jacobian, and that of the last step of the same length; 0 where there is none.
+      real(wp), intent(in) :: determinant, last_determinant
+      !> Largest distance of an unknown from the guess that continues the last steps.
+      real(wp), intent(in) :: jump
+      is_continued = turn < surely_true .and. jump < farthest_jump .and. determinant > 0.5_wp*last_determinant .and. &
+                     determinant < 2*last_determinant
+   end function is_continued
 
    !> Starts at a length whose root is surely the true one.
    pure subroutine start(self, turn)

@@ -7,7 +7,7 @@
 module nutate_nielsen_krenk
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
-   use nutate_branch, only: branch_walk_t, is_surely_true
+   use nutate_branch, only: branch_walk_t, is_continued, is_surely_true
    use nutate_effect, only: are_in_range
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
@@ -38,8 +38,8 @@ module nutate_nielsen_krenk
    !> Turns in a step, rad, and entries of the Jacobian that are larger belong to no step that could be taken; their
    !> products would overflow.
    real(wp), parameter :: greatest_turn = 1e40_wp, greatest_entry = 1e140_wp
-   !> Bound of what is multiplied to the determinant.
-   real(wp), parameter :: largest_factor = 1e30_wp
+   !> Bound of the exponent of the determinant.
+   integer, parameter :: largest_power = 500
 
    !> The 8×8 stepper. `step` allocates nothing.
    type, extends(stepper_t) :: nielsen_krenk_t
@@ -104,7 +104,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: z(8), decisive
+      real(wp) :: z(8), decisive, last, jump
 
       if (self%untested) then
          call check_start(system, state, dt, status)
@@ -113,6 +113,8 @@ contains
       end if
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
+      last = 0.0_wp
+      if (self%known > 0 .and. dt == self%last_dt) last = self%determinant
       self%iterations = 0
       call test_norm(state%q, status)
       if (status%code == 0) then
@@ -121,9 +123,10 @@ contains
             call choose_unit(self, system, state, dt, decisive, status)
       end if
       if (status%code == 0) then
-         call find_root(self, system, dt, z, status)
+         call find_root(self, system, dt, z, jump, status)
          if (status%code == 0) then
-            if (.not. is_trusted(self, z)) status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+            if (.not. (is_trusted(self, z) .or. is_continued(turn_of(self, z), self%determinant, last, jump))) &
+               status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
          end if
          if (status%code /= 0) call walk_to_root(self, system, state, dt, decisive, z, status)
       end if
@@ -264,14 +267,18 @@ contains
    end subroutine accept
 
    !> The root of the step's equations.
-   subroutine find_root(self, system, dt, z, status)
+   subroutine find_root(self, system, dt, z, jump, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
       real(wp), intent(out) :: z(8)
+      !> Its largest distance from the guess.
+      real(wp), intent(out) :: jump
       type(status_t), intent(inout) :: status
+      real(wp) :: guessed(8)
       integer :: spent
       call guess(self, dt, z)
+      guessed = z
       call iterate(self, system, z, status)
       if (status%code == NUTATE_NOT_CONVERGED .and. self%known == 0 .and. self%equations%forces%active) then
          ! A stiff force may hold the body where it is.
@@ -282,6 +289,7 @@ contains
          call iterate(self, system, z, status)
          self%iterations = self%iterations + spent
       end if
+      jump = maxval(abs(z - guessed))
    end subroutine find_root
 
    !> Refuses an attitude that is far from the unit sphere, as it can become without projection.
@@ -399,7 +407,7 @@ contains
       real(wp), intent(in) :: z(8)
       type(status_t), intent(inout) :: status
       real(wp) :: lu(8, 8)
-      integer :: pivots(8), info, i
+      integer :: pivots(8), info, i, power
       call self%equations%jacobian(system, z, lu)
       if (.not. maxval(abs(lu)) <= greatest_entry) then
          status = fail(NUTATE_OFF_BRANCH, 'the effects are too strong for a step of this length')
@@ -410,11 +418,15 @@ contains
          status = handle_info('dgetrf', info)
          return
       end if
+      ! In units of a small momentum the factors are of all sizes, but not their product.
       self%determinant = 1.0_wp
+      power = 0
       do i = 1, 8
          if (pivots(i) /= i) self%determinant = -self%determinant
-         self%determinant = self%determinant*max(-largest_factor, min(largest_factor, lu(i, i)))
+         self%determinant = self%determinant*fraction(lu(i, i))
+         power = power + exponent(lu(i, i))
       end do
+      self%determinant = scale(self%determinant, max(-largest_power, min(largest_power, power)))
       self%inverse = 0.0_wp
       do i = 1, 8
          self%inverse(i, i) = 1.0_wp

@@ -5,7 +5,7 @@
 module nutate_reduced
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
-   use nutate_branch, only: branch_walk_t, is_surely_true
+   use nutate_branch, only: branch_walk_t, is_continued, is_surely_true
    use nutate_kinds, only: wp, eps
    use nutate_newton, only: attitude_noise, has_converged, patience, too_slow
    use nutate_range, only: check_start, check_system
@@ -101,11 +101,16 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: b(3), decisive
+      real(wp) :: b(3), guess(3), decisive, last
 
       if (self%untested) call test_start(self, system, state, dt, status)
       if (status%code /= 0) return
-      if (dt /= self%equations%dt) call change_step(self, system, dt)
+      last = 0.0_wp
+      if (dt /= self%equations%dt) then
+         call change_step(self, system, dt)
+      else if (self%known > 0) then
+         last = self%determinant
+      end if
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
       call self%equations%start(system, state, decisive)
@@ -115,9 +120,12 @@ contains
          call begin(self, system, b, status)
       end if
       if (status%code == 0) then
+         guess = b
          call find_root(self, system, b, status)
          if (status%code == 0) then
-            if (.not. is_trusted(self, b)) status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+            if (.not. (is_trusted(self, b) .or. is_continued(sqrt(b(1)**2 + b(2)**2 + b(3)**2), self%determinant, last, &
+                                                             maxval(abs(b - guess))))) &
+               status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
          end if
          if (status%code /= 0) call walk_to_root(self, system, state, dt, decisive, b, status)
       end if
@@ -216,7 +224,7 @@ contains
    !> The step, the b of the past, the effects' derivatives; the Jacobian is taken anew in every step.
    pure integer function memory_size(self)
       class(reduced_t), intent(in) :: self
-      memory_size = 4 + size(self%past) + size(self%equations%by_forces)
+      memory_size = 5 + size(self%past) + size(self%equations%by_forces)
    end function memory_size
 
    pure subroutine get_memory(self, store)
@@ -227,11 +235,12 @@ contains
       store(2) = real(self%known, wp)
       store(3) = merge(1.0_wp, 0.0_wp, self%fresh)
       store(4) = merge(1.0_wp, 0.0_wp, self%untested)
+      store(5) = self%determinant
       do i = 1, 3
-         store(3*i + 2:3*i + 4) = self%equations%by_forces(:, i)
+         store(3*i + 3:3*i + 5) = self%equations%by_forces(:, i)
       end do
       do i = 1, memory
-         store(3*i + 11:3*i + 13) = self%past(:, i)
+         store(3*i + 12:3*i + 14) = self%past(:, i)
       end do
    end subroutine get_memory
 
@@ -244,11 +253,12 @@ contains
       self%known = int(store(2))
       self%fresh = store(3) > 0.5_wp
       self%untested = store(4) > 0.5_wp
+      self%determinant = store(5)
       do i = 1, 3
-         self%equations%by_forces(:, i) = store(3*i + 2:3*i + 4)
+         self%equations%by_forces(:, i) = store(3*i + 3:3*i + 5)
       end do
       do i = 1, memory
-         self%past(:, i) = store(3*i + 11:3*i + 13)
+         self%past(:, i) = store(3*i + 12:3*i + 14)
       end do
    end subroutine set_memory
 
