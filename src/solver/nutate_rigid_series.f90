@@ -22,6 +22,8 @@ module nutate_rigid_series
 
    !> The equations used: L and three rows; L and one; a top; a free body.
    integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4
+   !> Series that are summed at a time, at most.
+   integer, parameter :: most_series = 6
    !> Momentum below this part of that of a rotor does not tell the attitude well enough.
    real(wp), parameter :: telling = 1e-2_wp
 
@@ -273,16 +275,19 @@ contains
       !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4). Without attitude it may say
       !> nothing.
       real(wp), intent(out) :: turn(4)
-      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3)
+      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4)
       select case (self%equations)
       case (FREE_BODY)
          call sum_series(3, self%order, s, self%turn, momentum)
          momentum = self%momentum + self%inertia*momentum
          call sum_series(1, self%order, s, self%angle, angle)
          axis = self%frame(:, 2)
-         turn(2:4) = momentum/length_of(momentum)
-         turn = quat_product([cos(0.5_wp*angle(1)), sin(0.5_wp*angle(1))*axis], &
-                             [1 + (turn(2)*axis(1) + turn(3)*axis(2) + turn(4)*axis(3)), cross(turn(2:4), axis)])
+         along = momentum/length_of(momentum)
+         shortest(1) = 1 + (along(1)*axis(1) + along(2)*axis(2) + along(3)*axis(3))
+         shortest(2:4) = cross(along, axis)
+         about(1) = cos(0.5_wp*angle(1))
+         about(2:4) = sin(0.5_wp*angle(1))*axis
+         turn = quat_product(about, shortest)
          return
       case (TOP)
          call sum_series(3, self%order, s, self%turn, momentum)
@@ -316,18 +321,18 @@ contains
       real(wp), intent(in) :: s
       real(wp), intent(in) :: x(n, 0:highest_order)
       real(wp), intent(out) :: total(n)
-      real(wp) :: even(n), square
+      real(wp) :: even(most_series), square
       integer :: k, last
       square = s*s
       last = 2*((order - 1)/2)
       total = x(:, last + 1)
-      even = 0.0_wp
-      if (order > last + 1) even = x(:, order)
+      even(1:n) = 0.0_wp
+      if (order > last + 1) even(1:n) = x(:, order)
       do k = last, 2, -2
          total = total*square + x(:, k - 1)
-         even = even*square + x(:, k)
+         even(1:n) = even(1:n)*square + x(:, k)
       end do
-      total = s*(total + s*even)
+      total = s*(total + s*even(1:n))
    end subroutine sum_series
 
    !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:
