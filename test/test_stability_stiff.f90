@@ -128,14 +128,14 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(motion_meter_t) :: meter
+      type(motion_meter_t) :: meter, blank
       real(wp), parameter :: anchor(3) = [1.2_wp, 0.0_wp, 0.0_wp], omega(3) = [0.1_wp, 0.0_wp, 0.1_wp]
       real(wp), parameter :: steps(5) = [1e-6_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 0.1_wp]
       integer(long) :: n
       integer :: i
       n = merge(100000_long, 500_long, whole)
       do i = 1, size(steps)
-         meter = motion_meter_t()
+         meter = blank
          call follow(sprung_body(anchor, 1e12_wp, 0.1_wp, omega, 0.0_wp), way, steps(i), n, record, meter=meter)
          ! Amplitude Ω√(J/6e11), and no energy of more than the start's but for round-off of the 5e9 J.
          call record%require_below(meter%swing, 1.1_wp*0.1_wp*sqrt(2.5_wp/6e11_wp), 'swing of the axis')
@@ -171,7 +171,7 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(motion_meter_t) :: meter
+      type(motion_meter_t) :: meter, blank
       real(wp), parameter :: aside(3) = [0.0_wp, 1.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
       real(wp), parameter :: slow(3) = [0.0_wp, 0.0_wp, 0.01_wp]
       real(wp) :: amplitude
@@ -179,17 +179,17 @@ contains
       n = merge(100000_long, 1000_long, whole)
       call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), at_rest, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
       call record%require_below(meter%swing, 4*eps, 'swing of the spring at its rest length')
-      meter = motion_meter_t()
+      meter = blank
       call follow(sprung_body(e1, 100.0_wp, 0.1_wp, at_rest, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
       call record%require_below(meter%swing, 0.0_wp, 'swing of the spring with its ends in one point')
-      meter = motion_meter_t()
+      meter = blank
       call follow(sprung_body(e1, 100.0_wp, 0.1_wp, slow, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
       call record%require(meter%swing > 0.05_wp, 'the compressed spring did not push')
       call record%require_invariants(1e-11_wp)
       ! ℓ - l₀ = s/√2 for a swing by s, which k/2 and J₃ make 630 rad/s: a step is one period.
       amplitude = 0.01_wp*sqrt(2.5_wp/0.5e6_wp)
       cuts = record%cut_steps
-      meter = motion_meter_t()
+      meter = blank
       call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), slow, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
       call record%require_below(meter%swing, 1.1_wp*amplitude, 'swing about the rest length')
       call record%require_below(record%energy, 16*eps/amplitude*sqrt(real(n, wp)), 'energy about the rest length')
@@ -201,7 +201,7 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(motion_meter_t) :: meter
+      type(motion_meter_t) :: meter, blank
       type(problem_t) :: problem
       type(status_t) :: status
       type(record_t) :: part
@@ -216,7 +216,7 @@ contains
          call make_body(diagonal(moments), problem%system%body, status)
          call problem%system%effects%add(damping_t(coefficients(:, i)))
          problem%start = make_state(problem%system, identity, omega)
-         meter = motion_meter_t()
+         meter = blank
          part = record_t()
          call follow(problem, way, 0.01_wp, merge(10000_long, 100_long, whole), part, meter=meter)
          ! What is left of the motion at last is round-off of the square of the start's.

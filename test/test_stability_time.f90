@@ -196,7 +196,7 @@ contains
       real(wp), parameter :: dt = 0.001_wp
       type(problem_t) :: problem
       type(state_t) :: state, reference
-      type(clock_meter_t) :: meter
+      type(clock_meter_t) :: meter, blank
       integer(long) :: n
       integer(long), parameter :: starts(3) = [1000000000_long, 1234567891_long, -999999999_long]
       integer :: i
@@ -205,7 +205,9 @@ contains
       call follow(problem, way, dt, n, record, state=reference)
       do i = 1, size(starts)
          problem%start%t = starts(i)*dt
-         meter = clock_meter_t(t_first=problem%start%t, spacing=dt)
+         meter = blank
+         meter%t_first = problem%start%t
+         meter%spacing = dt
          call follow(problem, way, dt, n, record, state=state, meter=meter)
          call record%require(meter%on_time, 'a row is not at t0 + kΔt')
          call record%require(all(state%q == reference%q) .and. all(state%p == reference%p), &
@@ -227,7 +229,7 @@ contains
       real(wp), parameter :: t_later = 1e6_wp, interval = 0.01_wp, length = 0.2_wp
       type(problem_t) :: problem
       type(state_t) :: state, reference
-      type(clock_meter_t) :: meter
+      type(clock_meter_t) :: meter, blank
       type(run_summary_t) :: summary
       type(status_t) :: status
       type(run_plan_t) :: plan
@@ -243,7 +245,10 @@ contains
       state = problem%start
       state%t = t_later
       plan%end_time = t_later + length
-      meter = clock_meter_t(t_first=t_later, spacing=interval, inverse_j0=way%inverse_j0(problem%system))
+      meter = blank
+      meter%t_first = t_later
+      meter%spacing = interval
+      meter%inverse_j0 = way%inverse_j0(problem%system)
       call integrate_controlled(problem%system, way%settings(problem%system), &
                                 goal, state, plan, meter, &
                                 summary, status)

@@ -220,14 +220,14 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(tilt_meter_t) :: meter
+      type(tilt_meter_t) :: meter, blank
       real(wp), parameter :: spins(2) = [0.95_wp, 1.05_wp], tilts(2) = [0.0_wp, 1e-300_wp]
       integer(long) :: n
       integer :: i, k
       n = merge(100000_long, 1000_long, whole)
       do k = 1, size(tilts)
          do i = 1, size(spins)
-            meter = tilt_meter_t()
+            meter = blank
             ! The slow one would leave from 1e-300 after 700 times its time, 1 s.
             call follow(tilted_top(tilts(k), spins(i)*[0.0_wp, 0.0_wp, sleeping_spin(j1, j3, mgl)]), way, 0.01_wp, &
                         merge(n, min(n, 20000_long), tilts(k) <= 0.0_wp .or. i == 2), record, meter=meter)
@@ -250,14 +250,15 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(tilt_meter_t) :: meter
+      type(tilt_meter_t) :: meter, blank
       real(wp), parameter :: below = 0.8_wp, above = 1.05_wp, tilt = 1e-10_wp
       real(wp) :: error(2), dt, critical
       integer :: i
       critical = sleeping_spin(j1, j3, mgl)
       do i = 1, 2
          dt = 0.01_wp/i
-         meter = tilt_meter_t(marks=[500_long*i, 800_long*i])
+         meter = blank
+         meter%marks = [500_long*i, 800_long*i]
          call follow(tilted_top(tilt, [0.0_wp, 0.0_wp, below*critical]), way, dt, 800_long*i, record, meter=meter)
          error(i) = log(meter%tilts(2)/meter%tilts(1))/3.0_wp - fall_rate*sqrt(1 - below**2)
       end do
@@ -267,7 +268,7 @@ contains
       else
          call record%require_below(maxval(abs(error)), 1e-5_wp, 'error of the growth rate')
       end if
-      meter = tilt_meter_t()
+      meter = blank
       call follow(tilted_top(tilt, [0.0_wp, 0.0_wp, above*critical]), way, 0.01_wp, &
                   merge(1000000_long, 3000_long, whole), record, meter=meter)
       call record%require_below(meter%most, 1.1_wp*tilt*above/sqrt(above**2 - 1), 'tilt above the critical spin')
@@ -280,14 +281,14 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(tilt_meter_t) :: meter
+      type(tilt_meter_t) :: meter, blank
       ! Straight through both poles, and past them at 1e-9 rad and at some 0.05 rad by a little spin.
       real(wp), parameter :: spins(3) = [0.0_wp, 1e-8_wp, 0.5_wp]
       integer :: i
       real(wp) :: jump
       jump = 0.0_wp
       do i = 1, size(spins)
-         meter = tilt_meter_t()
+         meter = blank
          call follow(tilted_top(pi/3, [2.2_wp*fall_rate, 0.0_wp, spins(i)]), way, 0.003_wp, &
                      merge(300000_long, 1500_long, whole), record, meter=meter)
          call record%require(meter%least < 0.05_wp .and. meter%most > pi - 0.05_wp, 'the poles were not reached')
@@ -303,13 +304,14 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(tilt_meter_t) :: meter
+      type(tilt_meter_t) :: meter, blank
       real(wp), parameter :: factors(3) = [1 - 1e-3_wp, 1 + 1e-3_wp, 1.0_wp]
       integer(long) :: n, crossings(3)
       integer :: i
       n = merge(1000000_long, 10000_long, whole)
       do i = 1, size(factors)
-         meter = tilt_meter_t(above=.false.)
+         meter = blank
+         meter%above = .false.
          call follow(tilted_top(pi, [2*factors(i)*fall_rate, 0.0_wp, 0.0_wp]), way, 0.01_wp, n, record, meter=meter)
          crossings(i) = meter%crossings
          ! Energy decides how near it comes: cos θ/2 = f at the turning point.
@@ -327,25 +329,27 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      type(tilt_meter_t) :: meter
+      type(tilt_meter_t) :: meter, blank
       real(wp), parameter :: dt = 0.01_wp, at_rest(3) = 0.0_wp
       real(wp) :: rate
       integer(long) :: n
       n = merge(100000_long, 1000_long, whole)
-      meter = tilt_meter_t()
+      meter = blank
       call follow(tilted_top(0.0_wp, at_rest), way, dt, n, record, meter=meter)
       call record%require_below(meter%most, 0.0_wp, 'tilt of the upright top')
-      meter = tilt_meter_t()
+      meter = blank
       call follow(tilted_top(pi, at_rest), way, dt, n, record, meter=meter)
       call record%require_below(pi - meter%least, 16*eps, 'tilt of the hanging top')
-      meter = tilt_meter_t(marks=[1_long, 1_long])
+      meter = blank
+      meter%marks = [1_long, 1_long]
       call follow(tilted_top(1.0_wp, at_rest), way, dt, n, record, meter=meter)
       call record%require_below(abs(meter%tilts(1) - 1 - 0.5_wp*(fall_rate*dt)**2*sin(1.0_wp)), (fall_rate*dt)**4, &
                                 'tilt after the first step')
       call record%require(meter%most > pi - fall_rate*2*dt .and. meter%crossings > 2, 'the tilted top did not swing')
       ! From 1e-300 to some 1e-164, or through all decades and down.
       n = merge(100000_long, 10000_long, whole)
-      meter = tilt_meter_t(marks=[1000_long, 10000_long])
+      meter = blank
+      meter%marks = [1000_long, 10000_long]
       call follow(tilted_top(1e-300_wp, at_rest), way, dt, n, record, meter=meter)
       rate = log(meter%tilts(2)/meter%tilts(1))/90.0_wp
       call record%require_below(abs(rate - fall_rate), merge((fall_rate*dt)**2, 1e-6_wp, way%order == 2), &
