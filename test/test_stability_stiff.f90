@@ -197,13 +197,21 @@ contains
       if (way%order == 2) call record%require(record%cut_steps == cuts, 'a step that suits the motion was cut')
    end subroutine run_rest
 
+   type(problem_t) function damped_body(coefficient, omega) result(problem)
+      !> Body axes, N m s; rad/s.
+      real(wp), intent(in) :: coefficient(3), omega(3)
+      type(status_t) :: status
+      call make_body(diagonal(moments), problem%system%body, status)
+      call problem%system%effects%add(damping_t(coefficient))
+      problem%start = make_state(problem%system, identity, omega)
+   end function damped_body
+
    subroutine run_damping(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       type(motion_meter_t) :: meter, blank
       type(problem_t) :: problem
-      type(status_t) :: status
       type(record_t) :: part
       real(wp), parameter :: coefficients(3, 3) = reshape([3e2_wp, 3e2_wp, 3e2_wp, 1e3_wp, 1e4_wp, 1e5_wp, &
                                                            1e12_wp, 1e13_wp, 1e12_wp], [3, 3])
@@ -212,10 +220,7 @@ contains
       integer :: i
       energy = 0.5_wp*dot_product(moments, omega**2)
       do i = 1, size(coefficients, 2)
-         problem = problem_t()
-         call make_body(diagonal(moments), problem%system%body, status)
-         call problem%system%effects%add(damping_t(coefficients(:, i)))
-         problem%start = make_state(problem%system, identity, omega)
+         problem = damped_body(coefficients(:, i), omega)
          meter = blank
          part = record_t()
          call follow(problem, way, 0.01_wp, merge(10000_long, 100_long, whole), part, meter=meter)
