@@ -121,7 +121,7 @@ contains
       real(c_double), intent(in), optional :: a(4), b(4)
       real(c_double), intent(inout), optional :: c(4)
       real(wp) :: product(4)
-      code = judge(is_vector(a) .and. is_vector(b) .and. present(c))
+      code = judge(is_quaternion(a) .and. is_quaternion(b) .and. present(c))
       if (code /= NUTATE_OK) return
       product = quat_product(a, b)
       c = product
@@ -172,16 +172,22 @@ contains
 
    !> The argument is there and its numbers are no trouble.
    pure logical function is_vector(v)
-      real(wp), intent(in), optional :: v(:)
+      real(wp), intent(in), optional :: v(3)
       is_vector = present(v)
       if (is_vector) is_vector = all(is_moderate(v))
    end function is_vector
 
+   !> The same for four numbers.
+   pure logical function is_quaternion(q)
+      real(wp), intent(in), optional :: q(4)
+      is_quaternion = present(q)
+      if (is_quaternion) is_quaternion = all(is_moderate(q))
+   end function is_quaternion
+
    !> The same, and not all numbers are zero.
    pure logical function is_attitude(q)
-      real(wp), intent(in), optional :: q(:)
-      is_attitude = present(q)
-      if (is_attitude) is_attitude = all(is_moderate(q))
+      real(wp), intent(in), optional :: q(4)
+      is_attitude = is_quaternion(q)
       if (is_attitude) is_attitude = any(abs(q) > 0.0_wp)
    end function is_attitude
 
