@@ -12,7 +12,7 @@ FUZZ ?=
 export FFLAGS
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test stress fuzz memcheck sanitize bench figures lint docs install clean
+.PHONY: help setup build run test stress fuzz memcheck sanitize bench figures lint api docs install clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
@@ -57,12 +57,15 @@ lint: ## check the style of the sources
 	@bash tools/setup.sh lint
 	@bash tools/lint.sh
 
+api: ## write the list of all public names to docs/public-api.txt, which `make lint` compares
+	@python3 tools/public_api.py --write
+
 docs: ## write the reference of all modules to build/docs/index.html
 	@bash tools/setup.sh docs
 	@bash tools/docs.sh
 
-install: ## install program, library, .mod files and header in PREFIX=FOLDER
-	@bash tools/setup.sh build
+install: ## install program, libraries, header, .mod files, pkg-config and CMake packages in PREFIX=FOLDER
+	@bash tools/setup.sh install
 	@bash tools/install.sh '$(PREFIX)'
 
 clean: ## remove what was built; the tools in .venv and the fetched test-drive stay

@@ -76,7 +76,8 @@ enum nutate_status {
     NUTATE_BAD_HANDLE = 10,   /* not a handle of this kind: NULL, another kind, destroyed */
     NUTATE_CALLBACK = 11,     /* a callback reported a failure */
     NUTATE_TRUNCATED = 12,    /* a text did not fit into its buffer and was cut */
-    NUTATE_NO_MEMORY = 13     /* memory ran out */
+    NUTATE_NO_MEMORY = 13,    /* memory ran out */
+    NUTATE_STOPPED = 14       /* the run was asked to stop */
 };
 
 /* A rigid body and the effects that act on it. */

@@ -1,30 +1,24 @@
 #!/usr/bin/env bash
-# Installs into a folder: program, static library, .mod files and the C header.   tools/install.sh PREFIX
+# Installs into a folder: program, static and shared library, header, .mod files, pkg-config and CMake packages.
+#    tools/install.sh PREFIX
 set -u
 . "$(dirname "$0")/environment.sh"
 
 [ $# -eq 1 ] && [ -n "$1" ] || die "say where to install: make install PREFIX=FOLDER"
-prefix=$1
-# By way of a folder of its own: fpm installs more than belongs into a library.
-staged=$(mktemp -d) || exit 1
-trap 'rm -rf "$staged"' EXIT
-quietly install fpm install --flag "$FFLAGS" --prefix "$staged" || exit 1
+mkdir -p "$1" && prefix=$(cd "$1" && pwd) || exit 1
+folder=$top/build/cmake
 
-# After a test run fpm's archive holds the test framework too, and programs and benchmarks have modules as well.
-library=$staged/lib/libnutate.a
-ar t "$library" | grep testdrive | xargs -r ar d "$library" || exit 1
-modules=()
-for module in "$staged"/include/*.mod; do
-   name=$(basename "$module" .mod)
-   [ -n "$(find src -name "$name.f90" -print -quit)" ] && modules+=("$module")
-done
+# A folder configured for other compilers cannot be used for these.
+rm -f "$folder/CMakeCache.txt"
+quietly install-configure cmake -S "$top" -B "$folder" -DCMAKE_INSTALL_PREFIX="$prefix" \
+   -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_BUILD_TYPE=None -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" \
+   -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 || exit 1
+quietly install-build cmake --build "$folder" --parallel "$(nproc)" || exit 1
+quietly install cmake --install "$folder" || exit 1
 
-mkdir -p "$prefix/bin" "$prefix/lib" "$prefix/include" &&
-   cp "$staged/bin/nutate" "$prefix/bin/" &&
-   cp "$library" "$prefix/lib/" &&
-   cp "${modules[@]}" "$prefix/include/" || exit 1
-if [ -d include ]; then
-   cp include/*.h "$prefix/include/" || exit 1
-fi
-say "Installed bin/nutate, lib/libnutate.a and include/ in $prefix"
-say "To link:  gfortran -I$prefix/include my.f90 -L$prefix/lib -lnutate -llapack -lblas"
+say "Installed in $prefix: bin/nutate, lib/libnutate.so and .a, include/nutate.h, include/nutate/*.mod"
+say "To link:"
+say "   export PKG_CONFIG_PATH=$prefix/lib/pkgconfig"
+say "   gcc my.c \$(pkg-config --cflags --libs nutate) -Wl,-rpath,$prefix/lib"
+say "   gfortran my.f \$(pkg-config --libs nutate) -Wl,-rpath,$prefix/lib      FORTRAN 77 calls"
+say "   gfortran my.f90 \$(pkg-config --cflags --libs nutate-fortran)      use nutate"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang]...
+# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|install|link]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/environment.sh"
@@ -36,6 +36,20 @@ need_build() {
    want git git ca-certificates
    links_lapack || packages+=(liblapack-dev libblas-dev)
    has_fpm || need_pip fpm==0.12.0
+}
+
+need_install() {
+   want gfortran gfortran
+   want gcc gcc
+   want cmake cmake make
+   links_lapack || packages+=(liblapack-dev libblas-dev)
+}
+
+# For the programs of link/ and docs/linking.md.
+need_link() {
+   want g++ g++
+   want pkg-config pkg-config
+   python3 -c 'import ensurepip, venv' >/dev/null 2>&1 || packages+=(python3-venv)
 }
 
 need_test() { want python3 python3; }
@@ -80,8 +94,8 @@ link_flang() {
 [ $# -gt 0 ] || set -- build
 for need; do
    case $need in
-      build | test | memcheck | lint | docs | figures | flang) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang)" ;;
+      build | test | memcheck | lint | docs | figures | flang | install | link) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, install, link)" ;;
    esac
 done
 install_packages
