@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Checks the Fortran sources with fortitude (rules in fpm.toml) and the scripts for syntax.
+# Checks the Fortran sources with fortitude (rules in fpm.toml), the scripts for syntax, and that the public interface is
+# the one that docs/public-api.txt lists.
 set -u
 . "$(dirname "$0")/environment.sh"
 
@@ -12,5 +13,6 @@ fortitude check --output-format concise "${folders[@]}" || status=1
 for script in tools/*.sh .ci/run; do
    bash -n "$script" || status=1
 done
-python3 -m py_compile tools/*.py || status=1
+python3 -m py_compile tools/*.py python/*/*.py || status=1
+python3 tools/public_api.py --check || status=1
 exit $status
