@@ -1,4 +1,4 @@
-"""Runs the command-line tests (test/cli/test_*.py) against the program that $NUTATE names.
+"""Runs the tests of a folder, FOLDER/test_*.py, against the program that $NUTATE names.   run_python_tests.py FOLDER
 
 Reports failures only and ends with a line `N passed, N failed`, where a test with several failing parts counts once.
 """
@@ -7,14 +7,12 @@ import os
 import sys
 import unittest
 
-FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "test", "cli")
-
 
 def main():
     if not os.access(os.environ.get("NUTATE", ""), os.X_OK):
         sys.exit("NUTATE does not name a program")
     result = unittest.TestResult()
-    unittest.defaultTestLoader.discover(FOLDER).run(result)
+    unittest.defaultTestLoader.discover(sys.argv[1]).run(result)
 
     bad = result.errors + result.failures
     for test, report in bad:

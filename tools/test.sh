@@ -45,7 +45,7 @@ run_cli() {
    path=$(fpm_path run nutate)
    [ -n "$path" ] || { count "no program"; return; }
    say "Command-line tests ($path)"
-   NUTATE=$top/$path python3 tools/run_cli_tests.py 2>&1 </dev/null | tee "$log"
+   NUTATE=$top/$path python3 tools/run_python_tests.py test/cli 2>&1 </dev/null | tee "$log"
    count "$(tail -n 1 "$log")"
 }
 

@@ -1,0 +1,254 @@
+"""The Python package: the numbers of the program bit for bit, callbacks, misuse. $NUTATE names the program."""
+
+import csv
+import gc
+import glob
+import os
+import subprocess
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+
+import nutate
+
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
+BOX = os.path.join(SCENES, "box.nml")
+
+
+def make_box(**settings):
+    """The box of scenes/box.nml, ready to step."""
+    system = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+    stepper = nutate.Stepper(system, **{"time_step": 0.01, **settings})
+    stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 10))
+    return stepper
+
+
+def read_csv(path):
+    """Columns of a CSV file."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    return dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
+
+
+class ProgramTest(unittest.TestCase):
+    """What the program computes, Python computes."""
+
+    def test_every_scene_gives_the_bits_of_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for scene in sorted(glob.glob(os.path.join(SCENES, "*.nml"))):
+                path = os.path.join(folder, "program.csv")
+                subprocess.run([os.environ["NUTATE"], "run", scene, "--quiet", "--output", path], check=True)
+                expected, found = read_csv(path), nutate.run(scene)
+                self.assertEqual(list(expected), list(found), scene)
+                for name, values in expected.items():
+                    np.testing.assert_array_equal(found[name], values, f"{scene}: {name}")
+
+    def test_overrides_are_those_of_the_program(self):
+        history = nutate.run(BOX, "integrator.end_time=1", "output.columns='energy'")
+        self.assertEqual(list(history), ["t", "kinetic", "potential", "total", "work", "energy_residual"])
+        self.assertEqual(len(history["t"]), 101)
+        self.assertEqual(history["t"][-1], 1.0)
+
+    def test_stepping_gives_the_bits_of_the_scene(self):
+        scene = nutate.run(BOX, "integrator.end_time=2")
+        stepper = make_box()
+        rows = stepper.run(200)
+        for name in ("q0", "q1", "q2", "q3", "omega1", "omega2", "omega3"):
+            np.testing.assert_array_equal(rows[name], scene[name][1:], name)
+        by_hand = make_box()
+        for _ in range(200):
+            by_hand.step(0.01)
+        np.testing.assert_array_equal(by_hand.quaternion, stepper.quaternion)
+
+    def test_a_scene_can_be_stepped_and_written(self):
+        scene = nutate.Scene(BOX, "integrator.end_time=0.5")
+        self.assertIn("box", scene.title)
+        stepper = nutate.Stepper(scene)
+        stepper.run(50)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "box.csv")
+            scene.write(path)
+            self.assertEqual(read_csv(path)["omega2"][-1], stepper.angular_velocity[1])
+
+
+class StepperTest(unittest.TestCase):
+    """What a stepper says of its state."""
+
+    def test_quantities_agree_with_each_other(self):
+        stepper = make_box(order=4, linear_solver="reduced")
+        stepper.steps(0.01, 100)
+        rotation = stepper.matrix
+        np.testing.assert_allclose(rotation @ stepper.angular_momentum, stepper.angular_momentum_space, rtol=1e-14, atol=1e-12)
+        np.testing.assert_allclose(rotation @ stepper.angular_velocity, stepper.angular_velocity_space, rtol=1e-14, atol=1e-13)
+        np.testing.assert_allclose(stepper.angular_momentum, (5, 20, 17) * stepper.angular_velocity, rtol=1e-14, atol=1e-12)
+        self.assertAlmostEqual(stepper.time, 1.0, delta=1e-14)
+        self.assertLess(abs(stepper.energy[4]), 1e-13 * stepper.energy[2])
+        self.assertLess(abs(stepper.constraints).max(), 1e-12)
+        self.assertEqual(stepper.euler.shape, (3,))
+        self.assertEqual(stepper.conjugate_momentum.shape, (4,))
+
+    def test_columns_are_those_chosen(self):
+        stepper = make_box()
+        stepper.set_columns("quaternion", "energy")
+        rows = stepper.run(10, every=5)
+        self.assertEqual(len(rows), 1 + 4 + 5)
+        self.assertEqual(len(rows["total"]), 2)
+
+    def test_built_in_effects_act(self):
+        system = nutate.System(moments=(5, 5, 1), mass=1, center_of_mass=(0, 0, 1))
+        system.add("gravity", acceleration=(0, 0, -20))
+        np.testing.assert_array_equal(system.inertia, np.diag((5.0, 5.0, 1.0)))
+        stepper = nutate.Stepper(system)
+        stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 50))
+        self.assertEqual(stepper.energy[1], 20.0)
+
+
+class CallbackTest(unittest.TestCase):
+    """Potentials and torques in Python."""
+
+    def test_a_torque_of_python_does_what_the_built_in_one_does(self):
+        coefficient = np.array([0.1, 0.2, 0.3])
+        built_in = nutate.System(moments=(1, 2, 2.5))
+        built_in.add("damping", coefficient=coefficient)
+        own = nutate.System(moments=(1, 2, 2.5))
+        own.add_user_torque(lambda t, q, omega: -coefficient * omega)
+        states = []
+        for system in (built_in, own):
+            stepper = nutate.Stepper(system)
+            stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+            stepper.steps(0.05, 100)
+            states.append(stepper.angular_velocity)
+            self.assertLess(abs(stepper.energy[4]), 1e-14)
+        np.testing.assert_allclose(states[1], states[0], rtol=1e-12)
+
+    def test_a_potential_of_python_conserves_energy_and_momentum(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_potential((0, 0, 1), lambda gamma: (gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)),
+                             lambda gamma: np.diag((12 * gamma[0] ** 2, 0, 0)))
+        stepper = nutate.Stepper(system)
+        stepper.set_state(q=(0.8, 0.6, 0, 0), omega=(1, 2, 3))
+        momentum = stepper.angular_momentum_space[2]
+        stepper.steps(0.1, 200)
+        self.assertLess(abs(stepper.energy[4]), 1e-13)
+        self.assertAlmostEqual(stepper.angular_momentum_space[2], momentum, delta=1e-13)
+
+    def test_an_exception_of_a_callback_comes_out_and_leaves_the_state(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+
+        def torque(t, q, omega):
+            if t > 0.5:
+                raise ZeroDivisionError("on purpose")
+            return -omega
+
+        system.add_user_torque(torque)
+        stepper = nutate.Stepper(system)
+        stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+        with self.assertRaisesRegex(ZeroDivisionError, "on purpose"):
+            stepper.steps(0.1, 100)
+        self.assertAlmostEqual(stepper.time, 0.5, delta=1e-12)
+        before = stepper.quaternion
+        with self.assertRaises(ZeroDivisionError):
+            stepper.step(0.1)
+        np.testing.assert_array_equal(stepper.quaternion, before)
+
+    def test_results_that_are_no_torque_are_refused(self):
+        for result, error in ((None, (TypeError, ValueError)), ((1, 2), ValueError), (("a", 0, 0), ValueError),
+                              ((np.nan, 0, 0), nutate.NutateError), ((1e200, 0, 0), nutate.NutateError)):
+            system = nutate.System(moments=(1, 2, 2.5))
+            system.add_user_torque(lambda t, q, omega, result=result: result)
+            stepper = nutate.Stepper(system)
+            with self.subTest(result=result), self.assertRaises(error):
+                stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+                stepper.step(0.1)
+
+    def test_a_stepper_outlives_its_system(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(lambda t, q, omega: -omega)
+        stepper = nutate.Stepper(system)
+        del system
+        gc.collect()
+        stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+        stepper.steps(0.1, 10)
+        self.assertLess(np.linalg.norm(stepper.angular_velocity), 3.0)
+
+    def test_a_scene_takes_callbacks(self):
+        scene = nutate.Scene(BOX, "integrator.end_time=1")
+        scene.add_user_torque(lambda t, q, omega: -omega)
+        history = scene.run()
+        self.assertLess(history["total"][-1], 0.99 * history["total"][0])
+        self.assertLess(abs(history["energy_residual"]).max(), 1e-11)
+
+    def test_threads_with_their_own_steppers_give_the_same_bits(self):
+        expected = make_box().run(2000, every=2000)["q0"]
+        found = [None] * 8
+
+        def work(i):
+            found[i] = make_box().run(2000, every=2000)["q0"]
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        for values in found:
+            np.testing.assert_array_equal(values, expected)
+
+
+class MisuseTest(unittest.TestCase):
+    """What is wrong is said."""
+
+    def refuse(self, error, pattern, function, *arguments, **keys):
+        with self.assertRaisesRegex(error, pattern):
+            function(*arguments, **keys)
+
+    def test_bodies(self):
+        self.refuse(nutate.NutateError, "moments|body", nutate.System, moments=(1, 1, 3))
+        self.refuse(nutate.NutateError, "shape", nutate.System, shape="bx", size=(1, 2, 3), mass=1)
+        self.refuse(ValueError, "shape", nutate.System, moments=(1, 2))
+        self.refuse(ValueError, "one of", nutate.System)
+        self.refuse(ValueError, "one of", nutate.System, moments=(1, 1, 1), shape="box")
+        self.refuse(nutate.NutateError, "gravty", nutate.System(moments=(1, 1, 1)).add, "gravty")
+
+    def test_scenes(self):
+        self.refuse(nutate.NutateError, "no/such", nutate.run, "no/such/scene.nml")
+        self.refuse(nutate.NutateError, "nearest: time_step", nutate.run, BOX, "integrator.time_stp=1")
+        self.refuse(nutate.NutateError, "incomplete|missing", nutate.Scene, text="&body /")
+        self.refuse(ValueError, "path or a text", nutate.Scene)
+
+    def test_a_run_that_fails_keeps_its_rows(self):
+        scene = nutate.Scene(BOX, "integrator.end_time=1")
+
+        def torque(t, q, omega):
+            return (np.nan if t > 0.5 else 0.0, 0.0, 0.0)
+
+        scene.add_user_torque(torque)
+        with self.assertRaises(nutate.NutateError) as caught:
+            scene.run()
+        self.assertEqual(len(caught.exception.history["t"]), 51)
+
+    def test_steps(self):
+        stepper = make_box()
+        before = stepper.quaternion
+        for step in (0.0, np.nan, np.inf):
+            self.refuse(nutate.NutateError, ".", stepper.step, step)
+        self.refuse(ValueError, "every", stepper.run, 10, every=0)
+        self.refuse(ValueError, "n is -1", stepper.run, -1)
+        self.refuse(nutate.NutateError, "nearest: order", stepper.set, ordr=4)
+        self.refuse(nutate.NutateError, ".", stepper.set_columns, "energie")
+        self.refuse(ValueError, "q has shape", stepper.set_state, q=(1, 0, 0), omega=(0, 0, 1))
+        self.refuse(nutate.NutateError, ".", stepper.set_state, q=(1, 1, 0, 0), omega=(0, 0, 1))
+        np.testing.assert_array_equal(stepper.quaternion, before)
+
+    def test_settings_that_do_not_fit_together(self):
+        stepper = make_box()
+        stepper.set(method="rk4", linear_solver="lapack")
+        self.refuse(nutate.NutateError, ".", stepper.step, 0.01)
+
+    def test_version(self):
+        self.assertRegex(nutate.version(), r"^\d+\.\d+\.\d+$")
+
+
+if __name__ == "__main__":
+    unittest.main()

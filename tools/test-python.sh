@@ -1,0 +1,12 @@
+#!/usr/bin/env bash
+# Tests the Python package of an installed tree in a fresh virtual environment; the last line is the total.
+#    tools/test-python.sh PREFIX
+set -u
+. "$(dirname "$0")/environment.sh"
+
+prefix=${1:?where nutate is installed}
+scratch=$(mktemp -d) || exit 1
+trap 'rm -rf "$scratch"' EXIT
+quietly python-venv python3 -m venv "$scratch/venv" || exit 1
+quietly python-pip "$scratch/venv/bin/pip" install --disable-pip-version-check "$prefix/share/nutate/python" || exit 1
+NUTATE=$prefix/bin/nutate "$scratch/venv/bin/python" tools/run_python_tests.py python/tests
