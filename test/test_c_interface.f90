@@ -1,5 +1,5 @@
 !> The C interface: the same bits as the library, and a status for every misuse. Its functions are called as C calls
-!> them; what a C program alone can do wrong is in `test_c_misuse.c` and `test_c_programs.c`.
+!> them; what a C program alone can do wrong is in `test_c_null.c`, `test_c_misuse.c`, `test_c_callbacks.c` and `test_c_programs.c`.
 module test_c_interface
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, &
       c_size_t
@@ -137,12 +137,12 @@ contains
 
    subroutine null_handles(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_null_handles(), 'test_c_misuse.c')
+      call check_line(error, test_c_null_handles(), 'test_c_null.c')
    end subroutine null_handles
 
    subroutine null_arguments(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_null_arguments(), 'test_c_misuse.c')
+      call check_line(error, test_c_null_arguments(), 'test_c_null.c')
    end subroutine null_arguments
 
    subroutine foreign_handles(error)
@@ -177,22 +177,22 @@ contains
 
    subroutine bad_callbacks(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_bad_callbacks(), 'test_c_misuse.c')
+      call check_line(error, test_c_bad_callbacks(), 'test_c_callbacks.c')
    end subroutine bad_callbacks
 
    subroutine bad_callbacks_in_runs(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_bad_callbacks_in_runs(), 'test_c_misuse.c')
+      call check_line(error, test_c_bad_callbacks_in_runs(), 'test_c_callbacks.c')
    end subroutine bad_callbacks_in_runs
 
    subroutine texts(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_texts(), 'test_c_misuse.c')
+      call check_line(error, test_c_texts(), 'test_c_callbacks.c')
    end subroutine texts
 
    subroutine attitudes(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_attitudes(), 'test_c_misuse.c')
+      call check_line(error, test_c_attitudes(), 'test_c_callbacks.c')
    end subroutine attitudes
 
    subroutine own_gravity(error)
