@@ -1,5 +1,6 @@
 !> The C interface: the same bits as the library, and a status for every misuse. Its functions are called as C calls
-!> them; what a C program alone can do wrong is in `test_c_null.c`, `test_c_misuse.c`, `test_c_callbacks.c` and `test_c_programs.c`.
+!> them; what a C program alone can do wrong is in `test_c_null.c`, `test_c_misuse.c`, `test_c_callbacks.c` and
+!> `test_c_programs.c`.
 module test_c_interface
    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, &
       c_size_t
