@@ -123,7 +123,8 @@ contains
          guess = b
          call find_root(self, system, b, status)
          if (status%code == 0) then
-            if (.not. (is_trusted(self, b) .or. is_continued(norm2(b), self%determinant, last, maxval(abs(b - guess))))) &
+            if (.not. (is_trusted(self, b) .or. &
+                       is_continued(norm2(b), self%determinant, last, maxval(abs(b - guess))))) &
                status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
          end if
          if (status%code /= 0) call walk_to_root(self, system, state, dt, decisive, b, status)
