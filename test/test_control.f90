@@ -1,20 +1,18 @@
 !> Steps chosen by their error: the accuracy asked for is the error that comes out, and nothing else suffers.
 module test_control
-   use nutate_accuracy, only: find_error_rate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum
-   use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps, long
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: run_plan_t, run_summary_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, status_t
    use nutate_stepper, only: integrator_settings_t
-   use nutate_system, only: system_t
+   use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -22,16 +20,6 @@ module test_control
    private
 
    public :: collect_control
-
-   !> Keeps the states shown, and the largest departure of the invariants.
-   type, extends(observer_t) :: recorder_t
-      integer :: rows = 0
-      type(state_t) :: states(200)
-      real(wp) :: work(200) = 0.0_wp
-      type(invariants_t) :: invariants
-   contains
-      procedure :: observe => record_row
-   end type recorder_t
 
 contains
 
@@ -52,19 +40,6 @@ contains
                   new_unittest("goes backwards in time", goes_backwards), &
                   new_unittest("a goal without tolerance is refused, a limit ends the run", bad_goals_and_limits)]
    end subroutine collect_control
-
-   subroutine record_row(self, system, state, record, status)
-      class(recorder_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-      if (self%rows == 0) call self%invariants%start(system, state)
-      call self%invariants%measure(system, state, record%work)
-      self%rows = min(self%rows + 1, size(self%states))
-      self%states(self%rows) = state
-      self%work(self%rows) = record%work
-   end subroutine record_row
 
    pure type(integrator_settings_t) function of_order(order)
       integer, intent(in) :: order
@@ -139,13 +114,7 @@ contains
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
-      type(run_plan_t) :: plan
-      plan%end_time = end_time
-      state = problem%start
-      if (goal%accuracy > 0.0_wp) &
-         call find_error_rate(problem%system, of_order(order), problem%start, plan, goal, status)
-      if (.not. status%ok()) return
-      call integrate_controlled(problem%system, of_order(order), goal, state, plan, recorder, summary, status)
+      call run_to(problem, of_order(order), end_time, goal, recorder, state, summary, status)
    end subroutine run
 
    !> The error that comes out is at most the accuracy asked for and at least a tenth of it, where the longest turn of

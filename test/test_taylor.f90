@@ -1,19 +1,18 @@
 !> The Taylor series: exact solutions to round-off, invariants at any tolerance, its own states between steps.
 module test_taylor
-   use nutate_accuracy, only: find_error_rate
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_control, only: control_settings_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum, kinetic_energy
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: run_summary_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_system, only: system_t
+   use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, precessing_top, problem_t, simo_top
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -21,16 +20,6 @@ module test_taylor
    private
 
    public :: collect_taylor
-
-   !> Keeps the states shown, and the largest departure of the invariants.
-   type, extends(observer_t) :: recorder_t
-      integer :: rows = 0
-      type(state_t) :: states(200)
-      real(wp) :: work(200) = 0.0_wp
-      type(invariants_t) :: invariants
-   contains
-      procedure :: observe => record_row
-   end type recorder_t
 
 contains
 
@@ -50,19 +39,6 @@ contains
                   new_unittest("what stands still stays", stands_still)]
    end subroutine collect_taylor
 
-   subroutine record_row(self, system, state, record, status)
-      class(recorder_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-      if (self%rows == 0) call self%invariants%start(system, state)
-      call self%invariants%measure(system, state, record%work)
-      self%rows = min(self%rows + 1, size(self%states))
-      self%states(self%rows) = state
-      self%work(self%rows) = record%work
-   end subroutine record_row
-
    !> Runs a problem, with pilots where an accuracy is asked for.
    subroutine run(problem, end_time, goal, recorder, state, summary, status, conserve)
       type(problem_t), intent(in) :: problem
@@ -74,15 +50,9 @@ contains
       type(status_t), intent(out) :: status
       logical, intent(in), optional :: conserve
       type(integrator_settings_t) :: settings
-      type(run_plan_t) :: plan
       settings = default_settings('taylor')
       if (present(conserve)) settings%conserve = conserve
-      plan%end_time = end_time
-      state = problem%start
-      recorder%rows = 0
-      if (goal%accuracy > 0.0_wp) call find_error_rate(problem%system, settings, state, plan, goal, status)
-      if (.not. status%ok()) return
-      call integrate_controlled(problem%system, settings, goal, state, plan, recorder, summary, status)
+      call run_to(problem, settings, end_time, goal, recorder, state, summary, status)
    end subroutine run
 
    !> Runs to a tolerance of the steps and compares the attitude at the end.
