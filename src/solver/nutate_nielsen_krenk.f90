@@ -27,6 +27,8 @@ module nutate_nielsen_krenk
 
    !> Iterations of a step above which the next one starts with a new Jacobian: it costs about as much as 15 iterations.
    integer, parameter :: many = 7
+   !> Who allows fewer iterations gets no walk: it takes some that converge.
+   integer, parameter :: fewest = 8
    !> A step longer than this many times the unit sphere's radius has gone astray. Where a stiff force acts, momentum
    !> may be far off on the way.
    real(wp), parameter :: astray = 1e3_wp, far_off = 1e100_wp
@@ -104,7 +106,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: z(8), decisive, last, jump
+      real(wp) :: z(8), guessed(8), a(4), decisive, last
 
       if (self%untested) then
          call check_start(system, state, dt, status)
@@ -123,12 +125,16 @@ contains
             call choose_unit(self, system, state, dt, decisive, status)
       end if
       if (status%code == 0) then
-         call find_root(self, system, dt, z, jump, status)
+         call find_root(self, system, dt, z, guessed, status)
          if (status%code == 0) then
-            if (.not. (is_trusted(self, z) .or. is_continued(turn_of(self, z), self%determinant, last, jump))) &
-               status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+            a = self%equations%mean_rate(z)
+            if (.not. is_trusted(self, turn_of(self, a))) then
+               if (.not. is_continued(turn_of(self, a), self%determinant, last, maxval(abs(z - guessed)))) &
+                  status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+            end if
          end if
-         if (status%code /= 0) call walk_to_root(self, system, state, dt, decisive, z, status)
+         if (status%code /= 0 .and. self%settings%max_iterations >= fewest) &
+            call walk_to_root(self, system, state, dt, decisive, z, a, status)
       end if
       status%iterations = self%iterations
       status%residual = self%residual
@@ -137,33 +143,35 @@ contains
          self%known = 0
          return
       end if
-      call accept(self, system, state, dt, z)
+      call accept(self, system, state, dt, z, a)
    end subroutine step
 
    !> |b|, b = ⅛Δt J⁻¹(w̄ - 2h): the tangent of a quarter of the turn.
-   pure real(wp) function turn_of(self, z)
+   pure real(wp) function turn_of(self, a)
       class(nielsen_krenk_t), intent(in) :: self
-      real(wp), intent(in) :: z(8)
-      real(wp) :: a(4)
-      a = self%equations%mean_rate(z)
-      turn_of = norm2((0.125_wp*self%equations%dt)*a(2:4))
+      !> J⁻¹(w̄ - 2h), rad/s.
+      real(wp), intent(in) :: a(4)
+      turn_of = abs(0.125_wp*self%equations%dt)*sqrt(a(2)**2 + a(3)**2 + a(4)**2)
    end function turn_of
 
    !> True if the root is surely that of the true motion.
-   pure logical function is_trusted(self, z)
+   pure logical function is_trusted(self, turn)
       class(nielsen_krenk_t), intent(in) :: self
-      real(wp), intent(in) :: z(8)
-      is_trusted = is_surely_true(turn_of(self, z), self%determinant, self%equations%forces%active)
+      !> |b|
+      real(wp), intent(in) :: turn
+      is_trusted = is_surely_true(turn, self%determinant, self%equations%forces%active)
    end function is_trusted
 
    !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
-   subroutine walk_to_root(self, system, state, dt, decisive, z, status)
+   subroutine walk_to_root(self, system, state, dt, decisive, z, a, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
       real(wp), intent(in) :: dt, decisive
       real(wp), intent(out) :: z(8)
+      !> The rate that belongs to z.
+      real(wp), intent(inout) :: a(4)
       !> On entry: why the root found at once will not do; it stays where the branch ends.
       type(status_t), intent(inout) :: status
       type(branch_walk_t) :: walk
@@ -174,7 +182,8 @@ contains
       iterations = self%iterations
       self%known = 0
       root = 0.0_wp
-      call walk%start(turn_of(self, root))
+      found = .false.
+      call walk%start(turn_of(self, self%equations%mean_rate(root)))
       do while (walk%goes_on())
          call self%equations%start(system, state, walk%next*dt, decisive)
          if (walk%reached > 0.0_wp) then
@@ -184,17 +193,20 @@ contains
          end if
          z = guess
          trial = status_t()
+         ! The inverse at the last root will do for the next one.
          self%inverse_dt = 0.0_wp
+         if (found) self%inverse_dt = self%equations%dt
          call iterate(self, system, z, trial)
          iterations = iterations + self%iterations
          ! The determinant counts at the root itself.
          if (trial%code == 0) call factorize(self, system, z, trial)
          found = trial%code == 0
          determinant = self%determinant
+         if (found) a = self%equations%mean_rate(z)
          if (found .and. walk%reached > 0.0_wp) then
-            found = walk%keeps_to(turn_of(self, z), determinant, maxval(abs(z - guess)))
+            found = walk%keeps_to(turn_of(self, a), determinant, maxval(abs(z - guess)))
          else if (found) then
-            found = is_trusted(self, z)
+            found = is_trusted(self, turn_of(self, a))
          end if
          call walk%judge(found, 0.5_wp*norm2(z(1:4) - root(1:4)), determinant)
          if (.not. found) cycle
@@ -247,13 +259,13 @@ contains
    end subroutine set_memory
 
    !> Moves the state by the increments that the root z stands for, and remembers z.
-   subroutine accept(self, system, state, dt, z)
+   subroutine accept(self, system, state, dt, z, a)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt, z(8)
-      real(wp) :: a(4), dq(4), dp(4)
-      a = self%equations%mean_rate(z)
+      !> s; the root; the rate a that belongs to it.
+      real(wp), intent(in) :: dt, z(8), a(4)
+      real(wp) :: dq(4), dp(4)
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*a(2:4), self%work)
       call self%equations%increments(state, z, a, dq, dp)
@@ -267,15 +279,14 @@ contains
    end subroutine accept
 
    !> The root of the step's equations.
-   subroutine find_root(self, system, dt, z, jump, status)
+   subroutine find_root(self, system, dt, z, guessed, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
       real(wp), intent(out) :: z(8)
-      !> Its largest distance from the guess.
-      real(wp), intent(out) :: jump
+      !> The guess that continues the last steps.
+      real(wp), intent(out) :: guessed(8)
       type(status_t), intent(inout) :: status
-      real(wp) :: guessed(8)
       integer :: spent
       call guess(self, dt, z)
       guessed = z
@@ -289,7 +300,6 @@ contains
          call iterate(self, system, z, status)
          self%iterations = self%iterations + spent
       end if
-      jump = maxval(abs(z - guessed))
    end subroutine find_root
 
    !> Refuses an attitude that is far from the unit sphere, as it can become without projection.

@@ -24,6 +24,8 @@ module nutate_reduced
    real(wp), parameter :: on_manifold = 1e-9_wp
    !> Iterations of a step above which the next one starts with new derivatives of the effects, and a cautious guess.
    integer, parameter :: many = 4
+   !> Who allows fewer iterations gets no walk: it takes some that converge.
+   integer, parameter :: fewest = 8
    !> Increment of b above which the free part of the Jacobian, cheap as it is, is taken anew.
    real(wp), parameter :: coarse = 1e-6_wp
    !> Bound of the second derivative of the free F, by which the rate of convergence is known beforehand.
@@ -127,7 +129,8 @@ contains
                        is_continued(norm2(b), self%determinant, last, maxval(abs(b - guess))))) &
                status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
          end if
-         if (status%code /= 0) call walk_to_root(self, system, state, dt, decisive, b, status)
+         if (status%code /= 0 .and. self%settings%max_iterations >= fewest) &
+            call walk_to_root(self, system, state, dt, decisive, b, status)
       end if
       status%iterations = self%iterations
       status%residual = self%residual
