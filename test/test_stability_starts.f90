@@ -128,7 +128,10 @@ contains
       end if
       call record%require(.not. part%refused, trim(part%outcome))
       w = bilinear_form(state%q, state%p)
-      call record%require_below(abs(w(1) - start(1)), 1e-11_wp*abs(start(1)), 'q·p')
+      ! With a finite J0 the rate a has a part along q that is the same in every stage, and so is its rounding: 5e-17 of
+      ! q·p in each of the 1.5e6 stages of order 8.
+      call record%require_below(abs(w(1) - start(1)), merge(1e-9_wp, 1e-11_wp, way%finite_j0 .and. way%order > 2)* &
+                                abs(start(1)), 'q·p')
       expected = 0.5_wp*start(1)*way%inverse_j0(problem%system)*state%t
       if (expected < 1.0_wp) &
          call record%require_below(abs(log(dot_product(state%q, state%q)) - expected), 1e-3_wp*expected + 1e-11_wp, &

@@ -9,8 +9,9 @@ logs=$top/build/logs
 # The flags of everything but the strict and the flang build. To tune for the machine at hand:
 #    make FFLAGS='-O3 -march=native'
 FFLAGS=${FFLAGS:--O3}
-# What finds faults at run time. Without array-temps, which is a remark on speed.
-checked='-std=f2018 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow'
+# What finds faults at run time. Without array-temps, which is a remark on speed, and
+# recursion, which has one flag for all threads.
+checked='-std=f2018 -g -fcheck=all,no-array-temps,no-recursion -ffpe-trap=invalid,zero,overflow'
 
 # Tools that are already on PATH come first; `tools/setup.sh` fills the two folders with those that are not.
 PATH=$PATH:$venv/bin:$venv/links

@@ -29,6 +29,8 @@ module nutate_nielsen_krenk
    integer, parameter :: many = 7
    !> Who allows fewer iterations gets no walk: it takes some that converge.
    integer, parameter :: fewest = 8
+   !> Most iterations from a guess of a walk, which is near the root or of no use.
+   integer, parameter :: near = 12
    !> A step longer than this many times the unit sphere's radius has gone astray. Where a stiff force acts, momentum
    !> may be far off on the way.
    real(wp), parameter :: astray = 1e3_wp, far_off = 1e100_wp
@@ -182,7 +184,6 @@ contains
       iterations = self%iterations
       self%known = 0
       root = 0.0_wp
-      found = .false.
       call walk%start(turn_of(self, self%equations%mean_rate(root)))
       do while (walk%goes_on())
          call self%equations%start(system, state, walk%next*dt, decisive)
@@ -193,10 +194,8 @@ contains
          end if
          z = guess
          trial = status_t()
-         ! The inverse at the last root will do for the next one.
          self%inverse_dt = 0.0_wp
-         if (found) self%inverse_dt = self%equations%dt
-         call iterate(self, system, z, trial)
+         call iterate(self, system, z, trial, near)
          iterations = iterations + self%iterations
          ! The determinant counts at the root itself.
          if (trial%code == 0) call factorize(self, system, z, trial)
@@ -370,17 +369,21 @@ contains
    end subroutine first_guess
 
    !> Newton's iteration from the guess z to the root.
-   subroutine iterate(self, system, z, status)
+   subroutine iterate(self, system, z, status, limit)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(8)
       type(status_t), intent(inout) :: status
+      !> Most iterations, if fewer than the settings allow.
+      integer, intent(in), optional :: limit
       real(wp) :: r(8), d(8), change, previous, length
-      integer :: j, k, stalled
+      integer :: j, k, stalled, most
 
+      most = self%settings%max_iterations
+      if (present(limit)) most = min(most, limit)
       previous = huge(1.0_wp)
       stalled = 0
-      do k = 1, self%settings%max_iterations
+      do k = 1, most
          self%iterations = k
          if (self%inverse_dt /= self%equations%dt) then
             call factorize(self, system, z, status)
