@@ -142,7 +142,8 @@ contains
       real(wp) :: turn
       call page%line('integration')
       associate (settings => scene%integrator, plan => scene%plan)
-         call page%item('method', trim(settings%method)//' of order '//count_text(int(settings%order, long)))
+         call page%item('method', method_text(settings))
+         if (scene%choice /= '') call page%item('  chosen by auto', scene%choice)
          call page%item('in each step', equations_of(settings))
          if (settings%inverse_auxiliary_inertia > 0.0_wp) then
             call page%item('auxiliary inertia', rounded_text(1/settings%inverse_auxiliary_inertia)//' kg m^2')
@@ -151,7 +152,7 @@ contains
          end if
          if (.not. settings%projection) call page%item('projection', 'switched off')
          if (scene%control%active()) then
-            call page%item('steps', steps_text(scene%control, plan%end_time))
+            call page%item('steps', steps_text(scene%control, settings%order, plan%end_time))
             return
          end if
          call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &
@@ -161,13 +162,25 @@ contains
       end associate
    end subroutine add_method
 
+   !> The method, with its order where it has one.
+   function method_text(settings) result(text)
+      type(integrator_settings_t), intent(in) :: settings
+      character(len=:), allocatable :: text
+      text = trim(settings%method)
+      if (settings%order > 0) text = text//' of order '//count_text(int(settings%order, long))
+   end function method_text
+
    !> How the steps are chosen.
-   function steps_text(control, end_time) result(text)
+   function steps_text(control, order, end_time) result(text)
       type(control_settings_t), intent(in) :: control
+      !> Of the method; 0 for one without an error.
+      integer, intent(in) :: order
       !> s.
       real(wp), intent(in) :: end_time
       character(len=:), allocatable :: text
-      if (control%accuracy > 0.0_wp) then
+      if (order < 1) then
+         text = 'about a radian of turn each, to t = '//rounded_text(end_time)//' s'
+      else if (control%accuracy > 0.0_wp) then
          text = 'chosen by pilot runs for an attitude error of '//rounded_text(control%accuracy, 3)//' rad at t = '// &
                 rounded_text(end_time)//' s'
       else

@@ -28,6 +28,8 @@ contains
       integer :: i
 
       call page%line(printable_path(scene%file)//': '//scene%title)
+      if (scene%choice /= '') &
+         call page%item('method', trim(scene%integrator%method)//', chosen by auto: '//scene%choice)
       call add_effort(page, scene, summary, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
       if (scene%integrator%conserve) call page%item('correction', 'after each step, of what is conserved')
       call add_invariants(page, watcher%invariants)
@@ -52,7 +54,10 @@ contains
       real(wp), intent(in) :: seconds, output_seconds
       real(wp) :: n
       n = max(real(summary%steps, wp), 1.0_wp)
-      if (scene%control%active()) then
+      if (scene%control%active() .and. scene%integrator%order < 1) then
+         call page%item('steps', count_text(summary%steps)//' of the closed solution, to t = '// &
+                        rounded_text(scene%plan%end_time)//' s')
+      else if (scene%control%active()) then
          call add_control(page, scene%control, scene%plan%end_time, summary)
       else
          call page%item('steps', count_text(summary%steps)//' of '//rounded_text(scene%plan%time_step)// &

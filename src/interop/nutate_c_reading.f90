@@ -256,6 +256,7 @@ contains
          handle%sets = sets
          handle%names = names
          if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+                                                        handle%control%accuracy > 0.0_wp .or. &
                                                         need_attitude(sets)
          handle%ready = .false.
          handle%plain = .false.

@@ -3,6 +3,7 @@ module nutate_c_settings
    use nutate_c_effects, only: add_failure, has_callbacks
    use nutate_c_handles, only: stepper_handle_t
    use nutate_c_text, only: lock_texts, unlock_texts
+   use nutate_choice, only: choose_method, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: total_energy
    use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL, KEY_TEXT
@@ -119,6 +120,7 @@ contains
       type(status_t), intent(inout) :: status
       type(group_t) :: group
       type(scene_error_t) :: error
+      character(len=:), allocatable :: reason
       logical :: has_length
 
       group = handle%group
@@ -135,6 +137,10 @@ contains
          return
       end if
       if (.not. has_length) handle%plan%time_step = 0.0_wp
+      ! When runs end is not known yet.
+      if (handle%settings%method == AUTOMATIC_METHOD) call choose_method( &
+         handle%system, handle%first, 0.0_wp, max(handle%control%accuracy, handle%control%local_tolerance), &
+         handle%settings, reason)
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
       handle%first_energy = total_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
@@ -142,6 +148,7 @@ contains
       if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
       call add_failure(handle%failure, status)
       if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+                                                     handle%control%accuracy > 0.0_wp .or. &
                                                      need_attitude(handle%sets)
    end subroutine read_settings
 

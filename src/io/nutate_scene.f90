@@ -4,6 +4,7 @@
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
+   use nutate_choice, only: choose_method, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_control, only: control_settings_t
    use nutate_effect_list, only: effect_list_t
@@ -44,7 +45,10 @@ module nutate_scene
       type(system_t) :: system
       !> The state at t = 0.
       type(state_t) :: initial
+      !> The method is one of the table: what `auto` came to.
       type(integrator_settings_t) :: integrator
+      !> Why `auto` chose the method; blank where the scene names one.
+      character(len=:), allocatable :: choice
       !> Step, end, rows.
       type(run_plan_t) :: plan
       !> What the steps must keep to, where their length is not given.
@@ -166,7 +170,13 @@ contains
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%control, &
                         scene%output, error)
       if (error%raised) return
-      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. need_attitude(scene%output%columns)
+      scene%choice = ''
+      if (scene%integrator%method == AUTOMATIC_METHOD) call choose_method( &
+         scene%system, scene%initial, scene%plan%end_time, max(scene%control%accuracy, scene%control%local_tolerance), &
+         scene%integrator, scene%choice)
+      ! An accuracy is one of the attitude.
+      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%control%accuracy > 0.0_wp .or. &
+                                  need_attitude(scene%output%columns)
    end subroutine build_scene
 
    !> The first group of a name; one without keys where there is none.

@@ -1,5 +1,6 @@
 !> `&integrator`: method, step and end.
 module nutate_scene_integrator
+   use nutate_choice, only: AUTOMATIC_METHOD
    use nutate_control, only: control_settings_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT, NOT_ZERO, POSITIVE, &
       POSITIVE_OR_INFINITE
@@ -23,12 +24,14 @@ module nutate_scene_integrator
 
 contains
 
-   !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods.
+   !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods, and the automatic
+   !> choice.
    pure function integrator_keys() result(keys)
       type(key_t) :: keys(13)
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      character(len=len(names)), parameter :: automatic = AUTOMATIC_METHOD
 
-      keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct(names))), &
+      keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct([names, automatic]))), &
               key_t(name='order', kind=KEY_INTEGER), &
               key_t(name='series_order', kind=KEY_INTEGER), &
               key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(pack(solvers, solvers /= '')))), &
@@ -43,7 +46,8 @@ contains
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
 
-   !> Integrator settings, the plan's step and end, or what steps must keep to.
+   !> Integrator settings, the plan's step and end, or what steps must keep to. The automatic method stays to be chosen
+   !> (`choose_method`).
    subroutine build_integrator(group, settings, plan, control, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(out) :: settings
@@ -64,8 +68,12 @@ contains
          j0 = group%number('auxiliary_inertia', 1.0_wp)
          if (j0 <= huge(j0)) settings%inverse_auxiliary_inertia = 1/j0
       end if
-      call check_series(group, settings, error)
-      if (.not. error%raised) call check_method(group, settings, error)
+      if (settings%method == AUTOMATIC_METHOD) then
+         call check_automatic(group, error)
+      else
+         call check_series(group, settings, error)
+      end if
+      if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method(group, settings, error)
       if (settings%tolerance >= 1.0_wp) &
          call error%raise(group%line_of('tolerance'), 'tolerance is 1 or more', expected='a number between 0 and 1')
       if (.not. settings%projection) call check_projection(group, settings, error)
@@ -92,9 +100,22 @@ contains
          if (group%number(trim(ways(i)), 0.0_wp) >= 1.0_wp) call error%raise(group%line_of(trim(ways(i))), &
             trim(ways(i))//' is 1 rad or more', expected='a small angle, rad')
       end do
-      if (.not. error%raised .and. settings%order < 1) call error%raise(group%line_of('method'), &
-         trim(settings%method)//' has no error to control', expected='time_step with it')
    end subroutine build_control
+
+   !> The automatic choice takes an accuracy, and nothing that belongs to one of the methods.
+   subroutine check_automatic(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+      character(len=name_length), parameter :: chosen(5) = [character(len=name_length) :: &
+                                                'order', 'series_order', 'linear_solver', 'conserve', 'projection']
+      integer :: i
+      do i = 1, size(chosen)
+         if (group%has(trim(chosen(i)))) call error%raise(group%line_of(trim(chosen(i))), trim(chosen(i))// &
+            " with the method auto, which chooses it", expected='a method by name with it')
+      end do
+      if (group%has('time_step')) call error%raise(group%line_of('time_step'), 'time_step with the method auto', &
+                                                   expected='accuracy or local_tolerance with it')
+   end subroutine check_automatic
 
    !> The order of a series goes by a name of its own: `order` is one of those in the table of methods.
    subroutine check_series(group, settings, error)

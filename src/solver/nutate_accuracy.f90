@@ -54,7 +54,8 @@ module nutate_accuracy
 contains
 
    !> The error rate that makes the attitude error at the end time about `goal%accuracy`, and an estimate of that error.
-   !> Where round-off or instability keep the accuracy out of reach the estimate stays above it.
+   !> Where round-off or instability keep the accuracy out of reach the estimate stays above it. A method without an
+   !> error needs no pilots.
    !>
    !> Errors: those of the pilot runs, and what the observer returned.
    subroutine find_error_rate(system, settings, start, plan, goal, status, observer)
@@ -74,6 +75,11 @@ contains
 
       call ask_method(system, settings, fall, chooses, status)
       if (.not. status%ok()) return
+      if (order_of(settings) < 1) then
+         goal%error_rate = goal%accuracy/abs(plan%end_time - start%t)
+         goal%estimate = 0.0_wp
+         return
+      end if
       target = merge(careful_aim, aim, chooses)*goal%accuracy
       least = huge(1.0_wp)
       goal%estimate = huge(1.0_wp)
@@ -84,6 +90,8 @@ contains
          if (status%ok()) call fine%run(system, settings, start, plan, goal, status, observer)
          if (.not. status%ok()) return
          difference = attitude_distance(coarse%q, fine%q)
+         ! Steps that the rate no longer changes are at round-off, and the estimate before is the one that holds.
+         if (chooses .and. i > 1 .and. .not. difference > 0.0_wp) exit
          ! The error falls with the steps, not always with the rate: the longest turn may have limited the steps of
          ! both.
          gain = (coarse%rate/fine%rate)**fall
@@ -106,6 +114,12 @@ contains
          coarse = fine
          fine%rate = coarse%rate/gain
       end do
+      if (goal%error_rate <= 0.0_wp) then
+         ! No two pilots could be told apart: what they differ by is all that is known.
+         goal%error_rate = fine%rate
+         goal%estimate = difference
+         return
+      end if
       if (goal%estimate < target .and. difference <= largest_useful) call relax(coarse, fine, difference, target, goal)
    end subroutine find_error_rate
 

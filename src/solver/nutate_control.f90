@@ -153,8 +153,8 @@ contains
       real(wp) :: rate
 
       self%order = order_of(settings)
-      if (self%order < 1 .or. (self%goal%error_rate <= 0.0_wp .and. self%goal%local_tolerance <= 0.0_wp)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a controlled run needs a method with an error, and a tolerance')
+      if (self%goal%error_rate <= 0.0_wp .and. self%goal%local_tolerance <= 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a controlled run needs a tolerance')
          return
       end if
       call make_stepper(system, settings, self%half, status)
@@ -165,7 +165,7 @@ contains
          call make_stepper(system, settings, self%branch, status)
       self%power = self%order + 1
       if (self%half%has_estimate) self%power = self%half%estimate_power
-      self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**self%order - 1))
+      self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**max(self%order, 1) - 1))
       self%t_first = state%t
       self%sense = sign(1.0_wp, self%plan%end_time - state%t)
       self%momentum_scale = length_of(body_momentum(state))

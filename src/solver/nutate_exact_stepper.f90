@@ -2,17 +2,20 @@
 module nutate_exact_stepper
    use nutate_archive, only: archive_t
    use nutate_exact_free, only: free_body_t
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: quat_product
+   use nutate_quaternion, only: quat_norm, quat_product
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
 
    public :: exact_t
+
+   !> Turn in a step of a length that is left to the method, rad: Euler angles are followed from step to step.
+   real(wp), parameter :: usual_turn = 1.0_wp
 
    !> A stepper without an error: every step goes back to the state it started from.
    type, extends(stepper_t) :: exact_t
@@ -26,6 +29,8 @@ module nutate_exact_stepper
    contains
       procedure :: prepare
       procedure :: step
+      procedure :: choose_step
+      procedure :: look_inside
       procedure :: transfer_memory
    end type exact_t
 
@@ -45,6 +50,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the exact solution has no projection', 'projection')
       self%started = .false.
       self%solved = .false.
+      self%chooses_steps = .true.
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(0))
    end subroutine prepare
@@ -56,7 +62,6 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: momentum(3)
 
       if (.not. self%started .or. any(abs(state%q - self%last%q) > 0.0_wp) .or. &
           any(abs(state%p - self%last%p) > 0.0_wp)) then
@@ -71,13 +76,52 @@ contains
          self%started = self%solved
          if (.not. self%solved) return
       end if
-      state%t = state%t + dt
-      call self%solution%evaluate(state%t - self%first%t, state%q, momentum)
+      call put_solution(self, state%t + dt, state)
+      self%last = state
+   end subroutine step
+
+   !> The solution at a time.
+   subroutine put_solution(self, t, state)
+      type(exact_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp) :: momentum(3)
+      state%t = t
+      call self%solution%evaluate(t - self%first%t, state%q, momentum)
       state%p = 2*quat_product(state%q, [0.0_wp, momentum])
       state%q_carry = 0.0_wp
       state%p_carry = 0.0_wp
-      self%last = state
-   end subroutine step
+   end subroutine put_solution
+
+   !> About a radian of turn: |Ω| is at most √(2T/J), J the least moment, which does not change.
+   subroutine choose_step(self, system, state, goal, step, status)
+      class(exact_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(step_goal_t), intent(in) :: goal
+      real(wp), intent(inout) :: step
+      type(status_t), intent(inout) :: status
+      real(wp) :: rate
+      associate (body => system%body)
+         rate = quat_norm([0.0_wp, matmul(angular_velocity(system, state), body%axes) &
+                           *sqrt(body%moments/minval(body%moments))])
+      end associate
+      step = abs(goal%end_time - state%t)
+      if (step*rate > usual_turn) step = usual_turn/rate
+   end subroutine choose_step
+
+   !> The state at any time. Errors: none.
+   subroutine look_inside(self, system, t, state, work, status)
+      class(exact_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      work = 0.0_wp
+      call put_solution(self, t, state)
+   end subroutine look_inside
 
    !> Where the solution started and where the last step ended; the solution is found again from its start.
    subroutine transfer_memory(self, archive)

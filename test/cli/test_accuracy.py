@@ -9,6 +9,11 @@ BRUELS = """&body inertia = 0.234375, 0.46875, 0.234375, mass = 15, center_of_ma
 &integrator accuracy = 1e-8, order = 8, linear_solver = 'reduced', end_time = 1 /
 &output interval = 0.125 /
 """
+FREE = """&body inertia = 5, 20, 17 /
+&initial angular_velocity = 1, 2, 3 /
+&integrator method = 'auto', accuracy = 1e-8, end_time = 3 /
+&output interval = 0.5 /
+"""
 # Attitude of the heavy top of Bruels, Cardona and Arnold after 1 s, exact.
 EXACT = (0.732943980679663718, -0.278285719337612679, 0.531824611334162618, -0.320176142736249281)
 
@@ -81,8 +86,50 @@ class Accuracy(CommandLineTest):
 
     def test_exact_method_refuses_what_it_cannot_solve(self):
         self.fail_with(2, "run", "top.nml", "--set", "integrator.method='exact'", says=["free bodies only"])
-        self.write("asked.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'exact'"))
-        self.fail_with(2, "run", "asked.nml", says=["asked.nml:4:", "no error to control"])
+
+    def test_auto_says_what_it_chose_and_meets_the_accuracy(self):
+        self.write("auto.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'auto'"))
+        for accuracy, method, why in ((1e-6, "taylor", "for many turns"), (1e-9, "taylor", "from 1e-8 rad on"),
+                                      (0.05, "dop853", "above 1e-8 rad, with the correction")):
+            override = ("--set", f"integrator.accuracy={accuracy}")
+            text = self.succeed("check", "auto.nml", *override).stdout
+            self.assertRegex(text, f"  method +{method}.*\n    chosen by auto +{why}")
+            summary = self.succeed("run", "auto.nml", *override).stderr
+            self.assertRegex(summary, f"  method +{method}, chosen by auto: {why}")
+            rows = self.rows("auto.csv")
+            self.assertLess(distance(rows[-1]), accuracy)
+            for row in rows:
+                self.assertLess(abs(row["energy_residual"]), 1e-13 * 5436)
+
+    def test_auto_solves_a_free_body(self):
+        self.write("free.nml", FREE)
+        text = self.succeed("check", "free.nml").stdout
+        self.assertRegex(text, "  method +exact\n    chosen by auto +the motion of a free body")
+        self.assertIn("about a radian of turn each", text)
+        summary = self.succeed("run", "free.nml").stderr
+        self.assertIn("of the closed solution, to t = 3 s", summary)
+        auto = self.rows("free.csv")
+        self.succeed("run", "free.nml", "--set", "integrator.method='taylor'", "--set", "integrator.accuracy=1e-11")
+        series = self.rows("free.csv")
+        self.assertEqual([row["t"] for row in auto], [row["t"] for row in series])
+        for one, other in zip(auto, series):
+            self.assertAlmostEqual(one["q2"], other["q2"], delta=1e-10)
+
+    def test_auto_takes_an_accuracy_and_nothing_of_one_method(self):
+        self.write("free.nml", FREE)
+        for key, value in (("order", "4"), ("series_order", "8"), ("linear_solver", "'reduced'"), ("conserve", "T"),
+                           ("projection", "F")):
+            self.fail_with(2, "check", "free.nml", "--set", f"integrator.{key}={value}",
+                           says=[f"{key} with the method auto", "a method by name"])
+        self.write("steps.nml", FREE.replace("accuracy = 1e-8", "time_step = 0.1").replace("interval = 0.5", ""))
+        self.fail_with(2, "check", "steps.nml", says=["steps.nml:3:", "time_step with the method auto", "accuracy or"])
+
+    def test_accuracy_counts_where_no_column_shows_the_attitude(self):
+        self.write("plate.nml", FREE.replace("'auto'", "'dop853'") + "&damping coefficient = 0.1, 0.2, 0.3 /\n")
+        override = ("--set", "output.columns='angular_velocity'")
+        with_attitude = self.succeed("run", "plate.nml").stderr
+        self.assertIn(with_attitude.split("estimated error")[1].split(" rad")[0],
+                      self.succeed("run", "plate.nml", *override).stderr)
 
     def test_orders_and_solvers_of_a_method_are_checked(self):
         self.fail_with(2, "run", "box.nml", "--set", "integrator.order=3", says=["order 3", "2, 4, 6, 8"])

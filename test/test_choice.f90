@@ -1,0 +1,297 @@
+!> The automatic choice of the method: each of its rules, and the accuracy that comes of it.
+module test_choice
+   use nutate_accuracy, only: find_error_rate
+   use nutate_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_damping, only: damping_t
+   use nutate_effect, only: potential_t, rotor_t
+   use nutate_exact_free, only: free_body_t
+   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_kinds, only: wp, eps
+   use nutate_methods, only: make_stepper
+   use nutate_quaternion, only: attitude_distance
+   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_spring, only: spring_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_choice
+
+   !> A user's effect, without series: U = γ₃⁴.
+   type, extends(potential_t) :: stranger_t
+   contains
+      procedure :: energy => fourth_power
+      procedure :: gradient => fourth_power_gradient
+   end type stranger_t
+
+   !> Counts rows; keeps their largest distance from a closed solution, if there is one.
+   type, extends(observer_t) :: spectator_t
+      integer :: rows = 0
+      type(free_body_t) :: solution
+      logical :: compares = .false.
+      real(wp) :: distance = 0.0_wp
+   contains
+      procedure :: observe => look_at_row
+   end type spectator_t
+
+contains
+
+   subroutine collect_choice(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("a free body is solved in closed form", free_body_is_solved), &
+                  new_unittest("a fast top takes the series from 1e-2 rad on", fast_top_takes_series), &
+                  new_unittest("other motions take the series from 1e-8 rad on", others_take_series_late), &
+                  new_unittest("an effect without series takes dop853 with the correction", stranger_takes_dop853), &
+                  new_unittest("strong damping takes the implicit step", strong_damping_takes_implicit_step), &
+                  new_unittest("what is not the method's is kept", other_settings_are_kept), &
+                  new_unittest("extreme input is judged without a trap", extreme_input), &
+                  new_unittest("closed solution with accuracy and rows at intervals", closed_solution_with_accuracy), &
+                  new_unittest("pilots that nothing tells apart keep their difference", pilots_alike), &
+                  new_unittest("a chaotic motion is not called solved", chaos_is_not_called_solved)]
+   end subroutine collect_choice
+
+   !> Checks what is chosen for a problem.
+   subroutine expect(error, problem, duration, accuracy, method, words)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: duration, accuracy
+      character(len=*), intent(in) :: method
+      !> Part of the reason.
+      character(len=*), intent(in) :: words
+      type(integrator_settings_t) :: settings
+      character(len=:), allocatable :: reason
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      settings%method = AUTOMATIC_METHOD
+      call choose_method(problem%system, problem%start, duration, accuracy, settings, reason)
+      call check(error, trim(settings%method), method, reason)
+      if (allocated(error)) return
+      call check(error, index(reason, words) > 0, reason)
+      if (allocated(error)) return
+      call check(error, settings%conserve .eqv. (method == 'dop853' .or. method == 'taylor'), "correction")
+      if (allocated(error)) return
+      call make_stepper(problem%system, settings, stepper, status)
+      call check(error, status%ok(), trim(status%message))
+   end subroutine expect
+
+   subroutine free_body_is_solved(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      problem = box()
+      call expect(error, problem, 20.0_wp, 1e-4_wp, 'exact', 'closed solution')
+      if (allocated(error)) return
+      ! Moments too far apart for the closed solution.
+      problem = free_body([1e-70_wp, 1.0_wp, 1.0_wp], [0.0_wp, 1.0_wp, 1.0_wp])
+      call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'above 1e-8')
+      if (allocated(error)) return
+      problem = box()
+      call problem%system%effects%add(rotor_t(name='rotor', momentum=[1.0_wp, 0.0_wp, 0.0_wp]))
+      call expect(error, problem, 20.0_wp, 1e-4_wp, 'dop853', 'above 1e-8')
+   end subroutine free_body_is_solved
+
+   subroutine fast_top_takes_series(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      problem = bruls_top()
+      call expect(error, problem, 2.0_wp, 1e-2_wp, 'taylor', 'many turns')
+      if (.not. allocated(error)) call expect(error, problem, -2.0_wp, 1e-6_wp, 'taylor', 'many turns')
+      if (.not. allocated(error)) call expect(error, problem, 2.0_wp, 2e-2_wp, 'dop853', 'above 1e-8')
+      ! Less than a hundred radians.
+      if (.not. allocated(error)) call expect(error, problem, 0.5_wp, 1e-6_wp, 'dop853', 'above 1e-8')
+      if (allocated(error)) return
+      call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
+      call expect(error, problem, 2.0_wp, 1e-6_wp, 'dop853', 'above 1e-8')
+   end subroutine fast_top_takes_series
+
+   subroutine others_take_series_late(error)
+      type(error_type), allocatable, intent(out) :: error
+      call expect(error, forced_body(), 100.0_wp, 1.1e-8_wp, 'dop853', 'above 1e-8')
+      if (.not. allocated(error)) call expect(error, forced_body(), 100.0_wp, 1e-8_wp, 'taylor', 'from 1e-8')
+   end subroutine others_take_series_late
+
+   subroutine stranger_takes_dop853(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(stranger_t) :: stranger
+      problem = bruls_top()
+      stranger%name = 'stranger'
+      call problem%system%effects%add(stranger)
+      call expect(error, problem, 2.0_wp, 1e-12_wp, 'dop853', "effect 'stranger' has no series")
+      if (allocated(error)) return
+      problem = box()
+      stranger%name = ''
+      call problem%system%effects%add(stranger)
+      call expect(error, problem, 2.0_wp, 1e-12_wp, 'dop853', "effect 'unnamed' has no series")
+   end subroutine stranger_takes_dop853
+
+   !> A rate of 1000/s for 100 s takes the implicit step from 1e-2 rad on (3e4), not at 1e-4 (3e5). Negative
+   !> coefficients drive.
+   subroutine strong_damping_takes_implicit_step(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      problem = free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call problem%system%effects%add(damping_t([1000.0_wp, 0.0_wp, 0.0_wp]))
+      call expect(error, problem, 100.0_wp, 1e-2_wp, 'nielsen_krenk', 'strong damping')
+      if (.not. allocated(error)) call expect(error, problem, -100.0_wp, 1e-2_wp, 'nielsen_krenk', 'strong damping')
+      if (.not. allocated(error)) call expect(error, problem, 100.0_wp, 1e-4_wp, 'dop853', 'above 1e-8')
+      if (allocated(error)) return
+      problem = free_body([1.0_wp, 2.0_wp, 2.5_wp], [1.0_wp, 1.0_wp, 1.0_wp])
+      call problem%system%effects%add(damping_t([-1000.0_wp, 0.0_wp, 0.0_wp]))
+      call expect(error, problem, 100.0_wp, 1e-2_wp, 'dop853', 'above 1e-8')
+   end subroutine strong_damping_takes_implicit_step
+
+   subroutine other_settings_are_kept(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(integrator_settings_t) :: settings
+      type(problem_t) :: problem
+      character(len=:), allocatable :: reason
+      problem = forced_body()
+      settings = integrator_settings_t(method=AUTOMATIC_METHOD, inverse_auxiliary_inertia=0.25_wp, attitude=.false., &
+                                       tolerance=1e-9_wp, max_iterations=7)
+      call choose_method(problem%system, problem%start, 1.0_wp, 1e-9_wp, settings, reason)
+      call check(error, .not. settings%attitude .and. settings%max_iterations == 7, "kept")
+      if (.not. allocated(error)) call check_close(error, [settings%inverse_auxiliary_inertia, settings%tolerance], &
+                                                   [0.25_wp, 1e-9_wp], 0.0_wp, "kept")
+   end subroutine other_settings_are_kept
+
+   !> Numbers at the ends of what a scene can hold; a body at rest.
+   subroutine extreme_input(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: sizes(3) = [1e-100_wp, 1.0_wp, 1e100_wp]
+      type(problem_t) :: problem
+      type(integrator_settings_t) :: settings
+      character(len=:), allocatable :: reason
+      integer :: i, j, k
+      do i = 1, 3
+         do j = 1, 3
+            do k = 1, 3
+               problem = bruls_top()
+               problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
+                                          [0.0_wp, sizes(k), 0.0_wp])
+               call choose_method(problem%system, problem%start, sizes(i), min(sizes(j), 0.5_wp), settings, reason)
+               problem = free_body(sizes(i)*[1.0_wp, 1.0_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+               call problem%system%effects%add(damping_t(sizes(j)*[1.0_wp, 1.0_wp, 1.0_wp]))
+               call choose_method(problem%system, problem%start, sizes(k), 1e-300_wp, settings, reason)
+            end do
+         end do
+      end do
+      call expect(error, free_body([1.0_wp, 2.0_wp, 2.5_wp], [0.0_wp, 0.0_wp, 0.0_wp]), 0.0_wp, 1e-16_wp, 'exact', &
+                  'closed solution')
+   end subroutine extreme_input
+
+   !> Steps of equal length, rows where they are asked for, each as exact as the last.
+   subroutine closed_solution_with_accuracy(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(control_settings_t) :: goal
+      type(spectator_t) :: spectator
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      problem = box()
+      call spectator%solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), &
+                                      status, problem%system%body%axes)
+      spectator%compares = .true.
+      goal = control_settings_t(accuracy=1e-6_wp, interval=0.03_wp)
+      call run(problem, 'exact', 20.0_wp, goal, spectator, state, summary, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check(error, spectator%rows, 668, "rows: the first, 666 at intervals, the last")
+      if (allocated(error)) return
+      call check_below(error, spectator%distance, 16*eps, "every row")
+      if (allocated(error)) return
+      ! √(2T/J1) = √(1700.05/5) = 18.44 rad/s.
+      call check_close(error, real(summary%steps, wp), 369.0_wp, 1.0_wp, "a radian of turn in a step")
+   end subroutine closed_solution_with_accuracy
+
+   !> Order 8 on damping so strong that its steps have one length whatever the rate.
+   subroutine pilots_alike(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(control_settings_t) :: goal
+      type(spectator_t) :: spectator
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      problem = free_body([3.75e-3_wp, 3.75e-3_wp, 7.5e-3_wp], [0.01_wp, 0.0_wp, 0.3_wp])
+      call problem%system%effects%add(damping_t([1.0_wp, 1.0_wp, 1.0_wp]))
+      goal%accuracy = 1e-2_wp
+      call run(problem, 'nielsen_krenk', 3.0_wp, goal, spectator, state, summary, status)
+      call check(error, status%ok(), trim(status%message))
+      if (.not. allocated(error)) call check_below(error, goal%estimate, goal%accuracy, "estimate")
+   end subroutine pilots_alike
+
+   !> A stiff spring on a body that many other effects push: pilots differ by radians, and in the end not at all, where
+   !> their steps are at round-off.
+   subroutine chaos_is_not_called_solved(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(control_settings_t) :: goal
+      type(spectator_t) :: spectator
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      problem = forced_body()
+      call problem%system%effects%add(spring_t([0.4_wp, 0.1_wp, -0.6_wp], [0.5_wp, 1.0_wp, -0.8_wp], 1e5_wp, 0.7_wp))
+      goal%accuracy = 1e-4_wp
+      call run(problem, 'taylor', 20.0_wp, goal, spectator, state, summary, status)
+      call check(error, status%ok(), trim(status%message))
+      if (.not. allocated(error)) call check(error, goal%estimate > goal%accuracy, "the estimate is too good")
+   end subroutine chaos_is_not_called_solved
+
+   !> Runs a problem for an accuracy.
+   subroutine run(problem, method, end_time, goal, spectator, state, summary, status)
+      type(problem_t), intent(in) :: problem
+      character(len=*), intent(in) :: method
+      real(wp), intent(in) :: end_time
+      type(control_settings_t), intent(inout) :: goal
+      type(spectator_t), intent(inout) :: spectator
+      type(state_t), intent(out) :: state
+      type(run_summary_t), intent(out) :: summary
+      type(status_t), intent(out) :: status
+      type(integrator_settings_t) :: settings
+      type(run_plan_t) :: plan
+      settings = integrator_settings_t(method=method, order=8, linear_solver='reduced', conserve=method == 'taylor')
+      plan%end_time = end_time
+      state = problem%start
+      call find_error_rate(problem%system, settings, state, plan, goal, status)
+      if (.not. status%ok()) return
+      call integrate_controlled(problem%system, settings, goal, state, plan, spectator, summary, status)
+   end subroutine run
+
+   subroutine look_at_row(self, system, state, record, status)
+      class(spectator_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      real(wp) :: q(4), momentum(3)
+      self%rows = self%rows + 1
+      if (.not. self%compares) return
+      call self%solution%evaluate(state%t, q, momentum)
+      self%distance = max(self%distance, attitude_distance(state%q, q))
+   end subroutine look_at_row
+
+   !> γ₃⁴.
+   pure real(wp) function fourth_power(self, gamma) result(energy)
+      class(stranger_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      energy = gamma(3)**4
+   end function fourth_power
+
+   pure function fourth_power_gradient(self, gamma) result(gradient)
+      class(stranger_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: gradient(3)
+      gradient = [0.0_wp, 0.0_wp, 4*gamma(3)**3]
+   end function fourth_power_gradient
+
+end module test_choice
