@@ -349,8 +349,9 @@ int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **step
 int nutate_stepper_destroy(nutate_stepper **stepper);
 
 /* Sets what the group &integrator of a scene would say: method, order, linear_solver, time_step (or accuracy, or
- * local_tolerance), auxiliary_inertia, projection, tolerance, max_iterations. What is set takes effect with the next
- * step; errors that only show in combination are reported by it, or by nutate_stepper_prepare.
+ * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
+ * needs accuracy or local_tolerance; when a run ends is not known to it, so that fast tops and strong damping are not
+ * told from others. What is set takes effect with the next step; errors that only show in combination are reported by it, or by nutate_stepper_prepare.
  *   <=>  stepper
  *   ==>  key      name, such as "method"
  *   ==>  value    text, such as "dop853", "4", "1e-3", ".false." */
