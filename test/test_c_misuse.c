@@ -269,6 +269,20 @@ int test_c_unprepared(void)
     EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.01));
     EXPECT(NUTATE_OK, nutate_stepper_time(stepper, &t));
     CHECK(fabs(t - 0.51) < 1e-15);
+    /* The automatic choice takes an accuracy, and no order. */
+    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "method", "auto"));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_prepare(stepper));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    EXPECT(NUTATE_OK, make_stepper(&stepper));
+    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "method", "auto"));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_prepare(stepper));
+    EXPECT(NUTATE_OK, nutate_last_message(stepper, text, sizeof text));
+    CHECK(strstr(text, "accuracy or local_tolerance"));
+    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "accuracy", "1e-6"));
+    EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, 0.5, 1, 0.0, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.01));
+    EXPECT(NUTATE_OK, nutate_stepper_time(stepper, &t));
+    CHECK(fabs(t - 0.51) < 1e-15);
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
     return 0;
 }
