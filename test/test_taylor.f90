@@ -120,7 +120,11 @@ contains
       real(wp) :: bound
       integer :: i, exponent
       character(len=48) :: label
-      problems = [box(), bruls_top(), fast_top(), simo_top(), forced_body()]
+      problems(1) = box()
+      problems(2) = bruls_top()
+      problems(3) = fast_top()
+      problems(4) = simo_top()
+      problems(5) = forced_body()
       do i = 1, size(problems)
          do exponent = 4, 13, 3
             write (label, '("problem ",i0,", tolerance 1e-",i0)') i, exponent
