@@ -171,13 +171,13 @@ contains
       real(wp), parameter :: sizes(3) = [1e-300_wp, 1e-16_wp, 1e-8_wp]
       real(wp), parameter :: dt = 0.05_wp
       type(problem_t) :: problem
-      type(axis_meter_t) :: meter
+      type(axis_meter_t) :: meter, blank
       real(wp) :: rate, earliest
       integer :: i
       problem = box()
       rate = scheme_rate(problem%system%body%moments, 10.0_wp, dt)
       do i = 1, 3
-         meter = axis_meter_t()
+         meter = blank
          problem%start = make_state(problem%system, identity, [sizes(i), 0.0_wp, 10.0_wp])
          call follow(problem, way, dt, merge(20000_long, merge(3000_long, 500_long, i == 1), whole), record, &
                      meter=meter)
@@ -234,11 +234,11 @@ contains
          1.0_wp, 1.0_wp, 1.5_wp, &
          1.0_wp, 1.0_wp + 1e-15_wp, 1.5_wp, &
          1.0_wp, 2.0_wp, 3.0_wp], [3, 4])
-      type(problem_t) :: problem
+      type(problem_t) :: problem, blank
       type(status_t) :: status
       integer :: i
       do i = 1, size(moments, 2)
-         problem = problem_t()
+         problem = blank
          call make_body(diagonal(moments(:, i)), problem%system%body, status)
          call record%require(status%ok(), trim(status%message))
          if (.not. status%ok()) return
