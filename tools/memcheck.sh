@@ -7,7 +7,8 @@ set -u
 
 FFLAGS='-O1 -g'
 # Suites that integrate for long by code which others cover too: they take most of the time.
-long_suites='control shipped_scenes study'
+long_suites='control resume shipped_scenes stability_large_steps stability_scales stability_starts stability_stiff
+stability_top study threads'
 passed=0 failed=0
 # Tests that measure time know by this that it says nothing here.
 export NUTATE_SLOW_BUILD=1
@@ -37,7 +38,7 @@ unit=$(fpm_path test unit) nutate=$(fpm_path run nutate)
 [ -n "$unit" ] && [ -n "$nutate" ] || die "fpm does not say where it put the programs"
 
 for suite in $(sed -n 's/.*new_testsuite("\([a-z_0-9]*\)".*/\1/p' test/main.f90); do
-   if [ "${1:-}" = quick ] && [[ " $long_suites " == *" $suite "* ]]; then
+   if [ "${1:-}" = quick ] && [[ " ${long_suites//$'\n'/ } " == *" $suite "* ]]; then
       say "left to make memcheck: $suite"
    else
       examine "$suite" 0 "$unit" "$suite"
