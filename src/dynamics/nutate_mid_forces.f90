@@ -20,6 +20,8 @@ module nutate_mid_forces
    type :: mid_forces_t
       !> There is an effect that exerts a force.
       logical :: active = .false.
+      !> One of them depends on the attitude.
+      logical :: by_attitude = .false.
       !> Take away the part of potential forces along q.
       logical :: projection = .true.
       !> Middle of the step, s.
@@ -62,6 +64,7 @@ contains
       logical, intent(in) :: projection
       integer :: i
       self%active = effects%n_potentials + effects%n_torques > 0
+      self%by_attitude = effects%needs_attitude()
       self%projection = projection
       if (allocated(self%acts)) deallocate (self%acts)
       if (effects%n_torques > 0) allocate (self%acts(effects%n_torques), source=.true.)

@@ -14,7 +14,8 @@ module nutate_branch
    !> ends where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the
    !> earliest. Off the axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
    real(wp), parameter :: surely_true = 0.41_wp
-   !> A determinant within this factor of that of a very short step: the effects do not dominate the step.
+   !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes
+   !> it large and brings no other root near, forces that depend on the attitude do.
    real(wp), parameter :: mild = 4.0_wp
    !> |b| from which a root is refused. At |b| = 1, half a turn, the reduced equations are solved by what is no step.
    real(wp), parameter :: longest = 0.98_wp
@@ -23,7 +24,7 @@ module nutate_branch
    !> Change of b that the walk aims at from one length to the next, part of the whole step below which it gives up,
    !> and most lengths tried.
    real(wp), parameter :: pace = 0.06_wp, shortest = 1e-3_wp, first_shortest = 1e-15_wp
-   integer, parameter :: most_lengths = 1000
+   integer, parameter :: most_lengths = 250
 
    !> A walk along the branch, in parts of the step's length.
    type :: branch_walk_t
@@ -33,7 +34,8 @@ module nutate_branch
       real(wp), private :: before = 0.0_wp, determinant = 1.0_wp
       !> Growth of the step that is tried.
       real(wp), private :: stride = 0.0_wp
-      integer, private :: tried = 0
+      !> Lengths tried so far.
+      integer :: tried = 0
    contains
       !> Starts a walk.
       procedure :: start
@@ -50,15 +52,16 @@ module nutate_branch
 contains
 
    !> True if a root needs no walk to be known as the true one.
-   pure logical function is_surely_true(turn, determinant, forced)
+   pure logical function is_surely_true(turn, determinant, forced, by_attitude)
       !> |b|
       real(wp), intent(in) :: turn
       !> Determinant of the Jacobian over that of a very short step.
       real(wp), intent(in) :: determinant
-      !> There are effects.
-      logical, intent(in) :: forced
+      !> There are effects; some depend on the attitude.
+      logical, intent(in) :: forced, by_attitude
       is_surely_true = turn < surely_true .and. determinant > 0.0_wp
-      if (is_surely_true .and. forced) is_surely_true = determinant*mild > 1.0_wp .and. determinant < mild
+      if (is_surely_true .and. forced) is_surely_true = determinant*mild > 1.0_wp
+      if (is_surely_true .and. by_attitude) is_surely_true = determinant < mild
    end function is_surely_true
 
    !> True if a root continues that of the last step, which was true: in a step that effects dominate.

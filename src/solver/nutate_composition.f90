@@ -122,6 +122,7 @@ contains
       integer :: i, k
       trial = state
       self%iterations = 0
+      self%walked = 0
       self%residual = 0.0_wp
       self%work = 0.0_wp
       do i = 1, size(self%stages)
@@ -130,6 +131,7 @@ contains
             stage%whole_middle = state%t + 0.5_wp*dt
             call stage%step(system, trial, self%stages(i)%weight*dt, status)
             self%iterations = self%iterations + stage%iterations
+            self%walked = self%walked + stage%walked
             self%residual = max(self%residual, stage%residual)
             if (status%code /= 0) exit
             do k = 1, size(self%work)

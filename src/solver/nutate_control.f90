@@ -188,7 +188,7 @@ contains
       logical :: accepted
 
       do while (abs(t_end - state%t) > 0.0_wp)
-         if (summary%parts >= self%plan%max_steps) then
+         if (summary%parts + self%record%walked >= self%plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
             if (observer%keeps_archives) call self%offer(state, observer, summary, status)
             return
@@ -316,6 +316,7 @@ contains
       stepper%is_part = .true.
       stepper%whole_middle = middle
       call stepper%step(system, state, dt, status)
+      record%walked = record%walked + stepper%walked
       record%iterations = record%iterations + stepper%iterations
       record%residual = stepper%residual
    end subroutine take_part

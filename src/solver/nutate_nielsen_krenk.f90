@@ -110,6 +110,7 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: z(8), guessed(8), a(4), decisive, last
 
+      self%walked = 0
       if (self%untested) then
          call check_start(system, state, dt, status)
          if (status%code /= 0) return
@@ -161,7 +162,8 @@ contains
       class(nielsen_krenk_t), intent(in) :: self
       !> |b|
       real(wp), intent(in) :: turn
-      is_trusted = is_surely_true(turn, self%determinant, self%equations%forces%active)
+      is_trusted = is_surely_true(turn, self%determinant, self%equations%forces%active, &
+                                  self%equations%forces%by_attitude)
    end function is_trusted
 
    !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
@@ -213,6 +215,7 @@ contains
          root = z
       end do
       self%iterations = iterations
+      self%walked = walk%tried
       if (walk%reached >= 1.0_wp) status = status_t()
    end subroutine walk_to_root
 

@@ -105,6 +105,7 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: b(3), guess(3), decisive, last
 
+      self%walked = 0
       if (self%untested) call test_start(self, system, state, dt, status)
       if (status%code /= 0) return
       last = 0.0_wp
@@ -174,7 +175,7 @@ contains
       class(reduced_t), intent(in) :: self
       real(wp), intent(in) :: b(3)
       is_trusted = is_surely_true(sqrt(b(1)**2 + b(2)**2 + b(3)**2), self%determinant/self%equations%unloaded, &
-                                  self%equations%forces%active)
+                                  self%equations%forces%active, self%equations%forces%by_attitude)
    end function is_trusted
 
    !> Follows the branch of the true motion from short steps to this one. Success leaves its root in b.
@@ -221,6 +222,7 @@ contains
          root = b
       end do
       self%iterations = iterations
+      self%walked = walk%tried
       if (walk%reached >= 1.0_wp) status = status_t()
    end subroutine walk_to_root
 

@@ -19,6 +19,10 @@ module nutate_run
    real(wp), parameter :: same_time = 1e-9_wp
    !> A step that fails is cut into up to 2**deepest_cut parts.
    integer, parameter :: deepest_cut = 10
+   !> Lengths tried on walks beyond which, and beyond ten times the steps allowed, a step is not cut further: such a run
+   !> has failed, and does not go on from an archive.
+   integer(long), parameter :: spare_tries = 1000
+   character(len=*), parameter :: too_many_steps = 'the run needs more steps than were allowed'
    !> Steps between two calls of the observer's `poll`.
    integer(long), parameter :: poll_every = 1024
 
@@ -30,7 +34,7 @@ module nutate_run
       real(wp) :: end_time = 0.0_wp
       !> Nominal steps between the rows shown to the observer.
       integer(long) :: every = 1
-      !> A run that needs more steps, or more rows between its steps, ends there.
+      !> A run that needs more steps (lengths tried on walks counted), or more rows between its steps, ends there.
       integer(long) :: max_steps = huge(1_long)
       !> Nominal steps of this length that earlier runs have done, and their first time, s: those of this run then end
       !> where those of a single one would.
@@ -49,6 +53,8 @@ module nutate_run
       real(wp) :: residual = 0.0_wp
       !> Work of all torques so far, J.
       real(wp) :: work = 0.0_wp
+      !> Lengths tried so far on walks to roots (`nutate_branch`): each counts as a step where steps are limited.
+      integer(long) :: walked = 0
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_record
@@ -112,6 +118,8 @@ module nutate_run
       integer :: next_break = 1
       !> Digits of the work that its sum cannot hold, J.
       real(wp), allocatable :: work_carry(:)
+      !> Limit of the number of steps.
+      integer(long) :: most_steps = huge(1_long)
    contains
       !> Shows to an archive what changes on the way.
       procedure :: transfer => transfer_progress
@@ -153,8 +161,8 @@ contains
       if (observer%wants_archive .and. status%ok()) &
          call offer(stepper, state, progress, summary, record, observer, status)
       do while (status%code == 0 .and. summary%steps < n_steps)
-         if (summary%parts >= plan%max_steps) then
-            status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+         if (summary%parts + record%walked >= plan%max_steps) then
+            status = fail(NUTATE_STEP_LIMIT, too_many_steps)
             exit
          end if
          call advance(system, stepper, state, plan, progress, summary, record, summary%steps + 1 == n_steps, status)
@@ -231,6 +239,7 @@ contains
       call archive%transfer(self%iterations)
       call archive%transfer(self%residual)
       call archive%transfer(self%work)
+      call archive%transfer(self%walked)
    end subroutine transfer_record
 
    !> Shows its values to an archive.
@@ -285,6 +294,7 @@ contains
       end if
       allocate (summary%work(effects%n_torques), progress%work_carry(effects%n_torques), source=0.0_wp)
       progress%t_first = t
+      progress%most_steps = plan%max_steps
       if (plan%steps_before > 0) progress%t_first = plan%first_time
       progress%breaks = effects%breaks_between(t, plan%end_time)
    end subroutine begin
@@ -343,10 +353,12 @@ contains
       type(status_t), intent(inout) :: status
 
       call stepper%step(system, state, length, status)
+      record%walked = record%walked + stepper%walked
       if (status%code /= 0) then
          ! A step that failed has forgotten the steps before it, and guesses afresh: that may do.
          record%iterations = record%iterations + stepper%iterations
          call stepper%step(system, state, length, status)
+         record%walked = record%walked + stepper%walked
       end if
       if (status%code == 0) then
          call count_part(stepper, progress, summary, record)
@@ -394,7 +406,12 @@ contains
             level = level + 1
             done = 2*done
          end if
+         if (record%walked > spare_tries .and. record%walked/10 > progress%most_steps) then
+            status = fail(NUTATE_NOT_CONVERGED, 'the step took more tries than were allowed')
+            return
+         end if
          call stepper%step(system, state, length/2**level, status)
+         record%walked = record%walked + stepper%walked
          if (status%code /= 0) record%iterations = record%iterations + stepper%iterations
       end do
    end subroutine travel_in_parts

@@ -44,6 +44,8 @@ module nutate_stepper
       integer :: iterations = 0
       !> Last Newton increment over the step's increment (dimensionless).
       real(wp) :: residual = 0.0_wp
+      !> Lengths that the last step tried on its walk to the root (`nutate_branch`): each costs as much as a step.
+      integer :: walked = 0
       !> The step is a part of a longer one, the middle of which decides which torques act, s: parts may leave the
       !> time of the whole.
       logical :: is_part = .false.
