@@ -36,6 +36,7 @@ class Study(CommandLineTest):
         self.assertIn("nielsen_krenk order 8 (reduced) and dop853", text)
         self.assertRegex(text, r"agree to \S+ rad: 1\d digits")
 
+    @unittest.skipIf(os.environ.get("NUTATE_SLOW_BUILD"), "what fits into the time says nothing in this build")
     def test_csv_has_a_row_for_each_run(self):
         self.succeed("cost", "top.nml", *SHORT, "--csv", "runs.csv", "--set", "integrator.end_time=0.5")
         rows = self.rows("runs.csv")
