@@ -44,6 +44,7 @@ program unit
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
    use test_rotation, only: collect_rotation
+   use test_round_off, only: collect_round_off
    use test_run, only: collect_run
    use test_scene, only: collect_scene
    use test_scene_errors, only: collect_scene_errors
@@ -147,6 +148,7 @@ contains
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("resume", collect_resume), &
          new_testsuite("rotation", collect_rotation), &
+         new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &
          new_testsuite("scene", collect_scene), &
          new_testsuite("scene_errors", collect_scene_errors), &

@@ -35,19 +35,19 @@ contains
       call archive%transfer(self%p_carry)
    end subroutine transfer_state
 
-   !> Adds an increment to a sum kept as `total + carry` (Kahan's compensated summation): over many steps round-off
-   !> grows like that of the increments, not of the sum.
+   !> Adds an increment to a sum kept as `total + carry`, which loses nothing but what rounding takes from the carry
+   !> (Knuth's sums): over many steps round-off grows like that of the increments, not of the sum, and a part of the
+   !> increment that is below its own last digit counts too, if it was put into the carry.
    elemental subroutine add_increment(total, carry, increment)
       real(wp), intent(inout) :: total, carry
       real(wp), intent(in) :: increment
-      real(wp) :: addend, rounded
+      real(wp) :: addend, rounded, part, lost
       addend = increment + carry
+      ! Where the carry is the larger one, what this misses is below the last digit of the carry.
+      lost = carry - (addend - increment)
       rounded = total + addend
-      if (abs(total) >= abs(addend)) then
-         carry = (total - rounded) + addend
-      else
-         carry = (addend - rounded) + total
-      end if
+      part = rounded - total
+      carry = ((total - (rounded - part)) + (addend - part)) + lost
       total = rounded
    end subroutine add_increment
 

@@ -1,0 +1,99 @@
+!> What rounding adds up to over many steps: nothing that grows in proportion to them.
+module test_round_off
+   use nutate_body, only: diagonal, make_body
+   use nutate_gravity, only: gravity_t
+   use nutate_hamiltonian, only: make_state
+   use nutate_kinds, only: wp, eps
+   use nutate_methods, only: make_stepper
+   use nutate_state, only: add_increment, state_t
+   use nutate_status, only: status_t
+   use nutate_steady_top, only: sleeping_spin
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use test_problems, only: march, problem_t
+   use test_support, only: check_below
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_round_off
+
+contains
+
+   subroutine collect_round_off(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("a sum keeps what is below the digits of its increments", sums_keep_small_parts), &
+                  new_unittest("a steady spin does not lengthen q", steady_spin_keeps_norm), &
+                  new_unittest("a finite J0 does not make the norm drift", finite_j0_keeps_norm)]
+   end subroutine collect_round_off
+
+   !> 4096 times 1/8 and, put into the carry, 2⁻⁷⁰.
+   subroutine sums_keep_small_parts(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: total, carry
+      integer :: i
+      total = 1.0_wp
+      carry = 0.0_wp
+      do i = 1, 4096
+         carry = carry + 2.0_wp**(-70)
+         call add_increment(total, carry, 0.125_wp)
+      end do
+      call check(error, total == 513.0_wp .and. carry == 2.0_wp**(-58), "sum of large and small parts")
+   end subroutine sums_keep_small_parts
+
+   !> In body axes each step is the same, and so is what rounding takes from 2/(1+β): it must be put back.
+   subroutine steady_spin_keeps_norm(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(status_t) :: status
+      real(wp), parameter :: steps(4) = [0.5_wp, 0.51_wp, 0.53_wp, 1.2_wp]
+      integer :: i
+      call make_body(diagonal([1.0_wp, 2.0_wp, 2.5_wp]), problem%system%body, status)
+      problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.0_wp])
+      do i = 1, size(steps)
+         call check_norm(error, problem, 'reduced', 0.0_wp, steps(i), 200000)
+         if (allocated(error)) return
+      end do
+   end subroutine steady_spin_keeps_norm
+
+   !> Rounding leaves 1e-16 of |p| of q·p, by which a finite J0 moves |q|; in the steady motion of an upright top it
+   !> would be the same in every step.
+   subroutine finite_j0_keeps_norm(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(status_t) :: status
+      real(wp), parameter :: moments(3) = [1.0_wp, 1.0_wp, 0.25_wp], mgl = 9.81_wp
+      call make_body(diagonal(moments), problem%system%body, status, mass=1.0_wp, &
+                     center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
+      call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -mgl]))
+      problem%start = make_state(problem%system, [1.0_wp, 0.5e-10_wp, 0.0_wp, 0.0_wp], &
+                                 [0.0_wp, 0.0_wp, 1.05_wp*sleeping_spin(moments(1), moments(3), mgl)])
+      call check_norm(error, problem, 'lapack', 0.1_wp, 0.01_wp, 50000)
+   end subroutine finite_j0_keeps_norm
+
+   !> |q|² stays within the random walk of some roundings, and q·p within one.
+   subroutine check_norm(error, problem, solver, inverse_j0, dt, n)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      character(len=*), intent(in) :: solver
+      !> kg⁻¹ m⁻²; s
+      real(wp), intent(in) :: inverse_j0, dt
+      integer, intent(in) :: n
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: state
+      type(status_t) :: status
+      character(len=12) :: label
+      call make_stepper(problem%system, integrator_settings_t(linear_solver=solver, &
+                                                              inverse_auxiliary_inertia=inverse_j0), stepper, status)
+      state = problem%start
+      call march(problem%system, stepper, state, dt, n, status)
+      call check(error, status%ok(), status%message)
+      if (allocated(error)) return
+      write (label, '(a,f4.2,a)') 'Δt ', dt, ' s'
+      call check_below(error, abs(dot_product(state%q, state%q) - dot_product(problem%start%q, problem%start%q)), &
+                       eps*sqrt(real(n, wp)), label//': |q|²')
+      if (allocated(error) .or. solver == 'reduced') return
+      call check_below(error, abs(dot_product(state%q, state%p)), 4*eps*norm2(state%p), label//': q·p')
+   end subroutine check_norm
+
+end module test_round_off
