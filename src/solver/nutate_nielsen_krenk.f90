@@ -273,6 +273,7 @@ contains
       call self%equations%increments(state, z, a, dq, dp)
       call add_increment(state%q, state%q_carry, dq)
       call add_increment(state%p, state%p_carry, dp)
+      call self%equations%make_tangent(state)
       state%t = state%t + dt
       if (dt /= self%last_dt) self%known = 0
       self%last_dt = dt

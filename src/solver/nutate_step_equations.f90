@@ -8,7 +8,7 @@
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
 module nutate_step_equations
    use nutate_archive, only: archive_t
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_mid_forces, only: mid_forces_t
    use nutate_quaternion, only: quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix
    use nutate_small_products, only: times_vector
@@ -18,6 +18,9 @@ module nutate_step_equations
    private
 
    public :: step_equations_t
+
+   !> q·p over |q||p| that rounding leaves of a product that vanishes.
+   real(wp), parameter :: product_noise = 64*eps
 
    !> C = diag(1, -1, -1, -1), the conjugation.
    real(wp), parameter :: conjugation(4) = [1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp]
@@ -52,6 +55,10 @@ module nutate_step_equations
       procedure :: transfer => transfer_equations
       !> The increments of q and p that the root stands for.
       procedure :: increments
+      !> q·p is what rounding leaves of nothing, and stays so.
+      procedure :: is_tangent
+      !> Takes that away.
+      procedure :: make_tangent
    end type step_equations_t
 
 contains
@@ -122,7 +129,8 @@ contains
    !> of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. Taken from z instead, seen from u, it would
    !> carry the rounding of |u| along, and |p| would drift in proportion to the number of steps. The impulse Δt f is
    !> what z has beyond the free motion: evaluated from a, a damping much stronger than the inertia would blow up a's
-   !> rounding.
+   !> rounding. Projected forces have no part along x̄ and leave w₀ = q·p as it is: the rounding of z in both would,
+   !> with a finite J0, make the norm drift.
    pure subroutine increments(self, state, z, a, dq, dp)
       class(step_equations_t), intent(in) :: self
       !> At the start of the step.
@@ -131,8 +139,12 @@ contains
       real(wp), intent(in) :: z(8), a(4)
       !> Shape (4); the second in kg m²/s.
       real(wp), intent(out) :: dq(4), dp(4)
-      real(wp) :: alpha(4), turn(4), beta, impulse(4)
+      real(wp) :: alpha(4), turn(4), beta, impulse(4), xm(4)
       alpha = (0.125_wp*self%dt)*a
+      if (self%forces%projection) then
+         alpha(1) = (0.125_wp*self%dt*self%inverse_j0)*self%w0(1)
+         if (self%is_tangent()) alpha(1) = 0.0_wp
+      end if
       beta = alpha(2)**2 + alpha(3)**2 + alpha(4)**2
       turn = [alpha(1)*(1 - alpha(1)) - beta, alpha(2:4)]
       dq = (2/((1 - alpha(1))**2 + beta))*quat_product(state%q, turn)
@@ -140,11 +152,31 @@ contains
       dp = quat_product(state%p, turn)
       if (self%forces%active) then
          impulse = z(5:8) + 2*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*alpha)
+         if (self%forces%projection) then
+            xm = self%x0 + 0.5_wp*z(1:4)
+            impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
+         end if
          turn = quat_product(impulse, [1 + alpha(1), alpha(2:4)])
          dp = dp + (0.5_wp*self%unit)*quat_product(self%frame, turn)
       end if
       dp = (2/((1 + alpha(1))**2 + beta))*dp
    end subroutine increments
+
+   !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then q·p = 0 for ever.
+   pure logical function is_tangent(self)
+      class(step_equations_t), intent(in) :: self
+      is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
+   end function is_tangent
+
+   !> Takes from p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes neither the angular
+   !> momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|.
+   pure subroutine make_tangent(self, state)
+      class(step_equations_t), intent(in) :: self
+      !> At the end of the step.
+      type(state_t), intent(inout) :: state
+      if (.not. self%is_tangent()) return
+      state%p_carry = state%p_carry - (self%w0(1)*self%unit/dot_product(state%q, state%q))*state%q
+   end subroutine make_tangent
 
    !> ∂R/∂z; shape (8,8).
    pure subroutine jacobian(self, system, z, matrix)
