@@ -9,28 +9,38 @@ FFLAGS='-O1 -g'
 # Suites that integrate for long by code which others cover too: they take most of the time.
 long_suites='control resume shipped_scenes stability_large_steps stability_scales stability_starts stability_stiff
 stability_top study threads'
-passed=0 failed=0
+cores=$(nproc)
 # Tests that measure time know by this that it says nothing here.
 export NUTATE_SLOW_BUILD=1
 scratch=$(mktemp -d) || exit 1
 trap 'rm -rf "$scratch"' EXIT
 
-# examine NAME STATUS COMMAND...: one verdict; STATUS is the exit status that the command should have.
+# examine NAME STATUS COMMAND...: starts it, as many at a time as there are cores; STATUS is the exit status that the
+# command should have.
 examine() {
-   local name=$1 expected=$2 log=$logs/memcheck-$1.log started=$SECONDS
+   while [ "$(jobs -rp | wc -l)" -ge "$cores" ]; do wait -n; done
+   judge "$@" &
+}
+
+# judge NAME STATUS COMMAND...: says what came of it, and leaves a file of the verdict.
+judge() {
+   local name=$1 expected=$2 log=$logs/memcheck-$1.log output=$scratch/$1.output started=$SECONDS
    shift 2
    valgrind --quiet --error-exitcode=99 --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite \
-      --suppressions=tools/memcheck.supp --log-file="$log" "$@" >"$scratch/output" 2>&1 </dev/null
+      --suppressions=tools/memcheck.supp --log-file="$log" "$@" >"$output" 2>&1 </dev/null
    if [ $? -eq "$expected" ]; then
-      passed=$((passed + 1))
+      touch "$scratch/$name.passed"
       say "passed: $name ($((SECONDS - started)) s)"
    else
-      failed=$((failed + 1))
-      say "FAILED: $name"
-      tail -n 5 "$scratch/output"
-      head -n 40 "$log"
+      touch "$scratch/$name.failed"
+      say "FAILED: $name
+$(tail -n 5 "$output")
+$(head -n 40 "$log")"
    fi
 }
+
+# tally passed|failed: how many there are.
+tally() { find "$scratch" -name "*.$1" | wc -l; }
 
 say "Building with $FFLAGS"
 build memcheck --tests || exit 1
@@ -57,5 +67,7 @@ for name in group_not_closed binary too_few_values triangle turn_per_step; do
    examine "refuse-$name" 2 "$nutate" check "test/cli/malformed/$name.nml"
 done
 examine fail 3 "$nutate" run scenes/box.nml --max-steps 10 --output "$scratch/failed.csv"
-say "$passed passed, $failed failed"
-[ $failed -eq 0 ]
+wait
+failed=$(tally failed)
+say "$(tally passed) passed, $failed failed"
+[ "$failed" -eq 0 ]
