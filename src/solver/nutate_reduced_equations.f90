@@ -35,6 +35,8 @@ module nutate_reduced_equations
       !> u = q0/|q0|, body→space at the start of the step; shape (4). The norm counts: q0 for u, wrong by the
       !> round-off that |q0| has gathered, would make the momentum drift in proportion to the number of steps.
       real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> |q0|²
+      real(wp) :: square = 1.0_wp
       !> ½u*∘p0 = [round-off of q·p, L0], kg m²/s.
       real(wp) :: half_momentum(4) = 0.0_wp
       !> Δt/4s, and L0 and h times it; shape (3).
@@ -108,7 +110,8 @@ contains
       real(wp) :: half, u0, u1, u2, u3
       associate (q => state%q, p => state%p)
          ! 1/|q| to the last digit where |q|² - 1 is below 1e-8.
-         half = 0.5_wp*(3 - (q(1)**2 + q(2)**2 + q(3)**2 + q(4)**2))
+         self%square = q(1)**2 + q(2)**2 + q(3)**2 + q(4)**2
+         half = 0.5_wp*(3 - self%square)
          u0 = half*q(1)
          u1 = half*q(2)
          u2 = half*q(3)
@@ -268,9 +271,7 @@ contains
       call self%forces%get_work(system%effects, self%dt, [1.0_wp, b]/(1 + dot(b, b)), self%rate*b, work)
    end subroutine get_work
 
-   !> Moves the state to the end of the step whose root is b: q1 - q0 = q0∘(c - 1), less what rounding adds to |c|;
-   !> p1 - p0 = 2u∘((c - 1)∘L1 + L1 - L0) with the scalar that p0 brought along; without attitude
-   !> p1 - p0 = 2u∘(L1 - L0).
+   !> Moves the state to the end of the step whose root is b: q1 = q0∘c, p1 = p0∘c + Δt f, the impulse of the effects.
    pure subroutine finish(self, b, attitude, state)
       class(reduced_equations_t), intent(in) :: self
       !> Root, for which F has been asked last if there are effects.
@@ -278,50 +279,78 @@ contains
       !> Move the attitude too.
       logical, intent(in) :: attitude
       type(state_t), intent(inout) :: state
-      real(wp) :: beta, factor, excess, d0, d1, d2, d3, l1, l2, l3, e0, e1, e2, e3
+      real(wp) :: beta, factor, excess, e0, e1, e2, e3
       call measure_turn(b, beta, factor, excess)
-      call change_momentum(self, b, beta, factor, d1, d2, d3)
-      d0 = 0.0_wp
-      associate (h => self%half_momentum, u => self%frame, q => state%q, carry => state%q_carry)
-         if (attitude) then
-            l1 = h(2) + d1
-            l2 = h(3) + d2
-            l3 = h(4) + d3
-            d0 = -factor*(beta*h(1) + b(1)*l1 + b(2)*l2 + b(3)*l3)
-            d1 = d1 + factor*(b(1)*h(1) - beta*l1 + b(2)*l3 - b(3)*l2)
-            d2 = d2 + factor*(b(2)*h(1) - beta*l2 + b(3)*l1 - b(1)*l3)
-            d3 = d3 + factor*(b(3)*h(1) - beta*l3 + b(1)*l2 - b(2)*l1)
-            e0 = -factor*(beta*q(1) + b(1)*q(2) + b(2)*q(3) + b(3)*q(4))
-            e1 = factor*(b(1)*q(1) - beta*q(2) + b(3)*q(3) - b(2)*q(4))
-            e2 = factor*(b(2)*q(1) - beta*q(3) + b(1)*q(4) - b(3)*q(2))
-            e3 = factor*(b(3)*q(1) - beta*q(4) + b(2)*q(2) - b(1)*q(3))
-            ! Before the sum, whose rounding leaves a carry that is zero on the average; the next step does not see it.
-            carry(1) = carry(1) - excess*(q(1) + e0)
-            carry(2) = carry(2) - excess*(q(2) + e1)
-            carry(3) = carry(3) - excess*(q(3) + e2)
-            carry(4) = carry(4) - excess*(q(4) + e3)
-            call accumulate(state%q(1), state%q_carry(1), e0)
-            call accumulate(state%q(2), state%q_carry(2), e1)
-            call accumulate(state%q(3), state%q_carry(3), e2)
-            call accumulate(state%q(4), state%q_carry(4), e3)
-         end if
-         call accumulate(state%p(1), state%p_carry(1), 2*(u(1)*d0 - u(2)*d1 - u(3)*d2 - u(4)*d3))
-         call accumulate(state%p(2), state%p_carry(2), 2*(u(1)*d1 + u(2)*d0 + u(3)*d3 - u(4)*d2))
-         call accumulate(state%p(3), state%p_carry(3), 2*(u(1)*d2 - u(2)*d3 + u(3)*d0 + u(4)*d1))
-         call accumulate(state%p(4), state%p_carry(4), 2*(u(1)*d3 + u(2)*d2 - u(3)*d1 + u(4)*d0))
-      end associate
+      if (attitude) then
+         call turn(b, beta, factor, state%q, e0, e1, e2, e3)
+         call move(excess, e0, e1, e2, e3, state%q, state%q_carry)
+         call turn(b, beta, factor, state%p, e0, e1, e2, e3)
+         if (self%forces%active) call add_impulse(self, b, factor, e0, e1, e2, e3)
+         call move(excess, e0, e1, e2, e3, state%p, state%p_carry)
+      else
+         call change_momentum(self, b, beta, factor, state)
+      end if
       state%t = state%t + self%dt
    end subroutine finish
 
-   !> L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄ in body axes, of the end and of the start: a rotation to the last digit
-   !> without torque.
-   pure subroutine change_momentum(self, b, beta, factor, d1, d2, d3)
+   !> e = x∘(c - 1): what a turn by c adds to a quaternion. Taken from q and p themselves, not from the momentum in body
+   !> axes, whose rounding would count whole: so only the rounding of e does.
+   pure subroutine turn(b, beta, factor, x, e0, e1, e2, e3)
+      !> b, β and 2/(1+β).
+      real(wp), intent(in) :: b(3), beta, factor, x(4)
+      real(wp), intent(out) :: e0, e1, e2, e3
+      e0 = -factor*(beta*x(1) + b(1)*x(2) + b(2)*x(3) + b(3)*x(4))
+      e1 = factor*(b(1)*x(1) - beta*x(2) + b(3)*x(3) - b(2)*x(4))
+      e2 = factor*(b(2)*x(1) - beta*x(3) + b(1)*x(4) - b(3)*x(2))
+      e3 = factor*(b(3)*x(1) - beta*x(4) + b(2)*x(2) - b(1)*x(3))
+   end subroutine turn
+
+   !> Adds Δt f = 2Δt u∘c½∘τ̄∘c½, c½∘τ̄∘c½ = [-2b·τ̄, (1+β)τ̄ - 2b(b·τ̄)]/(1+β).
+   pure subroutine add_impulse(self, b, factor, e0, e1, e2, e3)
+      type(reduced_equations_t), intent(in) :: self
+      !> b and 2/(1+β).
+      real(wp), intent(in) :: b(3), factor
+      real(wp), intent(inout) :: e0, e1, e2, e3
+      real(wp) :: double, s0, s1, s2, s3
+      double = 2*self%dt
+      s1 = double*self%torque(1)
+      s2 = double*self%torque(2)
+      s3 = double*self%torque(3)
+      s0 = -factor*(b(1)*s1 + b(2)*s2 + b(3)*s3)
+      s1 = s1 + s0*b(1)
+      s2 = s2 + s0*b(2)
+      s3 = s3 + s0*b(3)
+      associate (u => self%frame)
+         e0 = e0 + (u(1)*s0 - u(2)*s1 - u(3)*s2 - u(4)*s3)
+         e1 = e1 + (u(1)*s1 + u(2)*s0 + u(3)*s3 - u(4)*s2)
+         e2 = e2 + (u(1)*s2 - u(2)*s3 + u(3)*s0 + u(4)*s1)
+         e3 = e3 + (u(1)*s3 + u(2)*s2 - u(3)*s1 + u(4)*s0)
+      end associate
+   end subroutine add_impulse
+
+   !> Adds e to a quaternion that c has turned, and takes away by how much c is too long: before the sum, whose rounding
+   !> leaves a carry that is zero on the average, since the next step does not see the carry.
+   pure subroutine move(excess, e0, e1, e2, e3, x, carry)
+      real(wp), intent(in) :: excess, e0, e1, e2, e3
+      real(wp), intent(inout) :: x(4), carry(4)
+      carry(1) = carry(1) - excess*(x(1) + e0)
+      carry(2) = carry(2) - excess*(x(2) + e1)
+      carry(3) = carry(3) - excess*(x(3) + e2)
+      carry(4) = carry(4) - excess*(x(4) + e3)
+      call accumulate(x(1), carry(1), e0)
+      call accumulate(x(2), carry(2), e1)
+      call accumulate(x(3), carry(3), e2)
+      call accumulate(x(4), carry(4), e3)
+   end subroutine move
+
+   !> p1 - p0 = 2u∘(L1 - L0), L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄ in body axes, of the end and of the start: what is
+   !> left where the attitude is left out.
+   pure subroutine change_momentum(self, b, beta, factor, state)
       type(reduced_equations_t), intent(in) :: self
       !> b, β and 2/(1+β).
       real(wp), intent(in) :: b(3), beta, factor
-      !> kg m²/s.
-      real(wp), intent(out) :: d1, d2, d3
-      real(wp) :: t1, t2, t3, along
+      type(state_t), intent(inout) :: state
+      real(wp) :: t1, t2, t3, d1, d2, d3, along
       associate (h => self%half_momentum)
          ! b×L0
          t1 = b(2)*h(4) - b(3)*h(3)
@@ -331,14 +360,21 @@ contains
       d1 = (factor*factor)*(2*(b(2)*t3 - b(3)*t2) - (1 - beta)*t1)
       d2 = (factor*factor)*(2*(b(3)*t1 - b(1)*t3) - (1 - beta)*t2)
       d3 = (factor*factor)*(2*(b(1)*t2 - b(2)*t1) - (1 - beta)*t3)
-      if (.not. self%forces%active) return
-      t1 = (0.5_wp*self%dt*factor)*self%torque(1)
-      t2 = (0.5_wp*self%dt*factor)*self%torque(2)
-      t3 = (0.5_wp*self%dt*factor)*self%torque(3)
-      along = 2*(b(1)*t1 + b(2)*t2 + b(3)*t3)
-      d1 = d1 + (1 - beta)*t1 - 2*(b(2)*t3 - b(3)*t2) + along*b(1)
-      d2 = d2 + (1 - beta)*t2 - 2*(b(3)*t1 - b(1)*t3) + along*b(2)
-      d3 = d3 + (1 - beta)*t3 - 2*(b(1)*t2 - b(2)*t1) + along*b(3)
+      if (self%forces%active) then
+         t1 = (0.5_wp*self%dt*factor)*self%torque(1)
+         t2 = (0.5_wp*self%dt*factor)*self%torque(2)
+         t3 = (0.5_wp*self%dt*factor)*self%torque(3)
+         along = 2*(b(1)*t1 + b(2)*t2 + b(3)*t3)
+         d1 = d1 + (1 - beta)*t1 - 2*(b(2)*t3 - b(3)*t2) + along*b(1)
+         d2 = d2 + (1 - beta)*t2 - 2*(b(3)*t1 - b(1)*t3) + along*b(2)
+         d3 = d3 + (1 - beta)*t3 - 2*(b(1)*t2 - b(2)*t1) + along*b(3)
+      end if
+      associate (u => self%frame)
+         call accumulate(state%p(1), state%p_carry(1), -2*(u(2)*d1 + u(3)*d2 + u(4)*d3))
+         call accumulate(state%p(2), state%p_carry(2), 2*(u(1)*d1 + u(3)*d3 - u(4)*d2))
+         call accumulate(state%p(3), state%p_carry(3), 2*(u(1)*d2 - u(2)*d3 + u(4)*d1))
+         call accumulate(state%p(4), state%p_carry(4), 2*(u(1)*d3 + u(2)*d2 - u(3)*d1))
+      end associate
    end subroutine change_momentum
 
    !> β = |b|² and 2/(1+β), and by how much the map c that they make is longer than 1: a part of ε, but of a steady
