@@ -13,6 +13,7 @@ program unit
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
    use test_c_interface, only: collect_c_interface
+   use test_changed_states, only: collect_changed_states
    use test_choice, only: collect_choice
    use test_composition, only: collect_composition
    use test_conservation, only: collect_conservation
@@ -117,6 +118,7 @@ contains
          new_testsuite("baselines", collect_baselines), &
          new_testsuite("body", collect_body), &
          new_testsuite("c_interface", collect_c_interface), &
+         new_testsuite("changed_states", collect_changed_states), &
          new_testsuite("choice", collect_choice), &
          new_testsuite("composition", collect_composition), &
          new_testsuite("conservation", collect_conservation), &

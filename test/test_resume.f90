@@ -119,6 +119,7 @@ contains
       settings%method = method%name
       settings%linear_solver = method%linear_solver
       settings%order = method%order
+      settings%conserve = method%corrected
    end function settings_of
 
    function label_of(method) result(label)

@@ -5,6 +5,7 @@ module nutate_exact_stepper
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_norm, quat_product
+   use nutate_range, only: check_start
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
@@ -16,6 +17,9 @@ module nutate_exact_stepper
 
    !> Turn in a step of a length that is left to the method, rad: Euler angles are followed from step to step.
    real(wp), parameter :: usual_turn = 1.0_wp
+
+   !> Part of a step by which the time of a state may differ from that of the last step.
+   real(wp), parameter :: same_time = 1e-6_wp
 
    !> A stepper without an error: every step goes back to the state it started from.
    type, extends(stepper_t) :: exact_t
@@ -63,8 +67,14 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
 
-      if (.not. self%started .or. any(abs(state%q - self%last%q) > 0.0_wp) .or. &
-          any(abs(state%p - self%last%p) > 0.0_wp)) then
+      if (.not. abs(state%t + dt) <= huge(dt)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
+         return
+      end if
+      if (self%started) self%started = is_last(self, state, dt)
+      if (.not. self%started) then
+         call check_start(system, state, dt, status)
+         if (.not. status%ok()) return
          self%first = state
          self%started = .true.
          self%solved = .false.
@@ -79,6 +89,16 @@ contains
       call put_solution(self, state%t + dt, state)
       self%last = state
    end subroutine step
+
+   !> True for the state that the last step left; its time may have been rounded otherwise.
+   pure logical function is_last(self, state, dt)
+      type(exact_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      is_last = all(abs(state%q - self%last%q) <= 0.0_wp) .and. all(abs(state%p - self%last%p) <= 0.0_wp) .and. &
+                abs(state%t - self%last%t) <= same_time*abs(dt) + 4*spacing(self%last%t)
+   end function is_last
 
    !> The solution at a time.
    subroutine put_solution(self, t, state)

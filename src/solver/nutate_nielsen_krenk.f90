@@ -121,7 +121,7 @@ contains
       last = 0.0_wp
       if (self%known > 0 .and. dt == self%last_dt) last = self%determinant
       self%iterations = 0
-      call test_norm(state%q, status)
+      call test_state(state, dt, status)
       if (status%code == 0) then
          call self%equations%start(system, state, dt, decisive)
          if (dt /= self%inverse_dt .or. maxval(abs(state%p)) > outgrown*self%equations%unit) &
@@ -305,15 +305,21 @@ contains
       end if
    end subroutine find_root
 
-   !> Refuses an attitude that is far from the unit sphere, as it can become without projection.
-   pure subroutine test_norm(q, status)
-      real(wp), intent(in) :: q(4)
+   !> Refuses an attitude that is far from the unit sphere, as it can become without projection, and times that are not
+   !> finite.
+   pure subroutine test_state(state, dt, status)
+      type(state_t), intent(in) :: state
+      !> s
+      real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
       real(wp) :: norm
-      norm = maxval(abs(q))
-      if (.not. (norm > 1/astray .and. norm < astray)) &
+      norm = maxval(abs(state%q))
+      if (.not. (norm > 1/astray .and. norm < astray)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is far from a unit quaternion')
-   end subroutine test_norm
+      else if (.not. abs(state%t + dt) <= huge(dt)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
+      end if
+   end subroutine test_state
 
    !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p in a step by the forces
    !> on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest without forces,

@@ -22,6 +22,8 @@ module nutate_reduced
 
    !> Largest |qᵀq - 1| and |qᵀp|/|p| of a state that counts as on the constraint manifold.
    real(wp), parameter :: on_manifold = 1e-9_wp
+   !> Largest |qᵀq - 1| that a state can have come to since.
+   real(wp), parameter :: near_manifold = 1e-8_wp
    !> Iterations of a step above which the next one starts with new derivatives of the effects, and a cautious guess.
    integer, parameter :: many = 4
    !> Who allows fewer iterations gets no walk: it takes some that converge.
@@ -117,6 +119,10 @@ contains
       decisive = state%t + 0.5_wp*dt
       if (self%is_part) decisive = self%whole_middle
       call self%equations%start(system, state, decisive)
+      if (.not. (abs(self%equations%square - 1) <= near_manifold .and. abs(state%t + dt) <= huge(dt))) then
+         call refuse_state(self, status)
+         return
+      end if
       if (self%known > 1) then
          call continue_steps(self%past, continuation(:, self%known), b)
       else
@@ -339,6 +345,15 @@ contains
       end if
       self%untested = .false.
    end subroutine test_start
+
+   !> A state that was broken since the last step.
+   subroutine refuse_state(self, status)
+      class(reduced_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is no unit quaternion any more, or the time is not finite')
+      self%fresh = .false.
+      self%known = 0
+   end subroutine refuse_state
 
    !> Newton's iteration from the guess b to the root.
    subroutine iterate(self, system, b, status)

@@ -88,7 +88,7 @@ contains
       end do
       associate (q => state%q, p => state%p)
          square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
-         call test_state(self, p, square, q(1)*p(1) + q(2)*p(2) + q(3)*p(3) + q(4)*p(4))
+         call test_state(self, state%t + dt, p, square, q(1)*p(1) + q(2)*p(2) + q(3)*p(3) + q(4)*p(4))
          y = 0.0_wp
          if (self%failure /= 0) return
          half = 0.5_wp/square
@@ -100,14 +100,16 @@ contains
    end subroutine begin_step
 
    !> Remembers whether a state is finite and on the constraint manifold.
-   pure subroutine test_state(self, p, square, product)
+   pure subroutine test_state(self, end_time, p, square, product)
       type(rigid_rates_t), intent(inout) :: self
+      !> s
+      real(wp), intent(in) :: end_time
       !> p, |q|² and q·p.
       real(wp), intent(in) :: p(4), square, product
       real(wp) :: length
       self%failure = 0
       length = p(1)*p(1) + p(2)*p(2) + p(3)*p(3) + p(4)*p(4)
-      if (.not. (ieee_is_finite(square) .and. ieee_is_finite(length))) then
+      if (.not. (ieee_is_finite(square) .and. ieee_is_finite(length) .and. ieee_is_finite(end_time))) then
          self%failure = NUTATE_NOT_FINITE
       else if (abs(square - 1) > on_manifold .or. product**2 > on_manifold**2*length) then
          self%failure = NUTATE_BAD_ARGUMENT
