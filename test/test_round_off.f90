@@ -2,14 +2,14 @@
 module test_round_off
    use nutate_body, only: diagonal, make_body
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: kinetic_energy, make_state
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t
    use nutate_steady_top, only: sleeping_spin
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use test_problems, only: march, problem_t
+   use test_problems, only: box, march, problem_t
    use test_support, only: check_below
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -24,7 +24,8 @@ contains
       testsuite = [ &
                   new_unittest("a sum keeps what is below the digits of its increments", sums_keep_small_parts), &
                   new_unittest("a steady spin does not lengthen q", steady_spin_keeps_norm), &
-                  new_unittest("a finite J0 does not make the norm drift", finite_j0_keeps_norm)]
+                  new_unittest("a finite J0 does not make the norm drift", finite_j0_keeps_norm), &
+                  new_unittest("energy walks by the rounding of the increments alone", energy_walks_slowly)]
    end subroutine collect_round_off
 
    !> 4096 times 1/8 and, put into the carry, 2⁻⁷⁰.
@@ -70,6 +71,36 @@ contains
                                  [0.0_wp, 0.0_wp, 1.05_wp*sleeping_spin(moments(1), moments(3), mgl)])
       call check_norm(error, problem, 'lapack', 0.1_wp, 0.01_wp, 50000)
    end subroutine finite_j0_keeps_norm
+
+   !> Root of the mean square of the error of energy after n steps, over many starts and steps of about 0.5 rad: an
+   !> increment of p, a fifth of |p|, has 2e-17 of rounding in each component. Taken from a momentum that is rounded
+   !> itself it has 1e-16.
+   subroutine energy_walks_slowly(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=7), parameter :: solvers(2) = [character(len=7) :: 'lapack', 'reduced']
+      integer, parameter :: runs = 24, n = 10000
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: start, squares
+      integer :: i, k
+      problem = box()
+      do k = 1, size(solvers)
+         squares = 0.0_wp
+         do i = 1, runs
+            state = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp + 1e-3_wp*i, 0.0_wp, 10.0_wp])
+            start = kinetic_energy(problem%system, state)
+            call make_stepper(problem%system, integrator_settings_t(linear_solver=solvers(k)), stepper, status)
+            call march(problem%system, stepper, state, 0.05_wp + 1e-5_wp*i, n, status)
+            call check(error, status%ok(), status%message)
+            if (allocated(error)) return
+            squares = squares + (kinetic_energy(problem%system, state)/start - 1)**2
+         end do
+         call check_below(error, sqrt(squares/runs), 7e-17_wp*sqrt(real(n, wp)), solvers(k)//': energy')
+         if (allocated(error)) return
+      end do
+   end subroutine energy_walks_slowly
 
    !> |q|² stays within the random walk of some roundings, and q·p within one.
    subroutine check_norm(error, problem, solver, inverse_j0, dt, n)
