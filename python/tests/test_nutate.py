@@ -96,6 +96,18 @@ class StepperTest(unittest.TestCase):
         self.assertEqual(len(rows), 1 + 4 + 5)
         self.assertEqual(len(rows["total"]), 2)
 
+    def test_angles_keep_the_turns_of_cut_steps(self):
+        for effects in ((), (lambda t, q, omega: np.zeros(3),)):
+            system = nutate.System(moments=(1, 1, 1.5))
+            for torque in effects:
+                system.add_user_torque(torque)
+            stepper = nutate.Stepper(system, time_step=1.0)
+            stepper.set_columns("euler")
+            stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 10))
+            rows = stepper.run(3)
+            # 10 rad a step in four parts, each of which the scheme turns by 4 atan(2.5/4).
+            np.testing.assert_allclose(rows["phi"] + rows["psi"], 16 * np.arctan(0.625) * np.arange(1, 4), rtol=1e-14)
+
     def test_built_in_effects_act(self):
         system = nutate.System(moments=(5, 5, 1), mass=1, center_of_mass=(0, 0, 1))
         system.add("gravity", acceleration=(0, 0, -20))

@@ -7,6 +7,7 @@ module nutate_c_runs
    use nutate_c_rows, only: row_taker_t, write_row
    use nutate_c_settings, only: prepare_if_needed
    use nutate_c_stepping, only: take_back, test_step
+   use nutate_columns, only: columns_t
    use nutate_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
    use nutate_run, only: advance, begin_run => begin, count_steps, run_plan_t, run_record_t, run_summary_t
@@ -133,7 +134,7 @@ contains
 
    !> Nominal steps of the run under way. Errors: why a step failed; those of callbacks and rows.
    subroutine continue_run(handle, n, every, ends, end_time, taker, status)
-      type(stepper_handle_t), intent(inout) :: handle
+      type(stepper_handle_t), intent(inout), target :: handle
       !> Number of steps, and of those between rows.
       integer(long), intent(in) :: n, every
       !> The last step ends at `end_time`, and is a row in any case.
@@ -144,19 +145,24 @@ contains
       type(status_t), intent(inout) :: status
       type(run_plan_t) :: plan
       type(state_t) :: before
+      type(columns_t) :: columns
       real(wp) :: work
       integer(long) :: i
+      taker%handle => handle
+      taker%sees_every_step = handle%columns%follows_steps
       plan = handle%plan
       plan%end_time = end_time
       handle%failure = 0
       do i = 1, n
          if (handle%calls_back) then
             before = handle%state
+            if (taker%sees_every_step) columns = handle%columns
             work = sum(handle%summary%work)
          end if
          call advance(handle%system, handle%stepper, handle%state, plan, handle%progress, handle%summary, &
-                      handle%record, ends .and. i == n, status)
+                      handle%record, ends .and. i == n, status, taker)
          if (handle%failure(1) /= 0) then
+            if (taker%sees_every_step) handle%columns = columns
             call take_back(handle, before, status)
             deallocate (handle%summary%work)
             call add_increment(handle%work, handle%work_carry, work)
@@ -164,7 +170,7 @@ contains
          end if
          if (status%code /= 0) exit
          handle%t_reached = handle%state%t
-         if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
+         if (taker%sees_every_step) call handle%columns%follow(handle%state)
          if (taker%wants_rows) then
             if (mod(i, every) == 0 .or. (ends .and. i == n)) call write_row(handle, taker, status)
             if (status%code /= 0) exit

@@ -91,7 +91,8 @@ module nutate_run
       procedure(observe_row), deferred :: observe
       !> Called now and then, rows or not: the place for a progress bar or a request to stop.
       procedure :: poll => ignore_poll
-      !> Called after every step, before `observe`, if `sees_every_step`: for what must be followed from step to step.
+      !> Called after every step, and after every part of one that is cut, before `observe`, if `sees_every_step`: for
+      !> what must be followed from step to step.
       procedure :: watch => ignore_watch
       !> Called with all that the run needs to go on from where it is, in an archive; after the rows of that moment.
       procedure :: keep => ignore_archive
@@ -165,7 +166,8 @@ contains
             status = fail(NUTATE_STEP_LIMIT, too_many_steps)
             exit
          end if
-         call advance(system, stepper, state, plan, progress, summary, record, summary%steps + 1 == n_steps, status)
+         call advance(system, stepper, state, plan, progress, summary, record, summary%steps + 1 == n_steps, status, &
+                      observer)
          if (status%code /= 0) exit
          if (observer%sees_every_step) call observer%watch(state)
          if (mod(summary%steps, plan%every) == 0 .or. summary%steps == n_steps) then
@@ -300,7 +302,7 @@ contains
    end subroutine begin
 
    !> One nominal step: in one piece, or in several where times lie inside it on which steps must end.
-   subroutine advance(system, stepper, state, plan, progress, summary, record, is_last, status)
+   subroutine advance(system, stepper, state, plan, progress, summary, record, is_last, status, observer)
       type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(inout) :: state
@@ -311,6 +313,8 @@ contains
       logical, intent(in) :: is_last
       !> Success on entry: what is passed down is not set to success again in every call.
       type(status_t), intent(inout) :: status
+      !> Watches parts.
+      class(observer_t), intent(inout), optional :: observer
       real(wp) :: t_end, margin, length
       logical :: cut
 
@@ -324,14 +328,16 @@ contains
          associate (next => progress%breaks(progress%next_break))
             if ((t_end - next)*sign(1.0_wp, plan%time_step) <= margin) exit
             if (abs(next - state%t) > margin) &
-               call travel(system, stepper, state, next - state%t, next, progress, summary, record, cut, status)
+               call travel(system, stepper, state, next - state%t, next, progress, summary, record, cut, status, &
+                           observer)
          end associate
          progress%next_break = progress%next_break + 1
          if (status%code /= 0) return
+         call show_part(state, observer)
       end do
       length = t_end - state%t
       if (abs(length - plan%time_step) <= margin) length = plan%time_step
-      call travel(system, stepper, state, length, t_end, progress, summary, record, cut, status)
+      call travel(system, stepper, state, length, t_end, progress, summary, record, cut, status, observer)
       if (status%code /= 0) return
       summary%steps = summary%steps + 1
       if (cut) summary%cut_steps = summary%cut_steps + 1
@@ -341,7 +347,7 @@ contains
    end subroutine advance
 
    !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
-   subroutine travel(system, stepper, state, length, t_end, progress, summary, record, cut, status)
+   subroutine travel(system, stepper, state, length, t_end, progress, summary, record, cut, status, observer)
       type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(inout) :: state
@@ -351,6 +357,7 @@ contains
       type(run_record_t), intent(inout) :: record
       logical, intent(inout) :: cut
       type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
 
       call stepper%step(system, state, length, status)
       record%walked = record%walked + stepper%walked
@@ -364,14 +371,14 @@ contains
          call count_part(stepper, progress, summary, record)
       else
          record%iterations = record%iterations + stepper%iterations
-         call travel_in_parts(system, stepper, state, length, progress, summary, record, cut, status)
+         call travel_in_parts(system, stepper, state, length, progress, summary, record, cut, status, observer)
          if (status%code /= 0) return
       end if
       state%t = t_end
    end subroutine travel
 
    !> Moves the state by `length` in halves, quarters, ..., whatever part of it does not fail.
-   subroutine travel_in_parts(system, stepper, state, length, progress, summary, record, cut, status)
+   subroutine travel_in_parts(system, stepper, state, length, progress, summary, record, cut, status, observer)
       type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(inout) :: state
@@ -382,6 +389,7 @@ contains
       logical, intent(inout) :: cut
       !> On entry: why the step failed in one piece.
       type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
       integer :: level, done
       character(len=12) :: parts
       real(wp) :: t_start
@@ -395,6 +403,7 @@ contains
             state%t = t_start + length*(real(done, wp)/2**level)
             call count_part(stepper, progress, summary, record)
             if (done == 2**level) return
+            call show_part(state, observer)
          else
             if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
             if (level == deepest_cut) then
@@ -415,6 +424,14 @@ contains
          if (status%code /= 0) record%iterations = record%iterations + stepper%iterations
       end do
    end subroutine travel_in_parts
+
+   !> Shows a state inside a nominal step to who sees every step.
+   subroutine show_part(state, observer)
+      type(state_t), intent(in) :: state
+      class(observer_t), intent(inout), optional :: observer
+      if (.not. present(observer)) return
+      if (observer%sees_every_step) call observer%watch(state)
+   end subroutine show_part
 
    !> Accounts for a step of the method that succeeded.
    subroutine count_part(stepper, progress, summary, record)

@@ -85,6 +85,14 @@ class History(CommandLineTest):
         self.assertEqual(rare, rows[::50])
         self.assertGreater(rows[-1][3], 40.0)
 
+    def test_angles_keep_the_turns_of_cut_steps(self):
+        self.write("spin.nml", "&body inertia = 1.0, 1.0, 1.5 /\n&initial angular_velocity = 0.0, 0.0, 10.0 /\n"
+                               "&integrator time_step = 1.0, end_time = 3.0 /\n&output columns = 'euler' /\n")
+        self.succeed("run", "spin.nml")
+        # 10 rad a step in four parts, each of which the scheme turns by 4 atan(2.5/4).
+        for number, row in enumerate(self.history("spin.csv")[1]):
+            self.assertAlmostEqual(row[1] + row[3], number*16*math.atan(0.625), delta=1e-13)
+
     def test_numbers_are_short_and_read_back_exactly(self):
         self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")
         text = self.read("top.csv")
