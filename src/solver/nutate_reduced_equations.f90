@@ -12,6 +12,7 @@
 !> of three, and the arguments of a quaternion product in another file, in memory. It halves the time of a step.
 module nutate_reduced_equations
    use nutate_archive, only: archive_t
+   use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp
    use nutate_mid_forces, only: mid_forces_t
    use nutate_small_products, only: times_vector
@@ -376,29 +377,6 @@ contains
          call accumulate(state%p(4), state%p_carry(4), 2*(u(1)*d3 + u(2)*d2 - u(3)*d1))
       end associate
    end subroutine change_momentum
-
-   !> β = |b|² and 2/(1+β), and by how much the map c that they make is longer than 1: a part of ε, but of a steady
-   !> spin the same part in every step. The digits that rounding takes come from products of halves, which are exact.
-   pure subroutine measure_turn(b, beta, factor, excess)
-      real(wp), intent(in) :: b(3)
-      real(wp), intent(out) :: beta, factor, excess
-      !> Sums with it are whole multiples of 2⁻²⁵, whose products have 50 digits after the point.
-      real(wp), parameter :: coarse = 1.5_wp*2.0_wp**27
-      real(wp) :: h1, h2, h3, high, low, lost, factor_half, beta_half, missing
-      h1 = (b(1) + coarse) - coarse
-      h2 = (b(2) + coarse) - coarse
-      h3 = (b(3) + coarse) - coarse
-      high = h1*h1 + h2*h2 + h3*h3
-      low = (b(1) - h1)*(b(1) + h1) + (b(2) - h2)*(b(2) + h2) + (b(3) - h3)*(b(3) + h3)
-      beta = high + low
-      lost = (high - beta) + low
-      factor = 2/(1 + beta)
-      ! 2 - factor (1 + beta)
-      factor_half = (factor + coarse) - coarse
-      beta_half = (beta + coarse) - coarse
-      missing = ((2 - factor) - factor_half*beta_half) - (factor_half*(beta - beta_half) + (factor - factor_half)*beta)
-      excess = (0.5_wp*factor)*(factor*lost - beta*missing)
-   end subroutine measure_turn
 
    !> `add_increment` of `nutate_state`: compilers do not take it in from another file.
    pure subroutine accumulate(total, carry, increment)

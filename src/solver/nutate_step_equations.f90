@@ -8,6 +8,7 @@
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
 module nutate_step_equations
    use nutate_archive, only: archive_t
+   use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp, eps
    use nutate_mid_forces, only: mid_forces_t
    use nutate_quaternion, only: quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix
@@ -131,7 +132,7 @@ contains
    !> what z has beyond the free motion: evaluated from a, a damping much stronger than the inertia would blow up a's
    !> rounding. Projected forces have no part along x̄ and leave w₀ = q·p as it is: the rounding of z in both would,
    !> with a finite J0, make the norm drift.
-   pure subroutine increments(self, state, z, a, dq, dp)
+   pure subroutine increments(self, state, z, a, dq, dp, excess)
       class(step_equations_t), intent(in) :: self
       !> At the start of the step.
       type(state_t), intent(in) :: state
@@ -139,15 +140,23 @@ contains
       real(wp), intent(in) :: z(8), a(4)
       !> Shape (4); the second in kg m²/s.
       real(wp), intent(out) :: dq(4), dp(4)
-      real(wp) :: alpha(4), turn(4), beta, impulse(4), xm(4)
+      !> Part by which they make q1 and p1 too long.
+      real(wp), intent(out) :: excess
+      real(wp) :: alpha(4), turn(4), beta, q_factor, p_factor, impulse(4), xm(4)
       alpha = (0.125_wp*self%dt)*a
-      if (self%forces%projection) then
-         alpha(1) = (0.125_wp*self%dt*self%inverse_j0)*self%w0(1)
-         if (self%is_tangent()) alpha(1) = 0.0_wp
+      if (self%forces%projection) alpha(1) = (0.125_wp*self%dt*self%inverse_j0)*self%w0(1)
+      if (self%is_tangent()) then
+         alpha(1) = 0.0_wp
+         call measure_turn(alpha(2:4), beta, q_factor, excess)
+         p_factor = q_factor
+      else
+         beta = alpha(2)**2 + alpha(3)**2 + alpha(4)**2
+         q_factor = 2/((1 - alpha(1))**2 + beta)
+         p_factor = 2/((1 + alpha(1))**2 + beta)
+         excess = 0.0_wp
       end if
-      beta = alpha(2)**2 + alpha(3)**2 + alpha(4)**2
       turn = [alpha(1)*(1 - alpha(1)) - beta, alpha(2:4)]
-      dq = (2/((1 - alpha(1))**2 + beta))*quat_product(state%q, turn)
+      dq = q_factor*quat_product(state%q, turn)
       turn(1) = -alpha(1)*(1 + alpha(1)) - beta
       dp = quat_product(state%p, turn)
       if (self%forces%active) then
@@ -159,7 +168,7 @@ contains
          turn = quat_product(impulse, [1 + alpha(1), alpha(2:4)])
          dp = dp + (0.5_wp*self%unit)*quat_product(self%frame, turn)
       end if
-      dp = (2/((1 + alpha(1))**2 + beta))*dp
+      dp = p_factor*dp
    end subroutine increments
 
    !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then q·p = 0 for ever.
