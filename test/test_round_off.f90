@@ -55,6 +55,7 @@ contains
          call check_norm(error, problem, 'reduced', 0.0_wp, steps(i), 200000)
          if (allocated(error)) return
       end do
+      call check_norm(error, problem, 'lapack', 0.0_wp, 1.0_wp, 200000)
    end subroutine steady_spin_keeps_norm
 
    !> Rounding leaves 1e-16 of |p| of q·p, by which a finite J0 moves |q|; in the steady motion of an upright top it

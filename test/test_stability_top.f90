@@ -241,7 +241,7 @@ contains
             end if
          end do
       end do
-      call record%require_invariants(1e-11_wp)
+      call record%require_invariants(1e-12_wp)
    end subroutine run_sleeping
 
    !> Below the critical spin, at f times it, small tilts grow as exp(λt), λ² = (1 - f²) m g l/J₁; above it they are
@@ -273,7 +273,7 @@ contains
                   merge(1000000_long, 3000_long, whole), record, meter=meter)
       call record%require_below(meter%most, 1.1_wp*tilt*above/sqrt(above**2 - 1), 'tilt above the critical spin')
       call record%require(.not. record%refused, trim(record%outcome))
-      call record%require_invariants(1e-11_wp)
+      call record%require_invariants(1e-12_wp)
       record%outcome = 'growth rate off by '//number_text(error(1))//' /s of 1.88 /s'
    end subroutine run_rate
 
@@ -296,7 +296,7 @@ contains
       end do
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_below(jump, 1.0_wp + 1e-6_wp, 'jump of the Euler angles over what the rotation allows')
-      call record%require_invariants(1e-11_wp)
+      call record%require_invariants(1e-12_wp)
       record%outcome = 'largest jump of what is defined: '//number_text(jump)//' of what the rotation allows'
    end subroutine run_poles
 
@@ -320,7 +320,7 @@ contains
          call record%require(meter%crossings >= 4, 'the pendulum stayed upright')
       end do
       call record%require(.not. record%refused, trim(record%outcome))
-      call record%require_invariants(1e-11_wp)
+      call record%require_invariants(1e-12_wp)
       write (record%outcome, '(3(i0,a))') crossings(1), ' passages of the horizontal turning back, ', crossings(2), &
          ' going over, ', crossings(3), ' at the limit'
    end subroutine run_separatrix
@@ -356,7 +356,7 @@ contains
                                 'error of the rate of the fall')
       if (whole) call record%require(meter%crossings > 10, 'the top did not fall from 1e-300 rad')
       call record%require(.not. record%refused, trim(record%outcome))
-      call record%require_invariants(1e-11_wp)
+      call record%require_invariants(1e-12_wp)
       record%outcome = 'rate of the fall from 1e-300 rad off by '//number_text(rate - fall_rate)//' /s of 3.13 /s'
    end subroutine run_rest
 
@@ -379,7 +379,7 @@ contains
       call follow(problem, way, 1e-3_wp, merge(100_long, 2_long, whole), record)
       call record%require(record%cut_steps - cuts == merge(100_long, 2_long, whole), 'steps of 1000 rad were not cut')
       call record%require(.not. record%refused, trim(record%outcome))
-      call record%require_invariants(merge(1e-11_wp, 1e-12_wp, whole))
+      call record%require_invariants(1e-12_wp)
    end subroutine run_spin
 
    !> Against the closed solution; gravity and time in proportion, so that one step suits all.
@@ -410,7 +410,7 @@ contains
       call follow(tilted_top(1.0_wp, [1.0_wp, 0.0_wp, 3.0_wp], 1e6_wp*mgl), way, 0.01_wp, &
                   merge(1000_long, 10_long, whole), record)
       call record%require(record%cut_steps > cuts .and. .not. record%refused, trim(record%outcome))
-      call record%require_invariants(1e-11_wp)
+      call record%require_invariants(3e-12_wp)
       record%outcome = 'attitude off by '//number_text(worst)//' rad after 400 steps'
    end subroutine run_gravity
 
