@@ -154,8 +154,8 @@ contains
       integer(long) :: n
       integer :: i, k
       n = merge(100000_long, 1000_long, whole)
-      ! The spins of both runs walk by half an eps in each stage, and turn the bodies by what they are off times the angle
-      ! turned, 0.15 a step: a third of the square, on the average of a walk.
+      ! The spins of both runs walk by half an eps in each stage, and turn the bodies by what they are off times the
+      ! angle turned, 0.15 a step: a third of the square, on the average of a walk.
       stages = real(n, wp)*merge(1, 17, way%order == 2)
       bound = 0.15_wp*n*(eps/2)*sqrt(2*stages/3) + 1e-13_wp
       distance = 0.0_wp
