@@ -65,7 +65,7 @@ contains
    end function meeting_case
 
    type(stability_case_t) function rest_case() result(item)
-      item%name = 'spring at its rest length, and with both ends in one point'
+      item%name = 'spring at rest length, and with both ends in one point'
       item%guards = 'a force that vanishes, one whose direction is undefined, and a length known to 1e-16 only of '// &
                     'which 1e-5 counts'
       item%selected = EVERY_WAY
