@@ -25,6 +25,7 @@ contains
                   new_unittest("a sum keeps what is below the digits of its increments", sums_keep_small_parts), &
                   new_unittest("a steady spin does not lengthen q", steady_spin_keeps_norm), &
                   new_unittest("a finite J0 does not make the norm drift", finite_j0_keeps_norm), &
+                  new_unittest("a small torque does not make a fast spin drift", fast_spin_keeps_momentum), &
                   new_unittest("energy walks by the rounding of the increments alone", energy_walks_slowly)]
    end subroutine collect_round_off
 
@@ -73,6 +74,19 @@ contains
       call check_norm(error, problem, 'lapack', 0.1_wp, 0.01_wp, 50000)
    end subroutine finite_j0_keeps_norm
 
+   !> A top at 1e6 rad/s, a steady spin but for 1e-11 of its momentum in a step.
+   subroutine fast_spin_keeps_momentum(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(status_t) :: status
+      call make_body(diagonal([1.0_wp, 1.0_wp, 0.25_wp]), problem%system%body, status, mass=1.0_wp, &
+                     center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
+      call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+      problem%start = make_state(problem%system, [cos(0.25_wp), sin(0.25_wp), 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1e6_wp])
+      call check_norm(error, problem, 'lapack', 0.0_wp, 1e-6_wp, 100000)
+      if (.not. allocated(error)) call check_norm(error, problem, 'reduced', 0.0_wp, 1e-6_wp, 100000)
+   end subroutine fast_spin_keeps_momentum
+
    !> Root of the mean square of the error of energy after n steps, over many starts and steps of about 0.5 rad: an
    !> increment of p, a fifth of |p|, has 2e-17 of rounding in each component. Taken from a momentum that is rounded
    !> itself it has 1e-16.
@@ -103,7 +117,7 @@ contains
       end do
    end subroutine energy_walks_slowly
 
-   !> |q|² stays within the random walk of some roundings, and q·p within one.
+   !> |q|² and, the spins being steady, |p|² stay within the random walk of roundings, and q·p within some.
    subroutine check_norm(error, problem, solver, inverse_j0, dt, n)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
@@ -114,16 +128,19 @@ contains
       class(stepper_t), allocatable :: stepper
       type(state_t) :: state
       type(status_t) :: status
-      character(len=12) :: label
+      character(len=16) :: label
       call make_stepper(problem%system, integrator_settings_t(linear_solver=solver, &
                                                               inverse_auxiliary_inertia=inverse_j0), stepper, status)
       state = problem%start
       call march(problem%system, stepper, state, dt, n, status)
       call check(error, status%ok(), status%message)
       if (allocated(error)) return
-      write (label, '(a,f4.2,a)') 'Δt ', dt, ' s'
+      write (label, '(a,es8.1,a)') 'Δt', dt, ' s'
       call check_below(error, abs(dot_product(state%q, state%q) - dot_product(problem%start%q, problem%start%q)), &
                        eps*sqrt(real(n, wp)), label//': |q|²')
+      if (allocated(error)) return
+      call check_below(error, abs(dot_product(state%p, state%p)/dot_product(problem%start%p, problem%start%p) - 1), &
+                       2*eps*sqrt(real(n, wp)), label//': |p|²')
       if (allocated(error) .or. solver == 'reduced') return
       call check_below(error, abs(dot_product(state%q, state%p)), 4*eps*norm2(state%p), label//': q·p')
    end subroutine check_norm

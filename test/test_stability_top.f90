@@ -379,7 +379,9 @@ contains
       call follow(problem, way, 1e-3_wp, merge(100_long, 2_long, whole), record)
       call record%require(record%cut_steps - cuts == merge(100_long, 2_long, whole), 'steps of 1000 rad were not cut')
       call record%require(.not. record%refused, trim(record%outcome))
-      call record%require_invariants(1e-12_wp)
+      ! The parts that steps of 1000 rad are cut into turn by 3.9 rad, close to the end of the branch, where a root has
+      ! lost a digit: 4e-17 in each of 25 600.
+      call record%require_invariants(merge(5e-12_wp, 1e-12_wp, whole))
    end subroutine run_spin
 
    !> Against the closed solution; gravity and time in proportion, so that one step suits all.
