@@ -3,6 +3,7 @@
 The environment variable NUTATE names the program."""
 import csv
 import os
+import signal
 import subprocess
 import tempfile
 import time
@@ -46,12 +47,19 @@ class CommandLineTest(unittest.TestCase):
     """Each test works in a folder of its own that holds box.nml and top.nml."""
 
     def setUp(self):
+        self.heed_signals()
         self.program = os.environ["NUTATE"]
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         self.write("box.nml", BOX)
         self.write("top.nml", TOP)
+
+    def heed_signals(self):
+        """What this process ignores, in the background of a script or under nohup, its children would ignore too."""
+        for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL),
+                                (signal.SIGHUP, signal.SIG_DFL)):
+            self.addCleanup(signal.signal, number, signal.signal(number, handler))
 
     def path(self, name):
         return os.path.join(self.folder, name)
