@@ -50,6 +50,9 @@ build() {
    quietly "$name" fpm build "$@" --flag "$FFLAGS"
 }
 
+# Names of the suites of unit tests.
+suites() { sed -n 's/.*new_testsuite("\([a-z_0-9]*\)".*/\1/p' test/main.f90; }
+
 # The fpm of Fortran; another program of that name exists.
 has_fpm() { has fpm && fpm --version 2>/dev/null | grep -qi fortran; }
 

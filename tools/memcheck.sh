@@ -7,8 +7,8 @@ set -u
 
 FFLAGS='-O1 -g'
 # Suites that integrate for long by code which others cover too: they take most of the time.
-long_suites='control resume shipped_scenes stability_large_steps stability_scales stability_starts stability_stiff
-stability_top study threads'
+long_suites='choice control resume round_off shipped_scenes stability_large_steps stability_scales stability_starts
+stability_stiff stability_top study threads'
 cores=$(nproc)
 # Tests that measure time know by this that it says nothing here.
 export NUTATE_SLOW_BUILD=1
@@ -47,7 +47,7 @@ build memcheck --tests || exit 1
 unit=$(fpm_path test unit) nutate=$(fpm_path run nutate)
 [ -n "$unit" ] && [ -n "$nutate" ] || die "fpm does not say where it put the programs"
 
-for suite in $(sed -n 's/.*new_testsuite("\([a-z_0-9]*\)".*/\1/p' test/main.f90); do
+for suite in $(suites); do
    if [ "${1:-}" = quick ] && [[ " ${long_suites//$'\n'/ } " == *" $suite "* ]]; then
       say "left to make memcheck: $suite"
    else

@@ -25,19 +25,27 @@ count() { # LINE: adds its `N passed, N failed`; a part that ended without that 
    fi
 }
 
+# Each suite in a process of its own, as many at a time as there are cores.
 run_unit() {
-   local path log=$logs/unit-$name.log status
+   local path folder=$logs/unit-$name suite log
    path=$(fpm_path test unit)
    [ -n "$path" ] || { count "no program"; return; }
    say "Unit tests ($path)"
-   "$path" 2>&1 </dev/null | tee "$log" | grep --line-buffered -v -e '^ *Starting .*/[0-9]*)$' -e '\[PASSED\]$'
-   status=${PIPESTATUS[0]}
-   if [ "$status" -ne 0 ] && ! tail -n 2 "$log" | grep -q '^[0-9]* passed,'; then
-      say "The unit tests broke off with exit status $status in:$(grep 'Starting' "$log" | tail -n 1)"
-      count "broke off"
-   else
-      count "$(grep '^[0-9]* passed, [0-9]* failed$' "$log" | tail -n 1)"
-   fi
+   rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
+   # shellcheck disable=SC2016
+   suites | xargs -P "$(nproc)" -I '{}' sh -c '"$0" "$1" >"$2/$1.log" 2>&1 </dev/null; echo $? >"$2/$1.status"' \
+      "$path" '{}' "$folder"
+   for suite in $(suites); do
+      log=$folder/$suite.log
+      grep -v -e '^ *Starting .*/[0-9]*)$' -e '\[PASSED\]$' -e '^[0-9]* passed, [0-9]* failed$' "$log"
+      if [ "$(cat "$folder/$suite.status")" = 0 ] || grep -q '^[0-9]* passed, [1-9][0-9]* failed$' "$log"; then
+         count "$(grep '^[0-9]* passed, [0-9]* failed$' "$log" | tail -n 1)"
+      else
+         say "The suite broke off with exit status $(cat "$folder/$suite.status") in:$(grep Starting "$log" | tail -n 1)"
+         count "broke off"
+      fi
+   done
+   say "$passed passed, $failed failed"
 }
 
 run_cli() {
