@@ -137,7 +137,7 @@ contains
       if (allocated(error)) return
       write (label, '(a,es8.1,a)') 'Δt', dt, ' s'
       call check_below(error, abs(dot_product(state%q, state%q) - dot_product(problem%start%q, problem%start%q)), &
-                       eps*sqrt(real(n, wp)), label//': |q|²')
+                       2*eps*sqrt(real(n, wp)), label//': |q|²')
       if (allocated(error)) return
       call check_below(error, abs(dot_product(state%p, state%p)/dot_product(problem%start%p, problem%start%p) - 1), &
                        2*eps*sqrt(real(n, wp)), label//': |p|²')
