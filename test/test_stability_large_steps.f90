@@ -5,6 +5,7 @@ module test_stability_large_steps
    use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
+   use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -33,13 +34,14 @@ contains
       testsuite = [ &
                   new_unittest("the box at any step: right, cut or refused", box_at_any_step), &
                   new_unittest("the fast top at any step: right, cut or refused", top_at_any_step), &
-                  new_unittest("every effect at any step: right, cut or refused", effects_at_any_step)]
+                  new_unittest("a forced body at any step: right, cut or refused", forced_body_at_any_step), &
+                  new_unittest("all effects at any step: right, cut or refused", effects_at_any_step)]
    end subroutine collect_stability_large_steps
 
    !> The cases of this group.
    function large_step_cases() result(cases)
       type(stability_case_t), allocatable :: cases(:)
-      cases = [box_case(), top_case(), effects_case()]
+      cases = [box_case(), top_case(), forced_case(), effects_case()]
    end function large_step_cases
 
    type(stability_case_t) function box_case() result(item)
@@ -57,9 +59,16 @@ contains
       item%run => run_top
    end function top_case
 
+   type(stability_case_t) function forced_case() result(item)
+      item%name = 'forced body, Δt|Ω| from 1e-9 to 1e6'
+      item%guards = 'the same with a spring, damping, torque and rotor: the energy account with its work must close'
+      item%selected = EVERY_WAY
+      item%run => run_forced
+   end function forced_case
+
    type(stability_case_t) function effects_case() result(item)
-      item%name = 'every effect, Δt|Ω| from 1e-9 to 1e6'
-      item%guards = 'the same with springs, damping, torques and rotors: the energy account with its work must close'
+      item%name = 'all effects, Δt|Ω| from 1e-9 to 1e6'
+      item%guards = 'the same with the scene of all effects, some of them twice, one with a window of time'
       item%selected = EVERY_WAY
       item%run => run_effects
    end function effects_case
@@ -74,6 +83,11 @@ contains
       call check_case(error, top_case())
    end subroutine top_at_any_step
 
+   subroutine forced_body_at_any_step(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, forced_case())
+   end subroutine forced_body_at_any_step
+
    subroutine effects_at_any_step(error)
       type(error_type), allocatable, intent(out) :: error
       call check_case(error, effects_case())
@@ -83,31 +97,46 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      call climb(box(), way, whole, record)
+      call climb(box(), way, whole, .false., record)
    end subroutine run_box
 
    subroutine run_top(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      call climb(fast_top(), way, whole, record)
+      call climb(fast_top(), way, whole, .false., record)
    end subroutine run_top
+
+   subroutine run_forced(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      call climb(forced_body(), way, whole, .false., record)
+   end subroutine run_forced
 
    subroutine run_effects(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      call climb(forced_body(), way, whole, record)
+      type(scene_t) :: scene
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call read_scene('scenes/all_effects.nml', scene, status, message)
+      call record%require(status%ok(), message)
+      if (status%ok()) call climb(problem_t(scene%system, scene%initial), way, whole, .true., record)
    end subroutine run_effects
 
    !> A run at each step of the ladder.
-   subroutine climb(problem, way, whole, record)
+   subroutine climb(problem, way, whole, costly, record)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
+      !> The shortened form takes one step of each length only, of 10 rad at most.
+      logical, intent(in) :: costly
       type(record_t), intent(inout) :: record
       type(record_t) :: rung
       real(wp) :: rate, first_cut
+      integer(long) :: n
       integer :: i
       rate = norm2(angular_velocity(problem%system, problem%start))
       do i = 1, size(short_steps)
@@ -115,9 +144,10 @@ contains
       end do
       call record%require(record%cut_steps == 0, 'a step of 1 rad and less was cut')
       first_cut = 0.0_wp
-      do i = 1, size(long_steps)
+      n = merge(50_long, merge(1_long, 5_long, costly), whole)
+      do i = 1, merge(4, size(long_steps), costly .and. .not. whole)
          rung = record_t()
-         call keep_to_branch(problem, way, long_steps(i)/rate, merge(50_long, 5_long, whole), rung)
+         call keep_to_branch(problem, way, long_steps(i)/rate, n, rung)
          call rung%require(.not. rung%refused, 'Δt|Ω| = '//number_text(long_steps(i))//': '//trim(rung%outcome))
          if (rung%cut_steps > 0 .and. first_cut <= 0.0_wp) first_cut = long_steps(i)
          call record%absorb(rung)
