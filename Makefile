@@ -30,7 +30,7 @@ run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
 test: setup ## run the unit tests and the command-line tests
 	@bash tools/test.sh
 
-stress: setup ## run the stability cases at full length, ten minutes, and write docs/stability.md (STRESS=long selects)
+stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/stability.md (STRESS=long selects)
 	@bash tools/stress.sh $(STRESS)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
