@@ -193,7 +193,7 @@ contains
       meter = blank
       call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), slow, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
       call record%require_below(meter%swing, 1.1_wp*amplitude, 'swing about the rest length')
-      call record%require_below(record%energy, 32*eps/amplitude*sqrt(real(n, wp)), 'energy about the rest length')
+      call record%require_below(record%energy, 16*eps/amplitude*sqrt(real(n, wp)), 'energy about the rest length')
       call record%require(.not. record%refused, trim(record%outcome))
       if (way%order == 2) call record%require(record%cut_steps == cuts, 'a step that suits the motion was cut')
    end subroutine run_rest
