@@ -7,7 +7,7 @@ program main
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
    use nutate_help, only: help_page
    use nutate_run_command, only: run_command
-   use nutate_signals, only: end_by_signal
+   use nutate_run_signals, only: end_by_signal
    use nutate_version, only: version
    implicit none
    integer :: exit_code

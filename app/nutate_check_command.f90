@@ -5,7 +5,7 @@ module nutate_check_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
-   use nutate_control, only: control_settings_t
+   use nutate_step_control, only: control_settings_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_files, only: STANDARD_OUTPUT
@@ -21,7 +21,7 @@ module nutate_check_command
    use nutate_scene_loading, only: load_scene
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_summary, only: kept_momentum
+   use nutate_run_summary, only: kept_momentum
    implicit none
    private
 

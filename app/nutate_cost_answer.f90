@@ -4,9 +4,9 @@ module nutate_cost_answer
    use nutate_cost_names, only: method_label
    use nutate_decimal, only: rounded_text
    use nutate_kinds, only: wp
-   use nutate_ladder, only: ladder_t
+   use nutate_step_ladder, only: step_ladder_t
    use nutate_methods, only: family_of, methods
-   use nutate_price, only: price_of, price_t
+   use nutate_accuracy_price, only: price_of, accuracy_price_t
    use nutate_reference, only: reference_t
    implicit none
    private
@@ -24,7 +24,7 @@ contains
    subroutine add_answer(page, reference, ladder, end_time)
       type(page_t), intent(inout) :: page
       type(reference_t), intent(in) :: reference
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       !> s.
       real(wp), intent(in) :: end_time
       integer :: i
@@ -38,13 +38,13 @@ contains
    !> What one accuracy costs.
    function sentence(reference, ladder, tolerance, end_time) result(text)
       type(reference_t), intent(in) :: reference
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       !> rad.
       real(wp), intent(in) :: tolerance
       !> s.
       real(wp), intent(in) :: end_time
       character(len=:), allocatable :: text
-      type(price_t) :: price
+      type(accuracy_price_t) :: price
       integer :: m
       logical :: first
 
@@ -73,12 +73,12 @@ contains
 
    !> The least price among the rows of a method.
    function cheapest(ladder, family, tolerance) result(best)
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       !> `family_of` its rows.
       character(len=*), intent(in) :: family
       !> rad.
       real(wp), intent(in) :: tolerance
-      type(price_t) :: best, price
+      type(accuracy_price_t) :: best, price
       integer :: m
       do m = 1, size(methods)
          if (family_of(methods(m)) /= family .or. methods(m)%order < 1) cycle
@@ -89,7 +89,7 @@ contains
 
    !> A price in words.
    function price_text(price, first) result(text)
-      type(price_t), intent(in) :: price
+      type(accuracy_price_t), intent(in) :: price
       !> It is the first of the sentence.
       logical, intent(in) :: first
       character(len=:), allocatable :: text, cost

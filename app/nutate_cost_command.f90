@@ -10,16 +10,16 @@ module nutate_cost_command
    use nutate_decimal, only: rounded_text
    use nutate_files, only: same_file, STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_kinds, only: wp, long
-   use nutate_ladder, only: ladder_t
+   use nutate_step_ladder, only: step_ladder_t
    use nutate_printable, only: printable_path
-   use nutate_progress, only: progress_bar_t
+   use nutate_run_progress, only: progress_bar_t
    use nutate_reference, only: reference_methods, reference_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
+   use nutate_run_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
    use nutate_status, only: status_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_study_run, only: fastest_rate, problem_t
+   use nutate_measured_run, only: fastest_rate, problem_t
    implicit none
    private
 
@@ -32,7 +32,7 @@ module nutate_cost_command
    type :: study_t
       type(problem_t) :: problem
       type(reference_t) :: reference
-      type(ladder_t) :: ladder
+      type(step_ladder_t) :: ladder
       type(stopwatch_t) :: clock
       !> Largest |Ω|, rad/s.
       real(wp) :: rate = 0.0_wp

@@ -6,12 +6,12 @@ module nutate_cost_csv
    use nutate_files, only: output_file_t
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT
    use nutate_kinds, only: wp, long
-   use nutate_ladder, only: ladder_t
+   use nutate_step_ladder, only: step_ladder_t
    use nutate_methods, only: family_of, methods
    use nutate_reference, only: reference_t
    use nutate_run_cost, only: run_cost_t
    use nutate_status, only: status_t
-   use nutate_study_run, only: problem_t
+   use nutate_measured_run, only: problem_t
    implicit none
    private
 
@@ -57,7 +57,7 @@ contains
       class(cost_csv_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
       type(reference_t), intent(in) :: reference
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       type(status_t), intent(out) :: status
       type(run_cost_t), allocatable :: runs(:)
       type(decimal_t) :: decimal

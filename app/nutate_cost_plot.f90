@@ -6,7 +6,7 @@ module nutate_cost_plot
    use nutate_decimal, only: rounded_text
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp, long
-   use nutate_ladder, only: ladder_t
+   use nutate_step_ladder, only: step_ladder_t
    use nutate_methods, only: family_of, methods
    use nutate_reference, only: reference_t
    use nutate_run_cost, only: run_cost_t
@@ -76,7 +76,7 @@ contains
       class(cost_plot_t), intent(inout) :: self
       character(len=*), intent(in) :: title
       type(reference_t), intent(in) :: reference
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: target
       integer :: exit_status, command_status
@@ -111,7 +111,7 @@ contains
       logical, intent(in) :: is_svg
       character(len=*), intent(in) :: title
       type(reference_t), intent(in) :: reference
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       type(status_t), intent(out) :: status
       integer :: i
       call add_terminal(script, is_svg, status)
@@ -148,7 +148,7 @@ contains
    subroutine add_data(script, reference, ladder, status)
       type(output_file_t), intent(inout) :: script
       type(reference_t), intent(in) :: reference
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       type(status_t), intent(out) :: status
       type(run_cost_t), allocatable :: runs(:)
       character(len=:), allocatable :: attitude
@@ -171,7 +171,7 @@ contains
    !> One panel: `attitude` above, or `energy` below.
    subroutine add_panel(script, ladder, what, status)
       type(output_file_t), intent(inout) :: script
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       character(len=*), intent(in) :: what
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: curves, column

@@ -5,11 +5,11 @@ module nutate_cost_table
    use nutate_decimal, only: rounded_text
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT
    use nutate_kinds, only: wp, long
-   use nutate_ladder, only: ladder_t, LAST_RUNG, OUT_OF_TIME, REFUSED, ROUND_OFF
+   use nutate_step_ladder, only: step_ladder_t, LAST_RUNG, OUT_OF_TIME, REFUSED, ROUND_OFF
    use nutate_methods, only: methods
    use nutate_reference, only: reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP
    use nutate_run_cost, only: run_cost_t
-   use nutate_study_run, only: problem_t
+   use nutate_measured_run, only: problem_t
    implicit none
    private
 
@@ -67,7 +67,7 @@ contains
       type(page_t), intent(inout) :: page
       type(problem_t), intent(in) :: problem
       type(reference_t), intent(in) :: reference
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       type(run_cost_t), allocatable :: runs(:)
       integer :: m, components
       real(wp) :: axis(3)
@@ -86,7 +86,7 @@ contains
 
    !> Why a method's runs end where they do.
    function ending_text(ladder, method, runs) result(text)
-      type(ladder_t), intent(in) :: ladder
+      type(step_ladder_t), intent(in) :: ladder
       !> Row of `methods`, and the number of its runs.
       integer, intent(in) :: method, runs
       character(len=:), allocatable :: text

@@ -2,10 +2,10 @@
 module nutate_run_command
    use nutate_accuracy, only: find_error_rate
    use nutate_archive, only: archive_t
-   use nutate_checkpoint, only: read_checkpoint
+   use nutate_run_checkpoint, only: read_checkpoint
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
-   use nutate_control, only: integrate_controlled
+   use nutate_step_control, only: integrate_controlled
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
@@ -15,11 +15,11 @@ module nutate_run_command
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_signals, only: caught_signal, signal_flag, stop_watcher_t, watch_signals
+   use nutate_run_signals, only: caught_signal, signal_flag, stop_watcher_t, watch_signals
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
    use nutate_stepper, only: stepper_t
-   use nutate_summary, only: summary_page
+   use nutate_run_summary, only: summary_page
    implicit none
    private
 

@@ -7,7 +7,7 @@ module nutate_run_reports
    use nutate_run, only: run_summary_t
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
-   use nutate_signals, only: signal_name
+   use nutate_run_signals, only: signal_name
    use nutate_status, only: status_t
    implicit none
    private

@@ -2,13 +2,13 @@
 !> signals that ask for the end.
 module nutate_run_watcher
    use nutate_archive, only: archive_t
-   use nutate_checkpoint, only: checkpoint_t
+   use nutate_run_checkpoint, only: checkpoint_t
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
-   use nutate_progress, only: progress_bar_t
+   use nutate_run_progress, only: progress_bar_t
    use nutate_run, only: observer_t, run_plan_t, run_record_t
-   use nutate_signals, only: check_signals
+   use nutate_run_signals, only: check_signals
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t

@@ -6,12 +6,12 @@
 program bench_accuracy
    use, intrinsic :: iso_fortran_env, only: error_unit
    use nutate, only: read_scene, scene_t, status_t, wp
-   use nutate_ladder, only: ladder_t
+   use nutate_step_ladder, only: step_ladder_t
    use nutate_methods, only: family_of, methods
-   use nutate_price, only: price_of, price_t
+   use nutate_accuracy_price, only: price_of, accuracy_price_t
    use nutate_reference, only: reference_methods, reference_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_study_run, only: fastest_rate, problem_t
+   use nutate_measured_run, only: fastest_rate, problem_t
    implicit none
 
    !> Time for a scene, s.
@@ -29,8 +29,8 @@ contains
       !> s.
       real(wp), intent(in) :: end_time
       type(scene_t) :: scene
-      type(ladder_t) :: ladder
-      type(price_t) :: prices(size(methods), size(accuracies))
+      type(step_ladder_t) :: ladder
+      type(accuracy_price_t) :: prices(size(methods), size(accuracies))
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i, k, baseline
@@ -63,7 +63,7 @@ contains
    subroutine climb(scene, end_time, ladder)
       type(scene_t), intent(in) :: scene
       real(wp), intent(in) :: end_time
-      type(ladder_t), intent(out) :: ladder
+      type(step_ladder_t), intent(out) :: ladder
       type(problem_t) :: problem
       type(reference_t) :: reference
       type(stopwatch_t) :: clock
@@ -91,7 +91,7 @@ contains
    subroutine write_row(name, solver, order, prices, baseline)
       character(len=*), intent(in) :: name, solver
       integer, intent(in) :: order
-      type(price_t), intent(in) :: prices(:), baseline(:)
+      type(accuracy_price_t), intent(in) :: prices(:), baseline(:)
       character(len=24) :: columns(2*size(prices))
       character(len=48) :: label
       integer :: k

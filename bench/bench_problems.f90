@@ -5,7 +5,7 @@ module bench_problems
    use nutate_linear_potential, only: linear_potential_t
    use nutate_reference, only: reference_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_study_run, only: fastest_rate, problem_t
+   use nutate_measured_run, only: fastest_rate, problem_t
    implicit none
    private
 

@@ -6,12 +6,12 @@ program bench_choice
    use bench_problems, only: asymmetric_top, find_reference, scene_problem
    use nutate, only: control_settings_t, find_error_rate, integrate_controlled, integrator_settings_t, run_plan_t, &
       run_summary_t, state_t, status_t, wp
-   use nutate_choice, only: choose_method
+   use nutate_method_choice, only: choose_method
    use nutate_methods, only: default_settings
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_study_run, only: follower_t, problem_t
+   use nutate_measured_run, only: follower_t, problem_t
    implicit none
 
    real(wp), parameter :: accuracies(8) = [1e-1_wp, 1e-2_wp, 1e-3_wp, 1e-4_wp, 1e-6_wp, 1e-8_wp, 1e-10_wp, 1e-12_wp]

@@ -10,7 +10,7 @@ program bench_series
    use nutate_reference, only: reference_t
    use nutate_run, only: run_summary_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_study_run, only: follower_t, problem_t, run_once, run_to_tolerance
+   use nutate_measured_run, only: follower_t, problem_t, run_once, run_to_tolerance
    implicit none
 
    !> A way to integrate, and its price at every rung of a ladder.

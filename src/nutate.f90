@@ -30,7 +30,7 @@ module nutate
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: effect_t, potential_t, rotor_t, torque_t

@@ -159,7 +159,7 @@ contains
    pure function bits_of(state) result(bits)
       type(state_t), intent(in) :: state
       integer(int64) :: bits(17)
-      bits = transfer([state%t, state%q, state%p, state%q_carry, state%p_carry], bits)
+      bits = transfer([state%t, state%q, state%p, state%q_compensation, state%p_compensation], bits)
    end function bits_of
 
 end module test_changed_states

@@ -1,8 +1,8 @@
 !> The automatic choice of the method: each of its rules, and the accuracy that comes of it.
 module test_choice
    use nutate_accuracy, only: find_error_rate
-   use nutate_choice, only: choose_method, AUTOMATIC_METHOD
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_effect, only: potential_t, rotor_t
    use nutate_exact_free, only: free_body_t

@@ -1,7 +1,7 @@
 !> The conserving correction: what it keeps, and that it costs no order.
 module test_conserve
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp

@@ -1,7 +1,7 @@
 !> Where the conserving correction could go astray: equilibria, saddles, the turning points of a pendulum, steps that
 !> are too long.
 module test_conserve_limits
-   use nutate_conserve, only: correction_t
+   use nutate_invariant_projection, only: invariant_projection_t
    use nutate_damping, only: damping_t
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
@@ -122,7 +122,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: tilts(3) = [0.05_wp, 0.1_wp, 0.5_wp]
       type(problem_t) :: problem
-      type(correction_t) :: correction
+      type(invariant_projection_t) :: correction
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
@@ -174,14 +174,14 @@ contains
          if (status%ok()) call fresh%step(problem%system, b, 0.02_wp, status)
          call check(error, status%ok(), trim(status%message))
          if (allocated(error)) return
-         a%q_carry = eps*a%q
-         b%q_carry = a%q_carry
+         a%q_compensation = eps*a%q
+         b%q_compensation = a%q_compensation
          call stepper%step(problem%system, a, 1.5_wp, status)
          call check(error, status%code, NUTATE_OFF_BRANCH)
          if (allocated(error)) return
          call check(error, index(status%message, 'energy') > 0, "refused by the method itself")
          if (allocated(error)) return
-         call check_close(error, [a%t, a%q, a%p, a%q_carry], [b%t, b%q, b%p, b%q_carry], 0.0_wp, "state")
+         call check_close(error, [a%t, a%q, a%p, a%q_compensation], [b%t, b%q, b%p, b%q_compensation], 0.0_wp, "state")
          if (allocated(error)) return
       end do
    end subroutine long_moves_are_refused
@@ -214,7 +214,7 @@ contains
    subroutine round_off_moves_nothing(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(correction_t) :: correction
+      type(invariant_projection_t) :: correction
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
@@ -240,7 +240,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: lengths(4) = [1 + 3e-9_wp, 1 - 3e-9_wp, 1.01_wp, 0.5_wp]
       type(problem_t) :: problem
-      type(correction_t) :: correction
+      type(invariant_projection_t) :: correction
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
@@ -263,7 +263,7 @@ contains
    subroutine wild_state_leaves_no_trace(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(correction_t) :: correction
+      type(invariant_projection_t) :: correction
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy

@@ -1,7 +1,7 @@
 !> Steps chosen by their error: the accuracy asked for is the error that comes out, and nothing else suffers.
 module test_control
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum

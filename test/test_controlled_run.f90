@@ -1,7 +1,7 @@
 !> Runs with steps chosen by their error, for the suites that look at them: a recorder, and the run with its pilots.
 module test_controlled_run
    use nutate_accuracy, only: find_error_rate
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp
    use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t

@@ -2,7 +2,7 @@
 module test_heap
    use, intrinsic :: iso_c_binding, only: c_long_long
    use, intrinsic :: iso_fortran_env, only: compiler_version
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper, methods
    use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t

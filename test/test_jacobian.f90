@@ -4,7 +4,7 @@ module test_jacobian
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, eps
    use nutate_state, only: state_t
-   use nutate_step_equations, only: step_equations_t
+   use nutate_eight_equations, only: eight_equations_t
    use nutate_system, only: system_t
    use test_support, only: check_close, random_unit_quaternion, random_vector
    use testdrive, only: error_type
@@ -23,7 +23,7 @@ contains
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), intent(in) :: inverse_j0
       logical, intent(in) :: projection
-      type(step_equations_t) :: equations
+      type(eight_equations_t) :: equations
       type(state_t) :: state
       integer(int64) :: seed
       real(wp) :: z(8), shift(8), above(8), below(8), matrix(8, 8), h

@@ -3,7 +3,7 @@
 module test_resume
    use nutate_applied_torque, only: applied_torque_t
    use nutate_archive, only: archive_t
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper, method_t, methods
    use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t

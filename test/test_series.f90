@@ -9,7 +9,7 @@ module test_series
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: cross, quat_exp, quat_product, rotate_to_body
-   use nutate_series, only: cosine_term, highest_order, inverses, power_term, product_term
+   use nutate_power_series, only: cosine_term, highest_order, inverses, power_term, product_term
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use test_support, only: check_close

@@ -1,8 +1,8 @@
 !> Every scene that comes along: both solvers give one trajectory, and the accuracy asked for is the one that comes out.
 module test_shipped_scenes
    use nutate_accuracy, only: find_error_rate
-   use nutate_choice, only: choose_method, AUTOMATIC_METHOD
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_hamiltonian, only: angular_velocity
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps

@@ -3,7 +3,7 @@ module test_stability_scales
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t

@@ -1,6 +1,6 @@
 !> Time: backwards, to any end, far from zero, with any rows.
 module test_stability_time
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance

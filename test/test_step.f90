@@ -205,7 +205,7 @@ contains
       call stepper%step(problem%system, state, 0.001_wp, status)
       call check(error, status%code, NUTATE_NOT_CONVERGED)
       if (allocated(error)) return
-      call check_close(error, [state%t, state%q, state%p, state%q_carry, state%p_carry], &
+      call check_close(error, [state%t, state%q, state%p, state%q_compensation, state%p_compensation], &
                        [0.0_wp, problem%start%q, problem%start%p, spread(0.0_wp, 1, 8)], 0.0_wp, "state")
    end subroutine failed_step_leaves_the_state
 

@@ -1,16 +1,16 @@
 !> What accuracy costs: references, measured runs, ladders and prices.
 module test_study
    use nutate_kinds, only: wp, eps
-   use nutate_ladder, only: ladder_t, CLIMBING
+   use nutate_step_ladder, only: step_ladder_t, CLIMBING
    use nutate_methods, only: methods
-   use nutate_price, only: price_of, price_t
+   use nutate_accuracy_price, only: price_of, accuracy_price_t
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_methods, reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP, NO_REFERENCE
    use nutate_run_cost, only: measure_cost, median, run_cost_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_study_run, only: fastest_rate, problem_t
+   use nutate_measured_run, only: fastest_rate, problem_t
    use test_support, only: check_below, check_close, is_slow_build
    use testdrive, only: check, error_type, new_unittest, skip_test, unittest_type
    implicit none
@@ -160,7 +160,7 @@ contains
 
    subroutine ladder_ends_in_time(error)
       type(error_type), allocatable, intent(out) :: error
-      type(ladder_t) :: ladder
+      type(step_ladder_t) :: ladder
       type(problem_t) :: problem
       type(reference_t) :: reference
       type(run_cost_t), allocatable :: runs(:)
@@ -197,7 +197,7 @@ contains
 
    subroutine ladder_holds_the_users_step(error)
       type(error_type), allocatable, intent(out) :: error
-      type(ladder_t) :: ladder, free_ladder, backward
+      type(step_ladder_t) :: ladder, free_ladder, backward
       type(problem_t) :: problem
       problem = problem_of(box)
       call ladder%begin(problem, 10.0_wp, 0.01_wp)
@@ -228,7 +228,7 @@ contains
 
    subroutine prices_follow_from_power_laws(error)
       type(error_type), allocatable, intent(out) :: error
-      type(price_t) :: price
+      type(accuracy_price_t) :: price
       real(wp) :: step
       integer :: order
       do order = 2, 8, 2
@@ -249,7 +249,7 @@ contains
    subroutine prices_are_no_better_than_the_order(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_cost_t) :: runs(6)
-      type(price_t) :: price
+      type(accuracy_price_t) :: price
       runs = power_law(4, 1e-4_wp)
       runs(1)%attitude_error = 3.0_wp
       price = price_of(runs, 4, 16*runs(2)%attitude_error)
@@ -262,7 +262,7 @@ contains
    subroutine luck_has_no_price(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_cost_t) :: runs(6)
-      type(price_t) :: price
+      type(accuracy_price_t) :: price
       runs = power_law(2, 1.0_wp)
       runs(1)%attitude_error = 1e-9_wp
       price = price_of(runs, 2, 1e-3_wp)

@@ -1,7 +1,7 @@
 !> The Taylor series: exact solutions to round-off, invariants at any tolerance, its own states between steps.
 module test_taylor
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_control, only: control_settings_t
+   use nutate_step_control, only: control_settings_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum, kinetic_energy
    use nutate_invariants, only: invariants_t

@@ -7,11 +7,11 @@ module test_taylor_steps
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_series, only: highest_order
+   use nutate_power_series, only: highest_order
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_taylor, only: taylor_t
+   use nutate_taylor_stepper, only: taylor_t
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -147,7 +147,7 @@ contains
          at_end = problem%start
          call whole%step(problem%system, at_end, dt, status)
          inside = at_end
-         call whole%look_inside(problem%system, problem%start%t + 0.37_wp*dt, inside, work, status)
+         call whole%state_at(problem%system, problem%start%t + 0.37_wp*dt, inside, work, status)
          expected = problem%start
          call part%step(problem%system, expected, 0.37_wp*dt, status)
          call check(error, status%ok(), trim(status%message))

@@ -4,7 +4,7 @@ module test_threads
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_accuracy, only: find_error_rate
-   use nutate_control, only: control_settings_t, integrate_controlled
+   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper, methods
@@ -202,8 +202,8 @@ contains
    !> True where two states are the same to the last bit, signs of zero and carried digits included.
    elemental logical function same_bits(a, b)
       type(state_t), intent(in) :: a, b
-      same_bits = all(transfer([a%q, a%p, a%q_carry, a%p_carry, a%t], [0_int64]) == &
-                      transfer([b%q, b%p, b%q_carry, b%p_carry, b%t], [0_int64]))
+      same_bits = all(transfer([a%q, a%p, a%q_compensation, a%p_compensation, a%t], [0_int64]) == &
+                      transfer([b%q, b%p, b%q_compensation, b%p_compensation, b%t], [0_int64]))
    end function same_bits
 
 end module test_threads

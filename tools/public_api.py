@@ -158,7 +158,7 @@ def c_names():
 def f77_names():
     """The routines and their arguments."""
     found = {}
-    for path in glob.glob(f"{TOP}/src/interop/nutate_f77*.f90"):
+    for path in glob.glob(f"{TOP}/src/interop/f77/nutate_f77*.f90"):
         module = Module(path)
         for name in module.procedures:
             if re.match(r"nu\w{1,4}$", name):

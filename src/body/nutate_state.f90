@@ -16,7 +16,7 @@ module nutate_state
       !> Conjugate momentum p = 2 q∘[0, L], kg m²/s; shape (4).
       real(wp) :: p(4) = 0.0_wp
       !> What is left of q and p after rounding, carried to the next increment; shape (4).
-      real(wp) :: q_carry(4) = 0.0_wp, p_carry(4) = 0.0_wp
+      real(wp) :: q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_state
@@ -31,8 +31,8 @@ contains
       call archive%transfer(self%t)
       call archive%transfer(self%q)
       call archive%transfer(self%p)
-      call archive%transfer(self%q_carry)
-      call archive%transfer(self%p_carry)
+      call archive%transfer(self%q_compensation)
+      call archive%transfer(self%p_compensation)
    end subroutine transfer_state
 
    !> Adds an increment to a sum kept as `total + carry`, which loses nothing but what rounding takes from the carry

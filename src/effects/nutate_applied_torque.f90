@@ -7,7 +7,7 @@ module nutate_applied_torque
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: rotate_to_body
-   use nutate_series, only: cosine_term
+   use nutate_power_series, only: cosine_term
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private

@@ -4,7 +4,7 @@ module nutate_spring
    use nutate_effect, only: are_in_range, effect_t, GENERAL_SERIES, LINEAR_SERIES, potential_t
    use nutate_keys, only: group_t, key_t, NON_NEGATIVE
    use nutate_kinds, only: wp
-   use nutate_series, only: power_term
+   use nutate_power_series, only: power_term
    use nutate_status, only: status_t
    implicit none
    private

@@ -1,0 +1,230 @@
+!> Checkpoints: how to go on with a run, in a file that is replaced at once and tells damage.
+!>
+!> It holds which scene it belongs to, with which numbers of which version; where the rows are, and what the pilot runs
+!> found; then, as archives, what the watcher and the run itself need.
+module nutate_run_checkpoint
+   use nutate_archive, only: archive_t
+   use nutate_step_control, only: control_settings_t
+   use nutate_files, only: remove_file, same_file
+   use nutate_keys, only: group_t, setting_t
+   use nutate_kinds, only: wp, long
+   use nutate_printable, only: printable_path
+   use nutate_scene, only: scene_t
+   use nutate_sealed_file, only: read_sealed, write_sealed
+   use nutate_status, only: status_t, fail, NUTATE_IO
+   use nutate_version, only: version
+   implicit none
+   private
+
+   public :: checkpoint_t, read_checkpoint
+
+   !> What a checkpoint begins with: its kind and the version of its format.
+   character(len=*), parameter :: signature = 'nutate checkpoint 1'//achar(10)
+
+   !> Where and when checkpoints of a run are written.
+   type :: checkpoint_t
+      !> Not allocated where there are none.
+      character(len=:), allocatable :: file
+      !> Time between them, s.
+      real(wp) :: every = 60.0_wp
+      !> There is one.
+      logical :: written = .false.
+      !> The scene's groups, what its steps must keep to, and where its rows go.
+      type(group_t), allocatable, private :: groups(:)
+      type(control_settings_t), private :: control
+      character(len=:), allocatable, private :: output
+      !> Clock count at which the next one is due, and counts between two.
+      integer(long), private :: due = 0, interval = 0
+   contains
+      !> Takes the scene.
+      procedure :: prepare
+      !> True if checkpoints are written at all.
+      procedure :: is_wanted
+      !> True if it is time for one.
+      procedure :: is_due
+      !> Writes one.
+      procedure :: write => write_checkpoint
+      !> Removes the last one.
+      procedure :: remove
+   end type checkpoint_t
+
+contains
+
+   !> Takes the scene of the run, its control as the pilot runs left it.
+   subroutine prepare(self, file, every, scene, is_resumed)
+      class(checkpoint_t), intent(inout) :: self
+      character(len=*), intent(in) :: file
+      !> s.
+      real(wp), intent(in) :: every
+      type(scene_t), intent(in) :: scene
+      !> The file holds the checkpoint that the run goes on from.
+      logical, intent(in) :: is_resumed
+      integer(long) :: rate
+      self%file = file
+      self%every = every
+      self%groups = scene%groups
+      self%control = scene%control
+      self%output = scene%output%file
+      self%written = is_resumed
+      call system_clock(self%due, rate)
+      self%interval = int(every*real(rate, wp), long)
+   end subroutine prepare
+
+   !> True if checkpoints are written at all.
+   pure logical function is_wanted(self)
+      class(checkpoint_t), intent(in) :: self
+      is_wanted = allocated(self%file)
+   end function is_wanted
+
+   !> True if it is time for one.
+   pure logical function is_due(self, now)
+      class(checkpoint_t), intent(in) :: self
+      !> Count of the system clock.
+      integer(long), intent(in) :: now
+      is_due = .false.
+      if (allocated(self%file)) is_due = now >= self%due
+   end function is_due
+
+   !> Writes what a run needs to go on. Errors: `NUTATE_IO`; the last one stays then.
+   subroutine write_checkpoint(self, content, status)
+      class(checkpoint_t), intent(inout) :: self
+      !> What the watcher and the run put in archives.
+      character(len=*), intent(in) :: content
+      type(status_t), intent(out) :: status
+      type(archive_t) :: archive
+      character(len=:), allocatable :: problem, whole
+      whole = content
+      call archive%begin_writing()
+      call transfer_origin(archive, self%groups, problem)
+      call transfer_settings(archive, self%control, self%output)
+      call archive%transfer(whole)
+      call write_sealed(self%file, signature, archive%content(), status)
+      call system_clock(self%due)
+      self%due = self%due + self%interval
+      if (.not. status%ok()) return
+      self%written = .true.
+      ! Two names can mean one file, which shows only now that it is there; in the end the rows would be removed.
+      if (.not. same_file(self%file, self%output)) return
+      call self%remove(status)
+      status = fail(NUTATE_IO, 'it is where the rows go')
+   end subroutine write_checkpoint
+
+   !> Removes the last one. Errors: `NUTATE_IO`.
+   subroutine remove(self, status)
+      class(checkpoint_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      if (self%written) call remove_file(self%file, status)
+      self%written = .false.
+   end subroutine remove
+
+   !> Reads a checkpoint of a scene.
+   subroutine read_checkpoint(file, scene, content, problem)
+      character(len=*), intent(in) :: file
+      !> Its control and the name of its output are set to what they were.
+      type(scene_t), intent(inout) :: scene
+      !> What the watcher and the run put in archives.
+      character(len=:), allocatable, intent(out) :: content
+      !> What is wrong, one line; empty if nothing is.
+      character(len=:), allocatable, intent(out) :: problem
+      type(archive_t) :: archive
+      character(len=:), allocatable :: bytes
+      content = ''
+      call read_sealed(file, signature, bytes, problem)
+      if (problem == '') then
+         call archive%begin_reading(bytes)
+         call transfer_origin(archive, scene%groups, problem)
+      end if
+      if (problem == '') then
+         call transfer_settings(archive, scene%control, scene%output%file)
+         call archive%transfer(content)
+         if (archive%problem() /= '') problem = 'is damaged: '//archive%problem()
+      end if
+      if (problem /= '') problem = printable_path(file)//' '//problem
+   end subroutine read_checkpoint
+
+   !> What the pilot runs found, and where the rows go.
+   subroutine transfer_settings(archive, control, output)
+      type(archive_t), intent(inout) :: archive
+      type(control_settings_t), intent(inout) :: control
+      character(len=:), allocatable, intent(inout) :: output
+      call archive%transfer(control%error_rate)
+      call archive%transfer(control%estimate)
+      call archive%transfer(output)
+   end subroutine transfer_settings
+
+   !> Version, numbers and scene: put in an archive, or compared with those of one.
+   subroutine transfer_origin(archive, groups, problem)
+      type(archive_t), intent(inout) :: archive
+      type(group_t), intent(in) :: groups(:)
+      !> How they differ; empty where they do not.
+      character(len=:), allocatable, intent(out) :: problem
+      character(len=:), allocatable :: text, here
+      integer :: bits, n, i
+
+      problem = ''
+      text = version
+      call archive%transfer(text)
+      if (text /= version) then
+         problem = 'was written by nutate '//text//' (this is '//version//')'
+         return
+      end if
+      bits = storage_size(1.0_wp)
+      call archive%transfer(bits)
+      if (bits /= storage_size(1.0_wp)) then
+         problem = 'was written by a nutate of other precision'
+         return
+      end if
+      n = size(groups)
+      call archive%transfer(n)
+      do i = 1, min(n, size(groups))
+         here = print_of(groups(i))
+         text = here
+         call archive%transfer(text)
+         if (text /= here) then
+            problem = 'belongs to another scene (&'//trim(groups(i)%name)//' is not the same)'
+            return
+         end if
+      end do
+      if (n /= size(groups)) problem = 'belongs to another scene (with other groups)'
+   end subroutine transfer_origin
+
+   !> What a group says, as bytes: the same for groups that say the same in the same order, wherever they stand.
+   function print_of(group) result(bytes)
+      type(group_t), intent(in) :: group
+      character(len=:), allocatable :: bytes
+      type(archive_t) :: archive
+      character(len=:), allocatable :: text
+      integer :: i
+      call archive%begin_writing()
+      text = group%name
+      call archive%transfer(text)
+      do i = 1, size(group%settings)
+         call add_setting(archive, group%settings(i))
+      end do
+      bytes = archive%content()
+   end function print_of
+
+   subroutine add_setting(archive, setting)
+      type(archive_t), intent(inout) :: archive
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      integer :: i
+      real(wp) :: number
+      integer :: whole
+      logical :: flag
+      text = setting%name
+      call archive%transfer(text)
+      do i = 1, size(setting%values)
+         number = setting%values(i)%number
+         whole = setting%values(i)%whole
+         flag = setting%values(i)%flag
+         text = ''
+         if (allocated(setting%values(i)%text)) text = setting%values(i)%text
+         call archive%transfer(number)
+         call archive%transfer(whole)
+         call archive%transfer(flag)
+         call archive%transfer(text)
+      end do
+   end subroutine add_setting
+
+end module nutate_run_checkpoint

@@ -1,0 +1,89 @@
+!> A progress bar on standard error: only where that is a terminal, only when a run is long.
+module nutate_run_progress
+   use nutate_console, only: count_text
+   use nutate_decimal, only: rounded_text
+   use nutate_files, only: is_terminal, write_text, STANDARD_ERROR
+   use nutate_kinds, only: wp, long
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: progress_bar_t
+
+   !> Runs that end sooner show no bar, s.
+   real(wp), parameter :: patience = 0.5_wp
+   !> Least time between two pictures, s.
+   real(wp), parameter :: interval = 0.1_wp
+   integer, parameter :: bar_width = 40
+   !> Characters of the whole line.
+   integer, parameter :: line_width = 76
+
+   type :: progress_bar_t
+      private
+      logical :: enabled = .false.
+      logical :: visible = .false.
+      integer(long) :: started = 0, next = 0, rate = 1
+   contains
+      !> Starts the clock.
+      procedure :: start
+      !> Shows how far the run is, if it is time to.
+      procedure :: update
+      !> Removes the bar.
+      procedure :: erase
+   end type progress_bar_t
+
+contains
+
+   !> Starts the clock.
+   subroutine start(self, wanted)
+      class(progress_bar_t), intent(inout) :: self
+      logical, intent(in) :: wanted
+      self%enabled = wanted
+      if (wanted) self%enabled = is_terminal(STANDARD_ERROR)
+      call system_clock(self%started, self%rate)
+      self%next = self%started + int(patience*real(self%rate, wp), long)
+   end subroutine start
+
+   !> Shows how far the run is, if it is time to.
+   subroutine update(self, fraction, now)
+      class(progress_bar_t), intent(inout) :: self
+      !> How much of the run is done, 0 to 1.
+      real(wp), intent(in) :: fraction
+      !> Count of the system clock.
+      integer(long), intent(in) :: now
+      type(status_t) :: status
+      real(wp) :: elapsed
+
+      if (.not. self%enabled) return
+      if (now < self%next) return
+      self%next = now + int(interval*real(self%rate, wp), long)
+      self%visible = .true.
+      elapsed = real(now - self%started, wp)/real(self%rate, wp)
+      call write_text(STANDARD_ERROR, achar(13)//picture(min(max(fraction, 0.0_wp), 1.0_wp), elapsed), status)
+   end subroutine update
+
+   !> The bar, the part done and the time left; shape: `line_width` characters.
+   pure function picture(fraction, elapsed) result(line)
+      real(wp), intent(in) :: fraction
+      !> s.
+      real(wp), intent(in) :: elapsed
+      character(len=line_width) :: line
+      character(len=:), allocatable :: left
+      integer :: filled
+      filled = int(bar_width*fraction)
+      left = ''
+      if (fraction > 0.01_wp) left = ', '//rounded_text(elapsed*(1 - fraction)/fraction, 2)//' s left'
+      line = '['//repeat('#', filled)//repeat('.', bar_width - filled)//'] '// &
+             count_text(int(100*fraction, long))//' %'//left
+   end function picture
+
+   !> Removes the bar.
+   subroutine erase(self)
+      class(progress_bar_t), intent(inout) :: self
+      type(status_t) :: status
+      if (self%visible) call write_text(STANDARD_ERROR, achar(13)//repeat(' ', line_width)//achar(13), status)
+      self%visible = .false.
+      self%enabled = .false.
+   end subroutine erase
+
+end module nutate_run_progress

@@ -1,0 +1,151 @@
+!> What a run came to, for people.
+module nutate_run_summary
+   use nutate_console, only: count_text, page_t, plural, vector_text
+   use nutate_step_control, only: control_settings_t
+   use nutate_decimal, only: rounded_text
+   use nutate_effect_list, only: effect_list_t
+   use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
+   use nutate_kinds, only: wp, long
+   use nutate_notes, only: body_notes, note_t
+   use nutate_printable, only: printable_path
+   use nutate_run, only: run_summary_t
+   use nutate_run_watcher, only: run_watcher_t
+   use nutate_scene, only: scene_t
+   implicit none
+   private
+
+   public :: summary_page, kept_momentum
+
+contains
+
+   !> Steps, times, iterations and how well the invariants were kept over the rows.
+   function summary_page(scene, watcher, summary) result(page)
+      type(scene_t), intent(in) :: scene
+      type(run_watcher_t), intent(in) :: watcher
+      type(run_summary_t), intent(in) :: summary
+      type(page_t) :: page
+      type(note_t), allocatable :: notes(:)
+      integer :: i
+
+      call page%line(printable_path(scene%file)//': '//scene%title)
+      if (scene%choice /= '') &
+         call page%item('method', trim(scene%integrator%method)//', chosen by auto: '//scene%choice)
+      call add_effort(page, scene, summary, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
+      if (scene%integrator%conserve) call page%item('correction', 'after each step, of what is conserved')
+      call add_invariants(page, watcher%invariants)
+      if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
+      do i = 1, size(summary%work)
+         call page%item('work of '//torque_name(scene%system%effects, i), rounded_text(summary%work(i))//' J')
+      end do
+      call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
+                     count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
+      call body_notes(scene%system%body, notes)
+      do i = 1, size(notes)
+         call page%item('note', notes(i)%text)
+      end do
+   end function summary_page
+
+   !> Steps, times and iterations.
+   subroutine add_effort(page, scene, summary, seconds, output_seconds)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(run_summary_t), intent(in) :: summary
+      !> Wall time, all and that spent on rows, s.
+      real(wp), intent(in) :: seconds, output_seconds
+      real(wp) :: n
+      n = max(real(summary%steps, wp), 1.0_wp)
+      if (scene%control%active() .and. scene%integrator%order < 1) then
+         call page%item('steps', count_text(summary%steps)//' of the closed solution, to t = '// &
+                        rounded_text(scene%plan%end_time)//' s')
+      else if (scene%control%active()) then
+         call add_control(page, scene%control, scene%plan%end_time, summary)
+      else
+         call page%item('steps', count_text(summary%steps)//' of '//rounded_text(scene%plan%time_step)// &
+                        ' s, to t = '//rounded_text(scene%plan%end_time)//' s')
+         if (summary%cut_steps > 0) call page%item('cut steps', count_text(summary%cut_steps)//', '// &
+                                                   count_text(summary%parts)//' steps and parts in all')
+      end if
+      call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
+                     ' s for the rows')
+      call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')
+      call page%item('Newton iterations', rounded_text(real(summary%iterations, wp)/n, 3)//' per step, '// &
+                     count_text(int(summary%most_iterations, long))//' at most')
+   end subroutine add_effort
+
+   !> Steps that were chosen by their error.
+   subroutine add_control(page, control, end_time, summary)
+      type(page_t), intent(inout) :: page
+      type(control_settings_t), intent(in) :: control
+      !> s.
+      real(wp), intent(in) :: end_time
+      type(run_summary_t), intent(in) :: summary
+      call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '//rounded_text(end_time)// &
+                     ' s; '//count_text(summary%cut_steps)//' more refused')
+      if (control%accuracy <= 0.0_wp) then
+         call page%item('error of a step', 'below '//rounded_text(control%local_tolerance, 3)//' rad')
+      else if (control%estimate <= control%accuracy) then
+         call page%item('estimated error', rounded_text(control%estimate, 3)//' rad of attitude at the end, '// &
+                        rounded_text(control%accuracy, 3)//' asked for')
+      else
+         call page%item('estimated error', rounded_text(control%estimate, 3)//' rad of attitude at the end; the '// &
+                        rounded_text(control%accuracy, 3)//' asked for is out of reach')
+      end if
+   end subroutine add_control
+
+   !> How well the invariants were kept.
+   subroutine add_invariants(page, invariants)
+      type(page_t), intent(inout) :: page
+      type(invariants_t), intent(in) :: invariants
+      call page%item('energy residual', rounded_text(invariants%energy_error(), 3)//' of the largest T + |V|, '// &
+                     rounded_text(invariants%energy_scale)//' J')
+      select case (invariants%components)
+      case (ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH)
+         call page%item('momentum error', rounded_text(invariants%momentum_error(), 3)//' of |l|, '// &
+                        rounded_text(invariants%momentum_scale)//' N m s ('//kept_momentum(invariants)//')')
+      case default
+         call page%item('momentum error', kept_momentum(invariants))
+      end select
+   end subroutine add_invariants
+
+   !> Which components of the space momentum the effects leave alone.
+   function kept_momentum(invariants) result(text)
+      type(invariants_t), intent(in) :: invariants
+      character(len=:), allocatable :: text
+      select case (invariants%components)
+      case (ALL_COMPONENTS)
+         text = 'all components'
+      case (ONLY_LENGTH)
+         text = 'its length; the attitude is left out'
+      case (ALONG_AXIS)
+         ! The axis and its opposite say the same: shown with its largest component positive.
+         text = 'component along '//vector_text( &
+                invariants%axis*sign(1.0_wp, invariants%axis(maxloc(abs(invariants%axis), 1))))
+      case default
+         text = 'no component is conserved by these effects'
+      end select
+   end function kept_momentum
+
+   !> Name of a torque, numbered where there are several of the name.
+   function torque_name(effects, i) result(name)
+      type(effect_list_t), intent(in) :: effects
+      !> Position among the torques.
+      integer, intent(in) :: i
+      character(len=:), allocatable :: name
+      logical :: same(effects%n_torques)
+      integer :: k
+      name = trim(effects%torques(i)%item%name)
+      do k = 1, effects%n_torques
+         same(k) = effects%torques(k)%item%name == name
+      end do
+      if (count(same) > 1) name = name//' '//count_text(count(same(1:i), kind=long))
+   end function torque_name
+
+   !> The name of the history.
+   function output_name(scene) result(name)
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: name
+      name = printable_path(scene%output%file)
+      if (name == '-') name = 'standard output'
+   end function output_name
+
+end module nutate_run_summary

@@ -1,0 +1,81 @@
+/* Calls the callbacks of a C program for Fortran procedures that must be pure, and keeps what went wrong.
+ *
+ * `failure` belongs to the run: [0] its status, [1] what the callback returned. After a failure, and for results that
+ * are not finite or beyond all scales, zeros go back into the step: whoever started it looks at `failure` and takes the
+ * step back. No result that could raise a floating-point exception reaches the arithmetic. */
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
+
+#include <math.h>
+#include <pthread.h>
+#include "../../../include/nutate.h"
+
+/* Held while texts are read: see nutate_c_text.f90. */
+#if defined PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP
+static pthread_mutex_t text_lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
+#elif defined PTHREAD_RECURSIVE_MUTEX_INITIALIZER
+static pthread_mutex_t text_lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER;
+#else
+static pthread_mutex_t text_lock = PTHREAD_MUTEX_INITIALIZER;
+#endif
+
+void nutate_c_lock_texts(void);
+void nutate_c_unlock_texts(void);
+
+void nutate_c_lock_texts(void) { pthread_mutex_lock(&text_lock); }
+
+void nutate_c_unlock_texts(void) { pthread_mutex_unlock(&text_lock); }
+
+static const double beyond_all_scales = 1e100;
+
+void nutate_c_call_potential(nutate_potential potential, const double *gamma, void *user, int *failure, double *energy,
+                             double *gradient);
+void nutate_c_call_hessian(nutate_hessian hessian, const double *gamma, void *user, int *failure, double *matrix);
+void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const double *omega, void *user,
+                          int *failure, double *tau);
+
+/* Keeps the first failure; zeros in place of results that are none. */
+static void judge(int returned, int *failure, int n, double *results)
+{
+    int i, bad = returned != 0;
+    for (i = 0; i < n && !bad; ++i)
+        bad = !isfinite(results[i]) || fabs(results[i]) > beyond_all_scales;
+    if (!bad) return;
+    for (i = 0; i < n; ++i) results[i] = 0.0;
+    if (!failure || failure[0] != NUTATE_OK) return;
+    failure[0] = returned != 0 ? NUTATE_CALLBACK : NUTATE_NOT_FINITE;
+    failure[1] = returned;
+}
+
+static int has_failed(const int *failure) { return failure && failure[0] != NUTATE_OK; }
+
+void nutate_c_call_potential(nutate_potential potential, const double *gamma, void *user, int *failure, double *energy,
+                             double *gradient)
+{
+    double results[4] = {0.0, 0.0, 0.0, 0.0};
+    if (!has_failed(failure)) judge(potential(gamma, user, &results[0], &results[1]), failure, 4, results);
+    *energy = results[0];
+    gradient[0] = results[1];
+    gradient[1] = results[2];
+    gradient[2] = results[3];
+}
+
+void nutate_c_call_hessian(nutate_hessian hessian, const double *gamma, void *user, int *failure, double *matrix)
+{
+    double rows[3][3] = {{0.0}};
+    int i, returned;
+    if (!has_failed(failure)) {
+        returned = hessian(gamma, user, rows);
+        judge(returned, failure, 9, &rows[0][0]);
+    }
+    /* Symmetric, so rows or columns do not matter. */
+    for (i = 0; i < 9; ++i) matrix[i] = rows[i / 3][i % 3];
+}
+
+void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const double *omega, void *user,
+                          int *failure, double *tau)
+{
+    tau[0] = tau[1] = tau[2] = 0.0;
+    if (!has_failed(failure)) judge(torque(t, q, omega, user, tau), failure, 3, tau);
+}

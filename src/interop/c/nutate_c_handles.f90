@@ -1,0 +1,220 @@
+!> What stands behind the opaque handles of the C interface.
+!>
+!> Every handle begins with a number that tells its kind; it is cleared when the handle is destroyed, so that one that
+!> is used afterwards, or that is of another kind, is recognised.
+module nutate_c_handles
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+   use nutate_c_effects, only: report_failures_to
+   use nutate_c_text, only: message_to_c
+   use nutate_columns, only: columns_t
+   use nutate_step_control, only: control_settings_t
+   use nutate_keys, only: group_t, name_length
+   use nutate_kinds, only: wp
+   use nutate_run, only: progress_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_scene, only: scene_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: handle_t, system_handle_t, scene_handle_t, stepper_handle_t, history_handle_t
+   public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK
+   public :: find_system, find_scene, find_stepper, find_history, find_handle
+   public :: open_slot, erase_mark, copy_system, null_argument, report, conclude
+
+   !> Marks of the four kinds.
+   integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
+                                    SCENE_MARK = 7811887110843601972_c_int64_t, &
+                                    STEPPER_MARK = 7811887110843601973_c_int64_t, &
+                                    HISTORY_MARK = 7811887110843601974_c_int64_t
+
+   !> What every handle begins with.
+   type :: handle_t
+      !> One of the marks.
+      integer(c_int64_t) :: mark = 0
+      !> What the last call came to.
+      type(status_t) :: status
+      !> The whole text of an error whose beginning is the message of a status.
+      character(len=:), allocatable :: text
+   end type handle_t
+
+   !> A body and what acts on it.
+   type, extends(handle_t) :: system_handle_t
+      type(system_t) :: system
+   end type system_handle_t
+
+   !> A scene.
+   type, extends(handle_t) :: scene_handle_t
+      type(scene_t) :: scene
+   end type scene_handle_t
+
+   !> The rows of a run.
+   type, extends(handle_t) :: history_handle_t
+      !> Names of the columns, comma separated.
+      character(len=:), allocatable :: names
+      integer :: width = 0
+      integer(c_size_t) :: rows = 0
+      !> Shape (width, room for rows).
+      real(wp), allocatable :: values(:, :)
+   end type history_handle_t
+
+   !> A method with its system and the present state.
+   type, extends(handle_t) :: stepper_handle_t
+      !> A step of `tested_dt` needs nothing but the method's step.
+      logical :: plain = .false.
+      !> The step that was found admissible last, s, if `tested`.
+      real(wp) :: tested_dt = 0.0_wp
+      class(stepper_t), allocatable :: stepper
+      type(system_t) :: system
+      type(state_t) :: state
+      !> The method is prepared.
+      logical :: ready = .false.
+      !> A step has been found admissible since.
+      logical :: tested = .false.
+      !> There is nothing around a step: no callback, no work, no angles.
+      logical :: bare = .false.
+      !> The settings are to be read from `group`.
+      logical :: stale = .false.
+      !> There are callbacks.
+      logical :: calls_back = .false.
+      !> Status and what the callback returned, of a callback that failed; shape (2).
+      integer(c_int) :: failure(2) = 0
+      !> The attitude is integrated only where columns or effects need it.
+      logical :: thrifty = .false.
+      !> What was set, as a scene's `&integrator`.
+      type(group_t) :: group
+      type(integrator_settings_t) :: settings
+      type(run_plan_t) :: plan
+      type(control_settings_t) :: control
+      !> A run of nominal steps under way, the time it has come to, s, and what it took.
+      logical :: under_way = .false.
+      real(wp) :: t_reached = 0.0_wp
+      type(progress_t) :: progress
+      type(run_summary_t) :: summary
+      type(run_record_t) :: record
+      !> Work of all torques from before that run, J, and the digits that its sum cannot hold.
+      real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
+      !> The state that was set: energy and work count from there. Its total energy, J.
+      type(state_t) :: first
+      real(wp) :: first_energy = 0.0_wp
+      character(len=name_length), allocatable :: sets(:)
+      type(columns_t) :: columns
+      !> Names of the columns, comma separated.
+      character(len=:), allocatable :: names
+   end type stepper_handle_t
+
+contains
+
+   !> The system behind a handle; null where it is none.
+   function find_system(address) result(handle)
+      type(c_ptr), intent(in) :: address
+      type(system_handle_t), pointer :: handle
+      handle => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, handle)
+      if (handle%mark /= SYSTEM_MARK) handle => null()
+   end function find_system
+
+   !> The scene behind a handle; null where it is none.
+   function find_scene(address) result(handle)
+      type(c_ptr), intent(in) :: address
+      type(scene_handle_t), pointer :: handle
+      handle => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, handle)
+      if (handle%mark /= SCENE_MARK) handle => null()
+   end function find_scene
+
+   !> The stepper behind a handle; null where it is none.
+   function find_stepper(address) result(handle)
+      type(c_ptr), intent(in) :: address
+      type(stepper_handle_t), pointer :: handle
+      handle => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, handle)
+      if (handle%mark /= STEPPER_MARK) handle => null()
+   end function find_stepper
+
+   !> The history behind a handle; null where it is none.
+   function find_history(address) result(handle)
+      type(c_ptr), intent(in) :: address
+      type(history_handle_t), pointer :: handle
+      handle => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, handle)
+      if (handle%mark /= HISTORY_MARK) handle => null()
+   end function find_history
+
+   !> What any handle begins with; null where it is none.
+   function find_handle(address) result(handle)
+      type(c_ptr), intent(in) :: address
+      type(handle_t), pointer :: handle
+      handle => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, handle)
+      if (all(handle%mark /= [SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK])) handle => null()
+   end function find_handle
+
+   !> The place where C keeps a handle, set to null; null where there is none.
+   function open_slot(address) result(slot)
+      !> Of type `nutate_...**`.
+      type(c_ptr), intent(in) :: address
+      type(c_ptr), pointer :: slot
+      slot => null()
+      if (.not. c_associated(address)) return
+      call c_f_pointer(address, slot)
+      slot = c_null_ptr
+   end function open_slot
+
+   !> Clears the mark of a handle that is about to be freed, in memory and not only in the eyes of the compiler.
+   subroutine erase_mark(mark)
+      integer(c_int64_t), intent(inout), volatile :: mark
+      mark = 0
+   end subroutine erase_mark
+
+   !> A copy of a system, whose callbacks report their failures to a cell.
+   subroutine copy_system(from, to, cell)
+      type(system_t), intent(in) :: from
+      type(system_t), intent(inout) :: to
+      !> Two `int`, or null.
+      type(c_ptr), intent(in) :: cell
+      integer :: i
+      to%body = from%body
+      to%effects%n_rotors = from%effects%n_rotors
+      to%effects%rotor_momentum = from%effects%rotor_momentum
+      do i = 1, from%effects%n_potentials
+         call to%effects%add(from%effects%potentials(i)%item)
+      end do
+      do i = 1, from%effects%n_torques
+         call to%effects%add(from%effects%torques(i)%item)
+      end do
+      call report_failures_to(to%effects, cell)
+   end subroutine copy_system
+
+   !> The status of an argument that is null and must not be.
+   pure function null_argument(name) result(status)
+      character(len=*), intent(in) :: name
+      type(status_t) :: status
+      status = fail(NUTATE_BAD_ARGUMENT, 'the argument '//name//' is NULL', name)
+   end function null_argument
+
+   !> Keeps a status in a handle and gives its code.
+   integer(c_int) function conclude(handle, status) result(code)
+      class(handle_t), intent(inout) :: handle
+      type(status_t), intent(in) :: status
+      handle%status = status
+      code = status%code
+   end function conclude
+
+   !> Writes the message of a status into a buffer and gives its code.
+   integer(c_int) function report(status, buffer, size) result(code)
+      type(status_t), intent(in) :: status
+      type(c_ptr), intent(in) :: buffer
+      integer(c_size_t), intent(in) :: size
+      call message_to_c(status%message, buffer, size)
+      code = status%code
+   end function report
+
+end module nutate_c_handles

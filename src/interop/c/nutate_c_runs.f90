@@ -1,0 +1,295 @@
+!> C interface: runs of many steps. What each function does stands in `include/nutate.h`.
+module nutate_c_runs
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
+   use nutate_accuracy, only: find_error_rate
+   use nutate_c_groups, only: is_moderate
+   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
+   use nutate_c_rows, only: row_taker_t, write_row
+   use nutate_c_settings, only: prepare_if_needed
+   use nutate_c_stepping, only: take_back, test_step
+   use nutate_columns, only: columns_t
+   use nutate_step_control, only: control_settings_t, integrate_controlled
+   use nutate_kinds, only: wp, long
+   use nutate_run, only: advance, begin_run => begin, count_steps, run_plan_t, run_record_t, run_summary_t
+   use nutate_state, only: state_t, add_increment
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_stepper_run, nutate_stepper_run_to, nutate_stepper_count_rows
+
+contains
+
+   integer(c_int) function nutate_stepper_run(stepper, n, every, rows, capacity, n_rows) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, rows
+      integer(c_int64_t), intent(in), value :: n, every
+      integer(c_size_t), intent(in), value :: capacity
+      integer(c_size_t), intent(inout), optional :: n_rows
+      type(stepper_handle_t), pointer :: handle
+      type(row_taker_t) :: taker
+      type(status_t) :: status
+      if (present(n_rows)) n_rows = 0
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      call get_going(handle, status)
+      if (status%ok() .and. (n < 0 .or. every < 1)) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'n is negative, or every not positive', 'n')
+      if (status%ok()) call taker%take(rows, handle%columns%width, n/every, capacity, status)
+      if (status%ok()) call continue_run(handle, n, every, .false., handle%state%t, taker, status)
+      if (present(n_rows)) n_rows = taker%rows
+      code = conclude(handle, status)
+   end function nutate_stepper_run
+
+   integer(c_int) function nutate_stepper_run_to(stepper, end_time, every, interval, rows, capacity, n_rows) &
+      result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, rows
+      real(c_double), intent(in), value :: end_time, interval
+      integer(c_int64_t), intent(in), value :: every
+      integer(c_size_t), intent(in), value :: capacity
+      integer(c_size_t), intent(inout), optional :: n_rows
+      type(stepper_handle_t), pointer :: handle
+      type(row_taker_t) :: taker
+      type(status_t) :: status
+      if (present(n_rows)) n_rows = 0
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      call check_run(handle, end_time, every, interval, status)
+      if (status%ok()) then
+         if (handle%control%active()) then
+            call run_controlled(handle, end_time, every, interval, rows, capacity, taker, status)
+         else
+            call run_nominal(handle, end_time, every, rows, capacity, taker, status)
+         end if
+      end if
+      if (present(n_rows)) n_rows = taker%rows
+      code = conclude(handle, status)
+   end function nutate_stepper_run_to
+
+   integer(c_int) function nutate_stepper_count_rows(stepper, end_time, every, n_rows) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(in), value :: end_time
+      integer(c_int64_t), intent(in), value :: every
+      integer(c_size_t), intent(inout), optional :: n_rows
+      type(stepper_handle_t), pointer :: handle
+      integer(long) :: n
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. present(n_rows) .or. every < 1 .or. .not. is_moderate(end_time) .or. handle%stale) return
+      if (.not. abs(handle%plan%time_step) > 0.0_wp .or. handle%control%active()) return
+      n = steps_to(handle, end_time)
+      if (n < 0) return
+      n_rows = rows_of(n, every)
+      code = NUTATE_OK
+   end function nutate_stepper_count_rows
+
+   !> Prepares what nominal steps need. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine get_going(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(out) :: status
+      call prepare_if_needed(handle, status)
+      if (.not. status%ok()) return
+      if (handle%control%active() .or. .not. abs(handle%plan%time_step) > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'no time_step is set', 'time_step')
+         return
+      end if
+      call test_step(handle, handle%plan%time_step, status)
+      if (status%ok() .and. .not. is_on_grid(handle)) call start_grid(handle, status)
+   end subroutine get_going
+
+   !> The state is where the run under way has left it.
+   pure logical function is_on_grid(handle)
+      type(stepper_handle_t), intent(in) :: handle
+      is_on_grid = handle%under_way .and. .not. abs(handle%state%t - handle%t_reached) > 0.0_wp
+   end function is_on_grid
+
+   !> Starts a run without an end at the present state.
+   subroutine start_grid(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(out) :: status
+      type(run_plan_t) :: endless
+      call keep_work(handle)
+      endless%time_step = handle%plan%time_step
+      endless%end_time = sign(huge(1.0_wp), handle%plan%time_step)
+      handle%summary = run_summary_t()
+      handle%record = run_record_t()
+      call begin_run(handle%system%effects, handle%state%t, endless, handle%progress, handle%summary, status)
+      handle%under_way = status%ok()
+      handle%t_reached = handle%state%t
+   end subroutine start_grid
+
+   !> Adds the work of the run under way to that of earlier ones.
+   subroutine keep_work(handle)
+      type(stepper_handle_t), intent(inout) :: handle
+      integer :: i
+      if (.not. allocated(handle%summary%work)) return
+      do i = 1, size(handle%summary%work)
+         call add_increment(handle%work, handle%work_compensation, handle%summary%work(i))
+      end do
+      deallocate (handle%summary%work)
+   end subroutine keep_work
+
+   !> Nominal steps of the run under way. Errors: why a step failed; those of callbacks and rows.
+   subroutine continue_run(handle, n, every, ends, end_time, taker, status)
+      type(stepper_handle_t), intent(inout), target :: handle
+      !> Number of steps, and of those between rows.
+      integer(long), intent(in) :: n, every
+      !> The last step ends at `end_time`, and is a row in any case.
+      logical, intent(in) :: ends
+      !> s.
+      real(wp), intent(in) :: end_time
+      type(row_taker_t), intent(inout) :: taker
+      type(status_t), intent(inout) :: status
+      type(run_plan_t) :: plan
+      type(state_t) :: before
+      type(columns_t) :: columns
+      real(wp) :: work
+      integer(long) :: i
+      taker%handle => handle
+      taker%sees_every_step = handle%columns%follows_steps
+      plan = handle%plan
+      plan%end_time = end_time
+      handle%failure = 0
+      do i = 1, n
+         if (handle%calls_back) then
+            before = handle%state
+            if (taker%sees_every_step) columns = handle%columns
+            work = sum(handle%summary%work)
+         end if
+         call advance(handle%system, handle%stepper, handle%state, plan, handle%progress, handle%summary, &
+                      handle%record, ends .and. i == n, status, taker)
+         if (handle%failure(1) /= 0) then
+            if (taker%sees_every_step) handle%columns = columns
+            call take_back(handle, before, status)
+            deallocate (handle%summary%work)
+            call add_increment(handle%work, handle%work_compensation, work)
+            handle%under_way = .false.
+         end if
+         if (status%code /= 0) exit
+         handle%t_reached = handle%state%t
+         if (taker%sees_every_step) call handle%columns%follow(handle%state)
+         if (taker%wants_rows) then
+            if (mod(i, every) == 0 .or. (ends .and. i == n)) call write_row(handle, taker, status)
+            if (status%code /= 0) exit
+         end if
+      end do
+      if (ends) handle%under_way = .false.
+   end subroutine continue_run
+
+   !> Tests the arguments of a run to a time. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_run(handle, end_time, every, interval, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      real(wp), intent(in) :: end_time, interval
+      integer(long), intent(in) :: every
+      type(status_t), intent(out) :: status
+      call prepare_if_needed(handle, status)
+      if (.not. status%ok()) return
+      if (.not. (is_moderate(end_time) .and. is_moderate(interval)) .or. every < 1) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'end_time or interval is not finite, or every not positive', 'end_time')
+      else if (interval < 0.0_wp .or. (interval > 0.0_wp .and. .not. handle%control%active())) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'interval is negative, or needs accuracy or local_tolerance', 'interval')
+      end if
+   end subroutine check_run
+
+   !> Nominal steps to a time.
+   subroutine run_nominal(handle, end_time, every, rows, capacity, taker, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      real(wp), intent(in) :: end_time
+      integer(long), intent(in) :: every
+      type(c_ptr), intent(in) :: rows
+      integer(c_size_t), intent(in) :: capacity
+      type(row_taker_t), intent(inout) :: taker
+      type(status_t), intent(inout) :: status
+      integer(long) :: n
+      call get_going(handle, status)
+      if (.not. status%ok()) return
+      n = steps_to(handle, end_time)
+      if (n < 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time', 'end_time')
+         return
+      end if
+      call taker%take(rows, handle%columns%width, rows_of(n, every), capacity, status)
+      handle%failure = 0
+      if (status%ok() .and. taker%wants_rows) call write_row(handle, taker, status)
+      if (status%ok()) call continue_run(handle, n, every, .true., end_time, taker, status)
+   end subroutine run_nominal
+
+   !> Number of nominal steps to a time, the last one shortened if need be; negative where they lead away from it.
+   pure integer(long) function steps_to(handle, end_time) result(n)
+      type(stepper_handle_t), intent(in) :: handle
+      !> s.
+      real(wp), intent(in) :: end_time
+      type(run_plan_t) :: plan
+      n = -1
+      if ((end_time - handle%state%t)*sign(1.0_wp, handle%plan%time_step) < 0.0_wp) return
+      plan%time_step = handle%plan%time_step
+      plan%end_time = end_time
+      if (is_on_grid(handle)) then
+         n = count_steps(handle%progress%t_first, plan) - handle%summary%steps
+      else
+         n = count_steps(handle%state%t, plan)
+      end if
+      n = max(n, 0_long)
+   end function steps_to
+
+   !> Rows of a run to a time: the first state, those every so often, and the last.
+   pure integer(long) function rows_of(n, every) result(rows)
+      !> Steps of the run, and between rows.
+      integer(long), intent(in) :: n, every
+      rows = 1 + n/every
+      if (mod(n, every) > 0) rows = rows + 1
+   end function rows_of
+
+   !> Steps chosen by their error, to a time. Errors: those of the method, of callbacks and rows; after a failed
+   !> callback the state is that before the run.
+   subroutine run_controlled(handle, end_time, every, interval, rows, capacity, taker, status)
+      type(stepper_handle_t), intent(inout), target :: handle
+      real(wp), intent(in) :: end_time, interval
+      integer(long), intent(in) :: every
+      type(c_ptr), intent(in) :: rows
+      integer(c_size_t), intent(in) :: capacity
+      type(row_taker_t), intent(inout) :: taker
+      type(status_t), intent(inout) :: status
+      type(control_settings_t) :: goal
+      type(run_plan_t) :: plan
+      type(run_summary_t) :: summary
+      type(state_t) :: first, state
+      integer :: i
+
+      call taker%take(rows, handle%columns%width, 0_long, capacity, status)
+      if (.not. status%ok()) return
+      taker%handle => handle
+      taker%sees_every_step = handle%columns%follows_steps
+      plan%end_time = end_time
+      plan%every = every
+      goal = handle%control
+      goal%interval = interval
+      handle%failure = 0
+      first = handle%state
+      state = first
+      call keep_work(handle)
+      handle%under_way = .false.
+      if (abs(end_time - state%t) > 0.0_wp) then
+         if (goal%accuracy > 0.0_wp) call find_error_rate(handle%system, handle%settings, state, plan, goal, status)
+         if (status%ok()) call integrate_controlled(handle%system, handle%settings, goal, state, plan, taker, summary, &
+                                                    status)
+      else
+         call write_row(handle, taker, status)
+      end if
+      if (handle%failure(1) /= 0) then
+         call take_back(handle, first, status)
+         return
+      end if
+      handle%state = state
+      handle%ready = .false.
+      handle%plain = .false.
+      if (.not. allocated(summary%work)) return
+      do i = 1, size(summary%work)
+         call add_increment(handle%work, handle%work_compensation, summary%work(i))
+      end do
+   end subroutine run_controlled
+
+end module nutate_c_runs

@@ -1,0 +1,168 @@
+!> The settings of a C program's stepper: what `&integrator` can say, key by key, and the method that they ask for.
+module nutate_c_settings
+   use nutate_c_effects, only: add_failure, has_callbacks
+   use nutate_c_handles, only: stepper_handle_t
+   use nutate_c_text, only: lock_texts, unlock_texts
+   use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_columns, only: need_attitude
+   use nutate_hamiltonian, only: total_energy
+   use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL, KEY_TEXT
+   use nutate_kinds, only: wp
+   use nutate_methods, only: make_stepper
+   use nutate_scene_check, only: apply_override
+   use nutate_scene_error, only: scene_error_t
+   use nutate_scene_integrator, only: build_integrator, integrator_keys
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: set_key, prepare, prepare_if_needed
+
+contains
+
+   !> Takes a setting of `&integrator`. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine set_key(handle, key, value, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      character(len=*), intent(in) :: key
+      !> As in a scene; a text without its quotes.
+      character(len=*), intent(in) :: value
+      type(status_t), intent(out) :: status
+      character(len=*), parameter :: ways(3) = [character(len=15) :: 'time_step', 'accuracy', 'local_tolerance']
+      type(group_kind_t) :: kinds(1)
+      type(group_t), allocatable :: groups(:)
+      type(scene_error_t) :: error
+      integer :: i
+
+      if (key == 'end_time') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'end_time is an argument of nutate_stepper_run_to', 'end_time')
+         return
+      end if
+      kinds(1)%name = 'integrator'
+      kinds(1)%keys = integrator_keys()
+      allocate (groups(1))
+      groups(1) = handle%group
+      ! Each of the ways to say how long steps are takes the place of the others.
+      do i = 1, size(ways)
+         if (any(ways == key)) call drop(groups(1), trim(ways(i)))
+      end do
+      call lock_texts()
+      call apply_override('integrator.'//key//'='//literal(kinds(1), key, value), kinds, groups, error)
+      call unlock_texts()
+      if (error%raised) then
+         status = fail(NUTATE_BAD_ARGUMENT, error%text, key)
+         handle%text = error%text
+         return
+      end if
+      handle%group = groups(1)
+      handle%stale = .true.
+      handle%ready = .false.
+      handle%plain = .false.
+   end subroutine set_key
+
+   !> The value as a scene would write it: texts in quotes.
+   function literal(kind, key, value) result(text)
+      type(group_kind_t), intent(in) :: kind
+      character(len=*), intent(in) :: key, value
+      character(len=:), allocatable :: text
+      integer :: i
+      text = value
+      do i = 1, size(kind%keys)
+         if (kind%keys(i)%name == key .and. kind%keys(i)%kind == KEY_TEXT .and. index(value, "'") == 0) &
+            text = "'"//value//"'"
+      end do
+   end function literal
+
+   !> Takes a key out of a group.
+   subroutine drop(group, name)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: name
+      type(setting_t), allocatable :: kept(:)
+      integer :: i, n
+      if (.not. group%has(name)) return
+      allocate (kept(size(group%settings) - 1))
+      n = 0
+      do i = 1, size(group%settings)
+         if (group%settings(i)%name == name) cycle
+         n = n + 1
+         kept(n) = group%settings(i)
+      end do
+      call move_alloc(kept, group%settings)
+   end subroutine drop
+
+   !> Prepares the method that the settings ask for. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine prepare(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(out) :: status
+      handle%ready = .false.
+      handle%plain = .false.
+      handle%under_way = handle%under_way .and. .not. handle%stale
+      if (handle%stale) call read_settings(handle, status)
+      if (status%ok()) call make_stepper(handle%system, handle%settings, handle%stepper, status)
+      if (.not. status%ok()) return
+      handle%stale = .false.
+      handle%ready = .true.
+      handle%tested = .false.
+      handle%calls_back = has_callbacks(handle%system%effects)
+      handle%bare = .not. handle%calls_back .and. handle%system%effects%n_torques == 0 .and. &
+                    .not. handle%columns%follows_steps
+   end subroutine prepare
+
+   !> The same where it has not been done.
+   subroutine prepare_if_needed(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(out) :: status
+      if (.not. handle%ready) call prepare(handle, status)
+   end subroutine prepare_if_needed
+
+   !> Settings, nominal step and goal from the group. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine read_settings(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(inout) :: status
+      type(group_t) :: group
+      type(scene_error_t) :: error
+      character(len=:), allocatable :: reason
+      logical :: has_length
+
+      group = handle%group
+      has_length = group%has('time_step') .or. group%has('accuracy') .or. group%has('local_tolerance')
+      call drop(group, 'end_time')
+      ! What is read here must be a complete group.
+      if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
+      call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
+      call lock_texts()
+      call build_integrator(group, handle%settings, handle%plan, handle%control, error)
+      call unlock_texts()
+      if (error%raised) then
+         status = fail(NUTATE_BAD_ARGUMENT, error%text)
+         return
+      end if
+      if (.not. has_length) handle%plan%time_step = 0.0_wp
+      ! When runs end is not known yet.
+      if (handle%settings%method == AUTOMATIC_METHOD) call choose_method( &
+         handle%system, handle%first, 0.0_wp, max(handle%control%accuracy, handle%control%local_tolerance), &
+         handle%settings, reason)
+      ! The energy has a part of the auxiliary inertia.
+      handle%failure = 0
+      handle%first_energy = total_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
+      call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
+      if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
+      call add_failure(handle%failure, status)
+      if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+                                                     handle%control%accuracy > 0.0_wp .or. &
+                                                     need_attitude(handle%sets)
+   end subroutine read_settings
+
+   !> Appends a key of one number.
+   subroutine put_number(group, name, number)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: number
+      type(setting_t) :: setting
+      setting%name = name
+      setting%kind = KEY_REAL
+      allocate (setting%values(1))
+      setting%values(1)%number = number
+      group%settings = [group%settings, setting]
+   end subroutine put_number
+
+end module nutate_c_settings

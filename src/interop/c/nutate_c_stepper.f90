@@ -1,0 +1,290 @@
+!> C interface: steppers, their settings and their state. What each function does stands in `include/nutate.h`.
+module nutate_c_stepper
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
+   use nutate_c_effects, only: add_failure
+   use nutate_c_groups, only: is_moderate
+   use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
+      null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
+   use nutate_c_settings, only: prepare, set_key
+   use nutate_c_text, only: lock_texts, take_text, unlock_texts
+   use nutate_hamiltonian, only: make_state, total_energy
+   use nutate_keys, only: name_length
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: quat_norm, quat_normalized
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_stepper_create, nutate_stepper_create_scene, nutate_stepper_destroy, nutate_stepper_set, &
+      nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, nutate_stepper_set_canonical
+
+   !> How far from 1 the norm of a given quaternion may be, and q·p over |p| from 0.
+   real(wp), parameter :: norm_tolerance = 1e-6_wp
+   !> Sets of columns of a stepper that no scene has chosen.
+   character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
+                                                             'quaternion', 'angular_velocity', 'energy', 'constraints']
+
+contains
+
+   integer(c_int) function nutate_stepper_create(system, stepper, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, stepper, message
+      integer(c_size_t), intent(in), value :: size
+      type(c_ptr), pointer :: slot
+      type(system_handle_t), pointer :: from
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      slot => open_slot(stepper)
+      from => find_system(system)
+      if (.not. associated(slot)) then
+         status = null_argument('stepper')
+      else if (.not. associated(from)) then
+         status = fail(NUTATE_BAD_HANDLE, 'system is not the handle of a system')
+      else
+         call start_handle(handle, status)
+         if (status%ok()) then
+            call copy_system(from%system, handle%system, c_loc(handle%failure))
+            call take_start(handle, make_state(handle%system, handle%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), usual_sets, &
+                            status)
+            call finish_handle(slot, handle, status)
+         end if
+      end if
+      code = report(status, message, size)
+   end function nutate_stepper_create
+
+   integer(c_int) function nutate_stepper_create_scene(scene, stepper, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, stepper, message
+      integer(c_size_t), intent(in), value :: size
+      type(c_ptr), pointer :: slot
+      type(scene_handle_t), pointer :: from
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      slot => open_slot(stepper)
+      from => find_scene(scene)
+      if (.not. associated(slot)) then
+         status = null_argument('stepper')
+      else if (.not. associated(from)) then
+         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+      else
+         call start_handle(handle, status)
+         if (status%ok()) then
+            call take_scene(handle, from, status)
+            call finish_handle(slot, handle, status)
+         end if
+      end if
+      code = report(status, message, size)
+   end function nutate_stepper_create_scene
+
+   integer(c_int) function nutate_stepper_destroy(stepper) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      type(c_ptr), pointer :: slot
+      type(stepper_handle_t), pointer :: handle
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. c_associated(stepper)) return
+      call c_f_pointer(stepper, slot)
+      code = NUTATE_OK
+      if (.not. c_associated(slot)) return
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(slot)
+      if (.not. associated(handle)) return
+      call erase_mark(handle%mark)
+      deallocate (handle)
+      slot = c_null_ptr
+      code = NUTATE_OK
+   end function nutate_stepper_destroy
+
+   integer(c_int) function nutate_stepper_set(stepper, key, value) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, key, value
+      character(len=:), allocatable :: name, text
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (c_associated(key) .and. c_associated(value)) then
+         call take_text(key, name)
+         call take_text(value, text)
+         call set_key(handle, name, text, status)
+      else
+         status = null_argument('key or value')
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_set
+
+   integer(c_int) function nutate_stepper_set_time_step(stepper, time_step) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(in), value :: time_step
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      character(len=32) :: digits
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (is_moderate(time_step)) then
+         write (digits, '(es24.16e3)') time_step
+         call set_key(handle, 'time_step', trim(adjustl(digits)), status)
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, 'time_step is not finite or beyond all scales', 'time_step')
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_set_time_step
+
+   integer(c_int) function nutate_stepper_prepare(stepper) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      call prepare(handle, status)
+      code = conclude(handle, status)
+   end function nutate_stepper_prepare
+
+   integer(c_int) function nutate_stepper_set_state(stepper, t, q, omega) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(in), value :: t
+      real(c_double), intent(in), optional :: q(4), omega(3)
+      type(stepper_handle_t), pointer :: handle
+      type(state_t) :: state
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (.not. (present(q) .and. present(omega))) then
+         status = null_argument('q or omega')
+      else
+         call check_attitude(t, q, omega, status)
+         if (status%ok()) then
+            state = make_state(handle%system, quat_normalized(q), omega, t)
+            call replace_state(handle, state, status)
+         end if
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_set_state
+
+   integer(c_int) function nutate_stepper_set_canonical(stepper, t, q, p) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(in), value :: t
+      real(c_double), intent(in), optional :: q(4), p(4)
+      type(stepper_handle_t), pointer :: handle
+      type(state_t) :: state
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (.not. (present(q) .and. present(p))) then
+         status = null_argument('q or p')
+      else
+         call check_attitude(t, q, p, status)
+         if (status%ok()) then
+            state%t = t
+            state%q = q
+            state%p = p
+            if (abs(dot_product(q, p)) > norm_tolerance*maxval(abs(p))) then
+               status = fail(NUTATE_BAD_ARGUMENT, 'q.p is not 0 to within 1e-6 of |p|', 'p')
+            else
+               call replace_state(handle, state, status)
+            end if
+         end if
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_set_canonical
+
+   !> Makes an empty stepper. Errors: `NUTATE_NO_MEMORY`.
+   subroutine start_handle(handle, status)
+      type(stepper_handle_t), pointer, intent(out) :: handle
+      type(status_t), intent(out) :: status
+      integer :: failed
+      allocate (handle, stat=failed)
+      if (failed /= 0) then
+         status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
+         return
+      end if
+      allocate (handle%group%settings(0))
+      handle%group%name = 'integrator'
+   end subroutine start_handle
+
+   !> Hands a stepper over, or frees it where making it failed.
+   subroutine finish_handle(slot, handle, status)
+      type(c_ptr), intent(inout) :: slot
+      type(stepper_handle_t), pointer, intent(inout) :: handle
+      type(status_t), intent(in) :: status
+      if (status%ok()) then
+         handle%mark = STEPPER_MARK
+         slot = c_loc(handle)
+      else
+         deallocate (handle)
+      end if
+   end subroutine finish_handle
+
+   !> Takes system, start and settings of a scene.
+   subroutine take_scene(handle, from, status)
+      type(stepper_handle_t), intent(inout), target :: handle
+      type(scene_handle_t), intent(in) :: from
+      type(status_t), intent(out) :: status
+      integer :: i
+      call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
+      handle%settings = from%scene%integrator
+      handle%plan = from%scene%plan
+      handle%control = from%scene%control
+      handle%thrifty = .true.
+      do i = 1, size(from%scene%groups)
+         if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
+      end do
+      call take_start(handle, from%scene%initial, from%scene%output%columns, status)
+   end subroutine take_scene
+
+   !> Takes the first state and the sets of columns.
+   subroutine take_start(handle, state, sets, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(state_t), intent(in) :: state
+      character(len=*), intent(in) :: sets(:)
+      type(status_t), intent(out) :: status
+      handle%sets = sets
+      call lock_texts()
+      call handle%columns%choose(handle%sets, status)
+      handle%names = handle%columns%header()
+      call unlock_texts()
+      if (status%ok()) call replace_state(handle, state, status)
+   end subroutine take_start
+
+   !> Tests time, attitude and what else makes a state. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_attitude(t, q, other, status)
+      real(wp), intent(in) :: t, q(4), other(:)
+      type(status_t), intent(out) :: status
+      if (.not. (is_moderate(t) .and. all(is_moderate(q)) .and. all(is_moderate(other)))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the state is not finite or beyond all scales')
+      else if (abs(quat_norm(q) - 1) > norm_tolerance) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the norm of q is not 1 to within 1e-6', 'q')
+      end if
+   end subroutine check_attitude
+
+   !> Puts a state in place of the present one, from which energy and work count. Errors: `NUTATE_BAD_ARGUMENT` where
+   !> momentum or energy are beyond all scales; those of callbacks.
+   subroutine replace_state(handle, state, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(state_t), intent(in) :: state
+      type(status_t), intent(out) :: status
+      real(wp) :: energy, inverse_j0
+      if (maxval(abs(state%p)) > 1e100_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the momentum is beyond all scales', 'omega')
+         return
+      end if
+      inverse_j0 = handle%settings%inverse_auxiliary_inertia
+      handle%failure = 0
+      energy = total_energy(handle%system, state, inverse_j0)
+      if (.not. is_moderate(energy)) status = fail(NUTATE_BAD_ARGUMENT, 'the energy is beyond all scales', 'omega')
+      call add_failure(handle%failure, status)
+      if (.not. status%ok()) return
+      handle%state = state
+      handle%first = state
+      handle%first_energy = energy
+      handle%work = 0.0_wp
+      handle%work_compensation = 0.0_wp
+      handle%under_way = .false.
+      handle%plain = .false.
+      handle%ready = .false.
+      call handle%columns%start(handle%system, state, inverse_j0)
+   end subroutine replace_state
+
+end module nutate_c_stepper

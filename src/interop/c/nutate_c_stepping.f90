@@ -1,0 +1,121 @@
+!> C interface: single steps. What each function does stands in `include/nutate.h`.
+module nutate_c_stepping
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
+   use nutate_c_effects, only: judge_failure
+   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, STEPPER_MARK
+   use nutate_c_settings, only: prepare_if_needed
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t, add_increment
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_stepper_step, nutate_stepper_steps
+   public :: take_back, test_step
+
+   !> Steps lie between these, s, and turn the body by less than that, rad.
+   real(wp), parameter :: least_step = 1e-50_wp, greatest_step = 1e50_wp, greatest_turn = 1e8_wp
+
+contains
+
+   integer(c_int) function nutate_stepper_step(stepper, dt) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(in), value :: dt
+      type(stepper_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      if (.not. c_associated(stepper)) return
+      call c_f_pointer(stepper, handle)
+      if (handle%mark /= STEPPER_MARK) return
+      if (handle%plain .and. dt == handle%tested_dt) then
+         call handle%stepper%step(handle%system, handle%state, dt, handle%status)
+      else
+         call step_with_care(handle, dt, handle%status)
+      end if
+      code = handle%status%code
+   end function nutate_stepper_step
+
+   integer(c_int) function nutate_stepper_steps(stepper, dt, n, done) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(in), value :: dt
+      integer(c_int64_t), intent(in), value :: n
+      integer(c_int64_t), intent(inout), optional :: done
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: success
+      integer(c_int64_t) :: i
+      if (present(done)) done = 0
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (n < 0) then
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'the number of steps is negative', 'n'))
+         return
+      end if
+      code = conclude(handle, success)
+      do i = 1, n
+         if (handle%plain .and. dt == handle%tested_dt) then
+            call handle%stepper%step(handle%system, handle%state, dt, handle%status)
+         else
+            call step_with_care(handle, dt, handle%status)
+         end if
+         code = handle%status%code
+         if (code /= NUTATE_OK) return
+         if (present(done)) done = i
+      end do
+   end function nutate_stepper_steps
+
+   !> A step of a method that is not prepared, or of a new length, or with something to be done around it.
+   subroutine step_with_care(handle, dt, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      type(state_t) :: before
+      integer :: i
+      call prepare_if_needed(handle, status)
+      if (status%ok()) call test_step(handle, dt, status)
+      if (.not. status%ok()) return
+      before = handle%state
+      handle%failure = 0
+      call handle%stepper%step(handle%system, handle%state, dt, status)
+      if (handle%failure(1) /= 0) then
+         call take_back(handle, before, status)
+      else if (status%code == 0) then
+         do i = 1, size(handle%stepper%work)
+            call add_increment(handle%work, handle%work_compensation, handle%stepper%work(i))
+         end do
+         if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
+      end if
+   end subroutine step_with_care
+
+   !> Tests the length of a step. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine test_step(handle, dt, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      real(wp), intent(in) :: dt
+      type(status_t), intent(inout) :: status
+      logical :: good
+      if (handle%tested .and. dt == handle%tested_dt) return
+      good = ieee_is_finite(dt)
+      if (good) good = abs(dt) >= least_step .and. abs(dt) <= greatest_step
+      if (good) good = maxval(abs(angular_velocity(handle%system, handle%state)))*abs(dt) <= greatest_turn
+      if (good) then
+         handle%tested = .true.
+         handle%tested_dt = dt
+         handle%plain = handle%bare
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, 'the step is zero, not finite, or beyond all scales', 'dt')
+      end if
+   end subroutine test_step
+
+   !> Puts back the state from before a callback failed; the method forgets what it remembers of the step.
+   subroutine take_back(handle, before, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(state_t), intent(in) :: before
+      type(status_t), intent(out) :: status
+      handle%state = before
+      handle%ready = .false.
+      handle%plain = .false.
+      status = judge_failure(handle%failure)
+   end subroutine take_back
+
+end module nutate_c_stepping

@@ -1,0 +1,322 @@
+!> Steps for FORTRAN 77: what NUINIT, NUSTEP and NURUN do once their arguments have been tested.
+module nutate_f77_stepping
+   use nutate_damping, only: damping_t
+   use nutate_effect, only: effect_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_f77_callback, only: f77_potential, f77_potential_t, f77_torque, f77_torque_t
+   use nutate_f77_work, only: get_place, get_setup, goes_on, memory_at, place_t, put_place, put_setup, setup_t, &
+      work_size
+   use nutate_gravity, only: gravity_t
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
+      total_energy
+   use nutate_kinds, only: wp, long
+   use nutate_methods, only: compose_stepper
+   use nutate_nielsen_krenk, only: nielsen_krenk_t
+   use nutate_quaternion, only: quat_norm
+   use nutate_reduced, only: reduced_t
+   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_state, only: state_t, add_increment
+   use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: row_store_t, needed_size, fill_work, take_steps, find_invariants
+
+   !> Writes rows into an array of the program, or none.
+   type, extends(observer_t) :: row_store_t
+      !> t, q, Ω, l, H; shape (12, number of rows).
+      real(wp), pointer, contiguous :: rows(:, :) => null()
+      !> Rows written.
+      integer :: n = 0
+      !> 1: a callback has returned a number that is not finite.
+      integer :: rung = 0
+   contains
+      procedure :: observe => store_row
+      procedure :: poll => stop_on_alarm
+   end type row_store_t
+
+contains
+
+   !> The effects that a set-up asks for: gravity, POT, damping, TOR, in this order; absent what is zero.
+   subroutine build_effects(setup, pot, tor, iuser, ruser, rung, effects)
+      type(setup_t), intent(in) :: setup
+      procedure(f77_potential) :: pot
+      procedure(f77_torque) :: tor
+      !> The program's own, for the callbacks.
+      integer, intent(in), target :: iuser(*)
+      real(wp), intent(in), target :: ruser(*)
+      !> Set to 1 when a callback returns a number that is not finite.
+      integer, pointer, intent(in) :: rung
+      type(effect_list_t), intent(inout) :: effects
+      type(gravity_t) :: gravity
+      type(damping_t) :: damping
+      type(f77_potential_t) :: potential
+      type(f77_torque_t) :: torque
+      effects%rotor_momentum = setup%rotor
+      if (any(setup%gravity /= 0.0_wp) .and. any(setup%moment /= 0.0_wp)) then
+         gravity%direction = setup%gravity
+         gravity%moment = setup%moment
+         call effects%add(gravity)
+      end if
+      if (mod(setup%callbacks, 2) == 1) then
+         potential%direction = setup%direction
+         potential%ask => pot
+         potential%iuser => iuser(1:1)
+         potential%ruser => ruser(1:1)
+         potential%alarm%rung => rung
+         call effects%add(potential)
+      end if
+      if (any(setup%damping /= 0.0_wp)) then
+         damping%coefficient = setup%damping
+         call effects%add(damping)
+      end if
+      if (setup%callbacks < 2) return
+      torque%ask => tor
+      torque%iuser => iuser(1:1)
+      torque%ruser => ruser(1:1)
+      torque%alarm%rung => rung
+      call effects%add(torque)
+   end subroutine build_effects
+
+   !> Numbers that WORK must hold.
+   integer function needed_size(setup) result(n)
+      !> Solver and order count.
+      type(setup_t), intent(in) :: setup
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      call choose_stepper(setup, stepper, status)
+      n = work_size(stepper%memory_size())
+   end function needed_size
+
+   !> The stepper that a set-up asks for, still to be prepared. Errors: those of `compose`.
+   subroutine choose_stepper(setup, stepper, status)
+      type(setup_t), intent(in) :: setup
+      class(stepper_t), allocatable, intent(out) :: stepper
+      type(status_t), intent(out) :: status
+      if (setup%solver == 1) then
+         allocate (reduced_t :: stepper)
+      else
+         allocate (nielsen_krenk_t :: stepper)
+      end if
+      if (setup%order > 2) call compose_stepper(setup%order, stepper, status)
+   end subroutine choose_stepper
+
+   !> Makes WORK ready for the first step.
+   subroutine fill_work(setup, n, work)
+      type(setup_t), intent(in) :: setup
+      !> From `needed_size`.
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: work(*)
+      type(place_t) :: place
+      work(1:n) = 0.0_wp
+      call put_setup(setup, n, work)
+      call put_place(place, work)
+   end subroutine fill_work
+
+   !> Takes steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
+   subroutine take_steps(n, every, dt, t, q, p, pot, tor, iuser, ruser, store, work, info)
+      !> Steps to take, and steps between two rows.
+      integer, intent(in) :: n, every
+      !> Step, s.
+      real(wp), intent(in) :: dt
+      !> Time, s; attitude and conjugate momentum, shape (4).
+      real(wp), intent(inout) :: t, q(4), p(4)
+      procedure(f77_potential) :: pot
+      procedure(f77_torque) :: tor
+      !> The program's own, for the callbacks.
+      integer, intent(in), target :: iuser(*)
+      real(wp), intent(in), target :: ruser(*)
+      type(row_store_t), intent(inout), target :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      type(setup_t) :: setup
+      type(system_t) :: system
+
+      call get_setup(work, setup)
+      system%body = setup%body
+      call build_effects(setup, pot, tor, iuser, ruser, store%rung, system%effects)
+      if (setup%order > 2) then
+         call with_composition(n, every, dt, t, q, p, setup, system, store, work, info)
+      else if (setup%solver == 1) then
+         call with_reduced(n, every, dt, t, q, p, setup, system, store, work, info)
+      else
+         call with_eight(n, every, dt, t, q, p, setup, system, store, work, info)
+      end if
+   end subroutine take_steps
+
+   !> `advance` with the reduced form, which then needs no room but the stack's: a single step notices.
+   subroutine with_reduced(n, every, dt, t, q, p, setup, system, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      type(reduced_t) :: stepper
+      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+   end subroutine with_reduced
+
+   !> `advance` with the eight equations.
+   subroutine with_eight(n, every, dt, t, q, p, setup, system, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      type(nielsen_krenk_t) :: stepper
+      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+   end subroutine with_eight
+
+   !> `advance` with a composition of either.
+   subroutine with_composition(n, every, dt, t, q, p, setup, system, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      call choose_stepper(setup, stepper, status)
+      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+   end subroutine with_composition
+
+   !> Takes steps with a stepper that is not prepared yet. Errors as for `take_steps`.
+   subroutine advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+      integer, intent(in) :: n, every
+      real(wp), intent(in) :: dt
+      real(wp), intent(inout) :: t, q(4), p(4)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(in) :: system
+      class(stepper_t), intent(inout) :: stepper
+      type(row_store_t), intent(inout) :: store
+      real(wp), intent(inout), contiguous :: work(:)
+      integer, intent(out) :: info
+      type(place_t) :: place
+      type(integrator_settings_t) :: settings
+      type(run_plan_t) :: plan
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+
+      call get_place(work, place)
+      settings%order = setup%order
+      settings%inverse_auxiliary_inertia = setup%inverse_j0
+      call stepper%prepare(system, settings, status)
+      if (goes_on(work, t, q, p)) then
+         call stepper%set_memory(system, work(memory_at:))
+         if (dt /= place%dt) place%steps = 0
+      else
+         place%steps = 0
+         place%state = state_t(t=t, q=q, p=p)
+      end if
+      if (place%steps == 0) place%first_time = t
+      place%dt = dt
+      plan = run_plan_t(time_step=dt, end_time=place%first_time + real(place%steps + n, wp)*dt, &
+                        every=int(every, long), steps_before=place%steps, first_time=place%first_time, &
+                        steps=int(n, long))
+      call integrate(system, stepper, place%state, plan, store, summary, status)
+      info = status%code
+      if (store%rung /= 0) info = NUTATE_NOT_FINITE
+      if (info /= 0) return
+      t = place%state%t
+      q = place%state%q
+      p = place%state%p
+      call account(place, summary)
+      call put_place(place, work)
+      call stepper%get_memory(work(memory_at:))
+   end subroutine advance
+
+   !> Adds what a run took to what is known of the runs before.
+   pure subroutine account(place, summary)
+      type(place_t), intent(inout) :: place
+      type(run_summary_t), intent(in) :: summary
+      integer :: i
+      place%begun = .true.
+      place%steps = place%steps + summary%steps
+      place%all_steps = place%all_steps + summary%steps
+      place%iterations = place%iterations + summary%iterations
+      place%cut_steps = place%cut_steps + summary%cut_steps
+      do i = 1, size(summary%work)
+         call add_increment(place%work, place%work_compensation, summary%work(i))
+      end do
+   end subroutine account
+
+   !> What NUINV computes. Error, `info` > 0, with nothing written: `NUTATE_NOT_FINITE`.
+   subroutine find_invariants(work, q, p, pot, iuser, ruser, e, al, c, info)
+      real(wp), intent(in) :: work(*)
+      !> Attitude and conjugate momentum; shape (4).
+      real(wp), intent(in) :: q(4), p(4)
+      procedure(f77_potential) :: pot
+      !> The program's own, for POT.
+      integer, intent(in) :: iuser(*)
+      real(wp), intent(in) :: ruser(*)
+      !> T, V, H, J; L in body and in space axes, N m s; |q|, q·p.
+      real(wp), intent(inout) :: e(3), al(3, 2), c(2)
+      integer, intent(out) :: info
+      type(setup_t) :: setup
+      type(system_t) :: system
+      type(state_t) :: state
+      real(wp) :: potential
+      ! Volatile: what a pure procedure does to it goes unnoticed otherwise.
+      integer, target, volatile :: rung
+      rung = 0
+      call get_setup(work, setup)
+      setup%callbacks = mod(setup%callbacks, 2)
+      system%body = setup%body
+      call build_effects(setup, pot, no_torque, iuser, ruser, rung, system%effects)
+      state = state_t(q=q, p=p)
+      potential = potential_energy(system%effects, q)
+      info = merge(NUTATE_NOT_FINITE, 0, rung /= 0)
+      if (info /= 0) return
+      e(1) = kinetic_energy(system, state, setup%inverse_j0)
+      e(2) = potential
+      e(3) = e(1) + potential
+      al(:, 1) = body_momentum(state)
+      al(:, 2) = space_momentum(state)
+      c = [quat_norm(q), dot_product(q, p)]
+   end subroutine find_invariants
+
+   !> Stands for TOR where it cannot act.
+   pure subroutine no_torque(t, q, omega, tau, iuser, ruser)
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp), intent(out) :: tau(3)
+      integer, intent(in) :: iuser(*)
+      real(wp), intent(in) :: ruser(*)
+      tau = 0.0_wp
+   end subroutine no_torque
+
+   subroutine store_row(self, system, state, record, status)
+      class(row_store_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      if (.not. associated(self%rows)) return
+      self%n = self%n + 1
+      associate (row => self%rows(:, self%n))
+         row(1) = state%t
+         row(2:5) = state%q
+         row(6:8) = angular_velocity(system, state)
+         row(9:11) = space_momentum(state)
+         row(12) = total_energy(system, state)
+      end associate
+   end subroutine store_row
+
+   !> Ends a run that a callback has spoilt.
+   subroutine stop_on_alarm(self, fraction, status)
+      class(row_store_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      if (self%rung /= 0) status = fail(NUTATE_NOT_FINITE, 'a user subroutine returned a number that is not finite')
+   end subroutine stop_on_alarm
+
+end module nutate_f77_stepping

@@ -1,0 +1,196 @@
+!> Scenes: reads a scene file, checks every word of it, and builds what it asks for.
+!>
+!> The work is done in steps, each a module of its own: the text is read (`nutate_text_file`), cut into tokens
+!> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
+!> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
+module nutate_scene
+   use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_columns, only: need_attitude
+   use nutate_step_control, only: control_settings_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_keys, only: group_t, group_kind_t
+   use nutate_hamiltonian, only: make_state
+   use nutate_kinds, only: wp
+   use nutate_printable, only: printable_path
+   use nutate_run, only: run_plan_t
+   use nutate_scene_body, only: body_keys, build_body
+   use nutate_scene_check, only: apply_override, check_complete, read_groups
+   use nutate_scene_effects, only: add_effect_kinds, build_effects
+   use nutate_scene_error, only: scene_error_t, error_line
+   use nutate_scene_initial, only: initial_keys, build_initial, check_motion
+   use nutate_scene_integrator, only: integrator_keys, build_integrator
+   use nutate_scene_output, only: output_keys, output_settings_t, build_output
+   use nutate_scene_title, only: title_keys, scene_name
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   use nutate_text_file, only: read_text_file
+   implicit none
+   private
+
+   public :: scene_t, output_settings_t, read_scene, parse_scene, scene_kinds
+
+   !> A scene, checked and built: all that a run needs.
+   type :: scene_t
+      !> File name without folder and `.nml`.
+      character(len=:), allocatable :: name
+      !> Path as given.
+      character(len=:), allocatable :: file
+      !> Title; the name where the scene gives none.
+      character(len=:), allocatable :: title
+      !> Name of the body's shape; blank where it is given by its inertia.
+      character(len=:), allocatable :: shape
+      !> Body and effects.
+      type(system_t) :: system
+      !> The state at t = 0.
+      type(state_t) :: initial
+      !> The method is one of the table: what `auto` came to.
+      type(integrator_settings_t) :: integrator
+      !> Why `auto` chose the method; blank where the scene names one.
+      character(len=:), allocatable :: choice
+      !> Step, end, rows.
+      type(run_plan_t) :: plan
+      !> What the steps must keep to, where their length is not given.
+      type(control_settings_t) :: control
+      type(output_settings_t) :: output
+      !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
+      type(group_t), allocatable :: groups(:)
+   end type scene_t
+
+contains
+
+   !> Reads a scene file.
+   !>
+   !> Errors: `NUTATE_IO` where the file cannot be read, `NUTATE_BAD_SCENE` for anything wrong in it or in an override.
+   subroutine read_scene(path, scene, status, message, overrides)
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(out) :: scene
+      type(status_t), intent(out) :: status
+      !> What is wrong, one printable line: `FILE:LINE: ...`, `--set: ...` or `FILE: cannot be read (...)`; empty on
+      !> success.
+      character(len=:), allocatable, intent(out) :: message
+      !> `GROUP.KEY=VALUE`, applied in order after the file.
+      character(len=*), intent(in), optional :: overrides(:)
+      character(len=:), allocatable :: text, reason
+
+      call read_text_file(path, text, reason)
+      if (reason /= '') then
+         message = printable_path(path)//': cannot be read ('//reason//')'
+         status = fail(NUTATE_IO, message)
+         return
+      end if
+      call parse_scene(text, path, scene, status, message, overrides)
+   end subroutine read_scene
+
+   !> The same for a scene in memory.
+   subroutine parse_scene(text, path, scene, status, message, overrides)
+      !> The scene: lines ended by LF or CR LF.
+      character(len=*), intent(in) :: text
+      !> What to call it in messages; its file name gives the scene its name.
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(out) :: scene
+      type(status_t), intent(out) :: status
+      !> What is wrong, one printable line; empty on success.
+      character(len=:), allocatable, intent(out) :: message
+      !> `GROUP.KEY=VALUE`, applied in order after the text.
+      character(len=*), intent(in), optional :: overrides(:)
+      type(group_kind_t), allocatable :: kinds(:)
+      type(scene_error_t) :: error
+      integer :: i, last_line
+
+      kinds = scene_kinds()
+      call read_groups(text, kinds, scene%groups, last_line, error)
+      if (present(overrides)) then
+         do i = 1, size(overrides)
+            call apply_override(trim(overrides(i)), kinds, scene%groups, error)
+         end do
+      end if
+      call check_complete(kinds, scene%groups, last_line, error)
+      if (.not. error%raised) call build_scene(path, scene, error)
+      message = ''
+      if (.not. error%raised) return
+      message = error_line(path, error)
+      status = fail(NUTATE_BAD_SCENE, message)
+   end subroutine parse_scene
+
+   !> Every group that a scene can have, with its keys.
+   function scene_kinds() result(kinds)
+      type(group_kind_t), allocatable :: kinds(:)
+      integer, parameter :: parts = 5
+
+      call add_effect_kinds(parts, kinds)
+      kinds(1)%name = 'scene'
+      kinds(1)%keys = title_keys
+      kinds(2)%name = 'body'
+      kinds(2)%keys = body_keys()
+      kinds(3)%name = 'initial'
+      kinds(3)%keys = initial_keys
+      kinds(4)%name = 'integrator'
+      kinds(4)%keys = integrator_keys()
+      kinds(5)%name = 'output'
+      kinds(5)%keys = output_keys()
+      kinds(2:4)%required = .true.
+   end function scene_kinds
+
+   !> Raises an error where the closed solution of a free body is asked for and the body is not free.
+   subroutine check_free(effects, integrator, error)
+      type(effect_list_t), intent(in) :: effects
+      !> The group `&integrator`.
+      type(group_t), intent(in) :: integrator
+      type(scene_error_t), intent(inout) :: error
+      if (effects%n_potentials + effects%n_torques + effects%n_rotors > 0) call error%raise( &
+         integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
+   end subroutine check_free
+
+   !> Builds the parts from groups that have been checked one by one.
+   subroutine build_scene(path, scene, error)
+      character(len=*), intent(in) :: path
+      type(scene_t), intent(inout) :: scene
+      type(scene_error_t), intent(inout) :: error
+      type(group_t) :: group
+      real(wp) :: q(4), omega(3)
+
+      scene%file = path
+      scene%name = scene_name(path)
+      group = first_group(scene%groups, 'scene')
+      scene%title = group%text('title', scene%name)
+      call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
+      if (error%raised) return
+      call build_initial(first_group(scene%groups, 'initial'), q, omega, error)
+      if (error%raised) return
+      call build_effects(scene%groups, q, omega, scene%system, error)
+      if (error%raised) return
+      scene%initial = make_state(scene%system, q, omega)
+      group = first_group(scene%groups, 'integrator')
+      call build_integrator(group, scene%integrator, scene%plan, scene%control, error)
+      if (error%raised) return
+      if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
+      call check_motion(scene%system, omega, scene%plan, first_group(scene%groups, 'initial'), group, error)
+      call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%control, &
+                        scene%output, error)
+      if (error%raised) return
+      scene%choice = ''
+      if (scene%integrator%method == AUTOMATIC_METHOD) call choose_method( &
+         scene%system, scene%initial, scene%plan%end_time, max(scene%control%accuracy, scene%control%local_tolerance), &
+         scene%integrator, scene%choice)
+      ! An accuracy is one of the attitude.
+      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%control%accuracy > 0.0_wp .or. &
+                                  need_attitude(scene%output%columns)
+   end subroutine build_scene
+
+   !> The first group of a name; one without keys where there is none.
+   pure function first_group(groups, name) result(group)
+      type(group_t), intent(in) :: groups(:)
+      character(len=*), intent(in) :: name
+      type(group_t) :: group
+      integer :: i
+      do i = 1, size(groups)
+         if (groups(i)%name == name) then
+            group = groups(i)
+            return
+         end if
+      end do
+   end function first_group
+
+end module nutate_scene

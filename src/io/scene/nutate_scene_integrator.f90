@@ -1,0 +1,215 @@
+!> `&integrator`: method, step and end.
+module nutate_scene_integrator
+   use nutate_method_choice, only: AUTOMATIC_METHOD
+   use nutate_step_control, only: control_settings_t
+   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT, NOT_ZERO, POSITIVE, &
+      POSITIVE_OR_INFINITE
+   use nutate_kinds, only: wp
+   use nutate_methods, only: default_settings, methods
+   use nutate_run, only: run_plan_t
+   use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
+   use nutate_power_series, only: highest_order
+   use nutate_spelling, only: comma_list, distinct, joined
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_taylor_stepper, only: least_order
+   implicit none
+   private
+
+   public :: integrator_keys, build_integrator
+
+   !> More steps than a double can count make no run.
+   real(wp), parameter :: most_steps = 2.0_wp**53
+   !> Time steps of a scene lie between these, s.
+   real(wp), parameter :: least_step = 1e-50_wp, greatest_step = 1e50_wp
+
+contains
+
+   !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods, and the automatic
+   !> choice.
+   pure function integrator_keys() result(keys)
+      type(key_t) :: keys(13)
+      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      character(len=len(names)), parameter :: automatic = AUTOMATIC_METHOD
+
+      keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct([names, automatic]))), &
+              key_t(name='order', kind=KEY_INTEGER), &
+              key_t(name='series_order', kind=KEY_INTEGER), &
+              key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(pack(solvers, solvers /= '')))), &
+              key_t(name='time_step', range=NOT_ZERO), &
+              key_t(name='accuracy', range=POSITIVE), &
+              key_t(name='local_tolerance', range=POSITIVE), &
+              key_t(name='end_time', range=NOT_ZERO, required=.true.), &
+              key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
+              key_t(name='projection', kind=KEY_LOGICAL), &
+              key_t(name='conserve', kind=KEY_LOGICAL), &
+              key_t(name='tolerance', range=POSITIVE), &
+              key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
+   end function integrator_keys
+
+   !> Integrator settings, the plan's step and end, or what steps must keep to. The automatic method stays to be chosen
+   !> (`choose_method`).
+   subroutine build_integrator(group, settings, plan, control, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(out) :: settings
+      type(run_plan_t), intent(inout) :: plan
+      type(control_settings_t), intent(out) :: control
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: j0
+
+      settings = default_settings(trim(group%text('method', settings%method)))
+      settings%order = group%whole('order', settings%order)
+      settings%series_order = group%whole('series_order', settings%series_order)
+      settings%linear_solver = group%text('linear_solver', settings%linear_solver)
+      settings%projection = group%flag('projection', settings%projection)
+      settings%conserve = group%flag('conserve', settings%conserve)
+      settings%tolerance = group%number('tolerance', settings%tolerance)
+      settings%max_iterations = group%whole('max_iterations', settings%max_iterations)
+      if (group%has('auxiliary_inertia')) then
+         j0 = group%number('auxiliary_inertia', 1.0_wp)
+         if (j0 <= huge(j0)) settings%inverse_auxiliary_inertia = 1/j0
+      end if
+      if (settings%method == AUTOMATIC_METHOD) then
+         call check_automatic(group, error)
+      else
+         call check_series(group, settings, error)
+      end if
+      if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method(group, settings, error)
+      if (settings%tolerance >= 1.0_wp) &
+         call error%raise(group%line_of('tolerance'), 'tolerance is 1 or more', expected='a number between 0 and 1')
+      if (.not. settings%projection) call check_projection(group, settings, error)
+      if (.not. error%raised) call build_control(group, settings, control, error)
+      if (.not. error%raised) call build_times(group, control, plan, error)
+   end subroutine build_integrator
+
+   !> What steps must keep to, where their length is not given.
+   subroutine build_control(group, settings, control, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(control_settings_t), intent(inout) :: control
+      type(scene_error_t), intent(inout) :: error
+      character(len=name_length), parameter :: ways(3) = [character(len=name_length) :: &
+                                                          'time_step', 'accuracy', 'local_tolerance']
+      integer :: i
+      call demand_one_of(group, ways, error)
+      call allow_one_of(group, ways, error)
+      if (error%raised) return
+      control%accuracy = group%number('accuracy', 0.0_wp)
+      control%local_tolerance = group%number('local_tolerance', 0.0_wp)
+      if (.not. control%active()) return
+      do i = 2, 3
+         if (group%number(trim(ways(i)), 0.0_wp) >= 1.0_wp) call error%raise(group%line_of(trim(ways(i))), &
+            trim(ways(i))//' is 1 rad or more', expected='a small angle, rad')
+      end do
+   end subroutine build_control
+
+   !> The automatic choice takes an accuracy, and nothing that belongs to one of the methods.
+   subroutine check_automatic(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+      character(len=name_length), parameter :: chosen(5) = [character(len=name_length) :: &
+                                                'order', 'series_order', 'linear_solver', 'conserve', 'projection']
+      integer :: i
+      do i = 1, size(chosen)
+         if (group%has(trim(chosen(i)))) call error%raise(group%line_of(trim(chosen(i))), trim(chosen(i))// &
+            " with the method auto, which chooses it", expected='a method by name with it')
+      end do
+      if (group%has('time_step')) call error%raise(group%line_of('time_step'), 'time_step with the method auto', &
+                                                   expected='accuracy or local_tolerance with it')
+   end subroutine check_automatic
+
+   !> The order of a series goes by a name of its own: `order` is one of those in the table of methods.
+   subroutine check_series(group, settings, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(scene_error_t), intent(inout) :: error
+      character(len=12) :: order, range(2)
+      if (settings%method == 'taylor') then
+         if (group%has('order')) call error%raise(group%line_of('order'), 'order with the method taylor', &
+                                                  expected='series_order, or neither')
+      else if (group%has('series_order')) then
+         call error%raise(group%line_of('series_order'), 'series_order with the method '//trim(settings%method), &
+                          expected="method = 'taylor' with it")
+      end if
+      if (error%raised .or. .not. group%has('series_order')) return
+      if (settings%series_order >= least_order .and. settings%series_order <= highest_order) return
+      write (order, '(i0)') settings%series_order
+      write (range, '(i0)') least_order, highest_order
+      call error%raise(group%line_of('series_order'), 'series_order '//trim(order)//' is not available', &
+                       expected=trim(range(1))//' to '//trim(range(2)))
+   end subroutine check_series
+
+   !> Raises an error for a combination of method, solver and order that there is not.
+   subroutine check_method(group, settings, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(scene_error_t), intent(inout) :: error
+      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      integer, parameter :: orders(*) = methods%order
+      logical, parameter :: corrected(*) = methods%corrected
+      logical :: fits(size(methods))
+      character(len=name_length) :: numbers(size(methods))
+      character(len=12) :: order
+
+      fits = names == settings%method .and. solvers == settings%linear_solver
+      if (.not. any(fits)) then
+         call error%raise(group%line_of('linear_solver'), trim(settings%method)//' has no linear_solver '// &
+                          trim(settings%linear_solver), expected=solvers_text(settings%method))
+      else if (.not. any(fits .and. orders == settings%order)) then
+         write (order, '(i0)') settings%order
+         write (numbers, '(i0)') orders
+         call error%raise(group%line_of('order'), 'order '//trim(order)//' is not available', &
+                          expected=comma_list(distinct(pack(numbers, fits))))
+      else if (.not. any(fits .and. (corrected .eqv. settings%conserve))) then
+         call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no correction: it conserves by '// &
+                          'itself', expected='no conserve with it')
+      end if
+   end subroutine check_method
+
+   !> The linear solvers that a method can have.
+   pure function solvers_text(method) result(text)
+      character(len=*), intent(in) :: method
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      text = comma_list(distinct(pack(solvers, names == method)))
+      if (text == '') text = 'no linear_solver with this method'
+   end function solvers_text
+
+   !> Without the projection something must hold q·p: a finite auxiliary inertia, which only the 8×8 system has.
+   subroutine check_projection(group, settings, error)
+      type(group_t), intent(in) :: group
+      type(integrator_settings_t), intent(in) :: settings
+      type(scene_error_t), intent(inout) :: error
+      if (settings%inverse_auxiliary_inertia <= 0.0_wp) then
+         call error%raise(group%line_of('projection'), 'projection = .false. with an infinite auxiliary_inertia', &
+                          expected='a finite auxiliary_inertia with it')
+      else if (settings%linear_solver /= 'lapack') then
+         call error%raise(group%line_of('projection'), 'projection = .false. with linear_solver = '// &
+                          trim(settings%linear_solver), expected="linear_solver = 'lapack' with it")
+      end if
+   end subroutine check_projection
+
+   !> Step and end: of one sign, and not too many steps.
+   subroutine build_times(group, control, plan, error)
+      type(group_t), intent(in) :: group
+      type(control_settings_t), intent(in) :: control
+      type(run_plan_t), intent(inout) :: plan
+      type(scene_error_t), intent(inout) :: error
+
+      plan%time_step = group%number('time_step', 1.0_wp)
+      plan%end_time = group%number('end_time', 1.0_wp)
+      if (control%active()) then
+         plan%time_step = 0.0_wp
+         return
+      end if
+      if ((plan%time_step > 0.0_wp) .neqv. (plan%end_time > 0.0_wp)) then
+         call error%raise(group%line_of('end_time'), 'end_time has not the sign of time_step', &
+                          expected='both positive, or both negative to go back in time')
+      else if (abs(plan%time_step) < least_step .or. abs(plan%time_step) > greatest_step) then
+         call error%raise(group%line_of('time_step'), 'time_step is beyond all scales', expected='1e-50 to 1e50 s')
+      else if (abs(plan%end_time)/most_steps > abs(plan%time_step)) then
+         call error%raise(group%line_of('time_step'), 'time_step is too small for end_time', &
+                          expected='less than 9e15 steps')
+      end if
+   end subroutine build_times
+
+end module nutate_scene_integrator

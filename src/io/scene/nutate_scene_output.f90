@@ -1,0 +1,122 @@
+!> `&output`: where the rows go, how often, and which columns they have.
+module nutate_scene_output
+   use nutate_columns, only: column_sets
+   use nutate_step_control, only: control_settings_t
+   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_TEXT, POSITIVE
+   use nutate_kinds, only: wp, long
+   use nutate_run, only: run_plan_t
+   use nutate_scene_error, only: scene_error_t, allow_one_of
+   use nutate_spelling, only: joined
+   implicit none
+   private
+
+   public :: output_settings_t, output_keys, build_output
+
+   !> More rows than a double can count make no history.
+   real(wp), parameter :: most_rows = 2.0_wp**53
+   !> How far from a whole number of steps an interval may be, relative to it.
+   real(wp), parameter :: whole_tolerance = 1e-9_wp
+
+   !> Where the rows go and what they hold.
+   type :: output_settings_t
+      !> Path of the CSV file, relative to the working directory.
+      character(len=:), allocatable :: file
+      !> Names of the sets of columns, as asked for; shape (number of sets).
+      character(len=name_length), allocatable :: columns(:)
+   end type output_settings_t
+
+contains
+
+   !> Keys of the scene group `&output`.
+   pure function output_keys() result(keys)
+      type(key_t) :: keys(4)
+      character(len=*), parameter :: sets(*) = column_sets%name
+
+      keys = [key_t(name='file', kind=KEY_TEXT), &
+              key_t(name='every', kind=KEY_INTEGER, range=POSITIVE), &
+              key_t(name='interval', range=POSITIVE), &
+              key_t(name='columns', kind=KEY_TEXT, most=size(sets), choices=joined(sets))]
+   end function output_keys
+
+   !> Output settings, and the plan's `every`.
+   subroutine build_output(group, scene_name, path, plan, control, output, error)
+      type(group_t), intent(in) :: group
+      !> Name of the scene: that of the file unless the group gives one.
+      character(len=*), intent(in) :: scene_name
+      !> Path of the scene file, which must not be written over.
+      character(len=*), intent(in) :: path
+      !> Its `time_step` and `end_time` are used, its `every` is set.
+      type(run_plan_t), intent(inout) :: plan
+      !> Its `interval` is set where it is active.
+      type(control_settings_t), intent(inout) :: control
+      type(output_settings_t), intent(out) :: output
+      type(scene_error_t), intent(inout) :: error
+
+      output%file = trim(group%text('file', scene_name//'.csv'))
+      if (output%file == '') then
+         call error%raise(group%line_of('file'), 'file is blank', expected='the name of the CSV file')
+      else if (output%file == path) then
+         call error%raise(group%line_of('file'), 'file would replace the scene itself', expected='another name')
+      end if
+      call allow_one_of(group, [character(len=name_length) :: 'every', 'interval'], error)
+      if (error%raised) return
+      plan%every = group%whole('every', 1)
+      if (control%active()) then
+         control%interval = group%number('interval', 0.0_wp)
+         if (group%has('interval') .and. abs(plan%end_time)/most_rows > control%interval) call error%raise( &
+            group%line_of('interval'), 'interval is too small for end_time', expected='less than 9e15 rows')
+      else if (group%has('interval')) then
+         call count_steps(group, plan, error)
+      end if
+      call build_columns(group, output, error)
+   end subroutine build_output
+
+   !> The interval between rows as a number of steps.
+   subroutine count_steps(group, plan, error)
+      type(group_t), intent(in) :: group
+      type(run_plan_t), intent(inout) :: plan
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: interval, step, ratio
+      character(len=24) :: number
+
+      interval = group%number('interval', 1.0_wp)
+      step = abs(plan%time_step)
+      ! Dividing only what cannot overflow; 2^53 steps are beyond any run.
+      if (interval < 0.5_wp*step .or. exponent(interval) - exponent(step) > 52) then
+         call error%raise(group%line_of('interval'), 'interval is not a whole number of steps', &
+                          expected='a small multiple of time_step')
+         return
+      end if
+      ratio = interval/step
+      if (anint(ratio) < 1 .or. abs(ratio - anint(ratio)) > whole_tolerance*anint(ratio)) then
+         write (number, '(g0.6)') ratio
+         call error%raise(group%line_of('interval'), 'interval is '//trim(number)//' steps', &
+                          expected='a whole number of steps')
+         return
+      end if
+      plan%every = nint(ratio, long)
+   end subroutine count_steps
+
+   !> The sets asked for, each once.
+   subroutine build_columns(group, output, error)
+      type(group_t), intent(in) :: group
+      type(output_settings_t), intent(inout) :: output
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+
+      if (.not. group%has('columns')) then
+         output%columns = [character(len=name_length) :: 'quaternion', 'angular_velocity', 'energy', 'constraints']
+         return
+      end if
+      allocate (output%columns(group%count_of('columns')))
+      do i = 1, size(output%columns)
+         output%columns(i) = group%text_at('columns', i)
+         if (any(output%columns(1:i - 1) == output%columns(i))) then
+            call error%raise(group%line_of('columns'), "columns names '"//trim(output%columns(i))//"' twice", &
+                             expected='each set once')
+            return
+         end if
+      end do
+   end subroutine build_columns
+
+end module nutate_scene_output

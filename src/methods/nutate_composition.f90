@@ -1,0 +1,187 @@
+!> Steps of order 4, 6 and 8 by symmetric composition of the conserving step: S(γ1Δt)∘S(γ2Δt)∘…∘S(γsΔt).
+!>
+!> Every stage keeps every invariant, so the whole does, at any step. The coefficients are published sets of symmetric
+!> compositions of a symmetric second-order method, chosen for their small error constants.
+module nutate_composition
+   use nutate_archive, only: archive_t
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: composition_t, composition_weights_t, compositions
+
+   !> Most stages that a composition has on one side of its middle, the middle included.
+   integer, parameter :: half_stages = 9
+
+   !> One symmetric composition.
+   type :: composition_weights_t
+      integer :: order
+      !> Number of stages, odd.
+      integer :: stages
+      !> γ of the first stages up to the middle one; the rest mirrors them; shape (half_stages).
+      real(wp) :: weights(half_stages)
+   end type composition_weights_t
+
+   !> Suzuki's γ = 1/(4 - 4^(1/3)).
+   real(wp), parameter :: suzuki = 0.41449077179437573714235406286_wp
+
+   !> Order 4: Suzuki, Phys. Lett. A 146 (1990) 319. Orders 6 and 8: Kahan & Li, Math. Comp. 66 (1997) 1089, sets
+   !> s9odr6a and s17odr8a.
+   type(composition_weights_t), parameter :: compositions(3) = [ &
+      composition_weights_t(4, 5, [suzuki, suzuki, 1 - 4*suzuki, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]), &
+      composition_weights_t(6, 9, [0.39216144400731413927925056_wp, 0.33259913678935943859974864_wp, &
+                                   -0.70624617255763935980996482_wp, 0.08221359629355080023149045_wp, &
+                                   0.79854399093482996339895035_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]), &
+      composition_weights_t(8, 17, [0.13020248308889008087881763_wp, 0.56116298177510838456196441_wp, &
+                                    -0.38947496264484728640807860_wp, 0.15884190655515560089621075_wp, &
+                                    -0.39590389413323757733623154_wp, 0.18453964097831570709183254_wp, &
+                                    0.25837438768632204729397911_wp, 0.29501172360931029887096624_wp, &
+                                    -0.60550853383003451169892108_wp])]
+
+   !> The stepper of one stage: each has its own, whose guesses and Jacobian belong to that stage's length.
+   type :: stage_t
+      class(stepper_t), allocatable :: stepper
+      !> γ
+      real(wp) :: weight = 0.0_wp
+   end type stage_t
+
+   !> A composition of a stepper of order 2. `step` allocates nothing.
+   type, extends(stepper_t) :: composition_t
+      private
+      type(stage_t), allocatable :: stages(:)
+   contains
+      !> Takes the stepper to compose; must come before `prepare`.
+      procedure :: compose
+      procedure :: prepare
+      procedure :: step
+      procedure :: transfer_memory
+      procedure :: memory_size
+      procedure :: get_memory
+      procedure :: set_memory
+   end type composition_t
+
+contains
+
+   !> Takes the stepper to compose. Errors: `NUTATE_BAD_ARGUMENT` for an order without a composition.
+   subroutine compose(self, base, order, status)
+      class(composition_t), intent(inout) :: self
+      !> A symmetric stepper of order 2; copied.
+      class(stepper_t), intent(in) :: base
+      !> 4, 6 or 8.
+      integer, intent(in) :: order
+      type(status_t), intent(out) :: status
+      integer :: i, k
+      do k = 1, size(compositions)
+         if (compositions(k)%order == order) exit
+      end do
+      if (k > size(compositions)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'no composition has this order (expected 4, 6 or 8)', 'order')
+         return
+      end if
+      if (allocated(self%stages)) deallocate (self%stages)
+      associate (n => compositions(k)%stages)
+         allocate (self%stages(n))
+         do i = 1, n
+            allocate (self%stages(i)%stepper, source=base)
+            self%stages(i)%weight = compositions(k)%weights(min(i, n + 1 - i))
+         end do
+      end associate
+   end subroutine compose
+
+   !> Errors: those of the composed stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
+   subroutine prepare(self, system, settings, status)
+      class(composition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      integer :: i
+      if (.not. allocated(self%stages)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a composition needs a stepper to compose')
+         return
+      end if
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%prepare(system, settings, status)
+         if (.not. status%ok()) return
+      end do
+      if (allocated(self%work)) deallocate (self%work)
+      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+   end subroutine prepare
+
+   !> One step, all stages of it. Errors, with the state as it was: those of a stage.
+   subroutine step(self, system, state, dt, status)
+      class(composition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      type(state_t) :: trial
+      integer :: i, k
+      trial = state
+      self%iterations = 0
+      self%continued = 0
+      self%residual = 0.0_wp
+      self%work = 0.0_wp
+      do i = 1, size(self%stages)
+         associate (stage => self%stages(i)%stepper)
+            stage%is_part = .true.
+            stage%whole_middle = state%t + 0.5_wp*dt
+            call stage%step(system, trial, self%stages(i)%weight*dt, status)
+            self%iterations = self%iterations + stage%iterations
+            self%continued = self%continued + stage%continued
+            self%residual = max(self%residual, stage%residual)
+            if (status%code /= 0) exit
+            do k = 1, size(self%work)
+               self%work(k) = self%work(k) + stage%work(k)
+            end do
+         end associate
+      end do
+      status%iterations = self%iterations
+      status%residual = self%residual
+      if (status%code /= 0) return
+      trial%t = state%t + dt
+      state = trial
+   end subroutine step
+
+   !> The memories of all stages.
+   recursive subroutine transfer_memory(self, archive)
+      class(composition_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      integer :: i
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%transfer(archive)
+      end do
+   end subroutine transfer_memory
+
+   !> That of all stages, one after the other.
+   pure integer function memory_size(self)
+      class(composition_t), intent(in) :: self
+      memory_size = 0
+      if (allocated(self%stages)) memory_size = size(self%stages)*self%stages(1)%stepper%memory_size()
+   end function memory_size
+
+   pure subroutine get_memory(self, store)
+      class(composition_t), intent(in) :: self
+      real(wp), intent(inout), contiguous :: store(:)
+      integer :: i, n
+      n = self%stages(1)%stepper%memory_size()
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%get_memory(store((i - 1)*n + 1:i*n))
+      end do
+   end subroutine get_memory
+
+   pure subroutine set_memory(self, system, store)
+      class(composition_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in), contiguous :: store(:)
+      integer :: i, n
+      n = self%stages(1)%stepper%memory_size()
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%set_memory(system, store((i - 1)*n + 1:i*n))
+      end do
+   end subroutine set_memory
+
+end module nutate_composition

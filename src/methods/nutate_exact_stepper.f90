@@ -1,0 +1,156 @@
+!> `method = 'exact'`: a free body by its closed solution, at whatever times are asked for.
+module nutate_exact_stepper
+   use nutate_archive, only: archive_t
+   use nutate_exact_free, only: free_body_t
+   use nutate_hamiltonian, only: angular_velocity, body_momentum
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: quat_norm, quat_product
+   use nutate_range, only: check_start
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: exact_t
+
+   !> Turn in a step of a length that is left to the method, rad: Euler angles are followed from step to step.
+   real(wp), parameter :: usual_turn = 1.0_wp
+
+   !> Part of a step by which the time of a state may differ from that of the last step.
+   real(wp), parameter :: same_time = 1e-6_wp
+
+   !> A stepper without an error: every step goes back to the state it started from.
+   type, extends(stepper_t) :: exact_t
+      private
+      type(free_body_t) :: solution
+      !> The solution's start, and the state that the last step left: one that differs starts a new solution.
+      type(state_t) :: first, last
+      logical :: started = .false.
+      !> The solution is that from `first`.
+      logical :: solved = .false.
+   contains
+      procedure :: prepare
+      procedure :: step
+      procedure :: choose_step
+      procedure :: state_at
+      procedure :: transfer_memory
+   end type exact_t
+
+contains
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` where there is an effect: only a free body is solved in closed form.
+   subroutine prepare(self, system, settings, status)
+      class(exact_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      associate (effects => system%effects)
+         if (effects%n_potentials + effects%n_torques + effects%n_rotors > 0) &
+            status = fail(NUTATE_BAD_ARGUMENT, "method 'exact' solves free bodies only (expected no effects)", 'method')
+      end associate
+      if (.not. settings%projection) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the exact solution has no projection', 'projection')
+      self%started = .false.
+      self%solved = .false.
+      self%chooses_steps = .true.
+      if (allocated(self%work)) deallocate (self%work)
+      allocate (self%work(0))
+   end subroutine prepare
+
+   !> One step. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY` for a state or body that has no solution.
+   subroutine step(self, system, state, dt, status)
+      class(exact_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+
+      if (.not. abs(state%t + dt) <= huge(dt)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
+         return
+      end if
+      if (self%started) self%started = is_last(self, state, dt)
+      if (.not. self%started) then
+         call check_start(system, state, dt, status)
+         if (.not. status%ok()) return
+         self%first = state
+         self%started = .true.
+         self%solved = .false.
+      end if
+      if (.not. self%solved) then
+         call self%solution%prepare(system%body%moments, self%first%q, body_momentum(self%first), status, &
+                                    system%body%axes)
+         self%solved = status%ok()
+         self%started = self%solved
+         if (.not. self%solved) return
+      end if
+      call put_solution(self, state%t + dt, state)
+      self%last = state
+   end subroutine step
+
+   !> True for the state that the last step left; its time may have been rounded otherwise.
+   pure logical function is_last(self, state, dt)
+      type(exact_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      is_last = all(abs(state%q - self%last%q) <= 0.0_wp) .and. all(abs(state%p - self%last%p) <= 0.0_wp) .and. &
+                abs(state%t - self%last%t) <= same_time*abs(dt) + 4*spacing(self%last%t)
+   end function is_last
+
+   !> The solution at a time.
+   subroutine put_solution(self, t, state)
+      type(exact_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp) :: momentum(3)
+      state%t = t
+      call self%solution%evaluate(t - self%first%t, state%q, momentum)
+      state%p = 2*quat_product(state%q, [0.0_wp, momentum])
+      state%q_compensation = 0.0_wp
+      state%p_compensation = 0.0_wp
+   end subroutine put_solution
+
+   !> About a radian of turn: |Ω| is at most √(2T/J), J the least moment, which does not change.
+   subroutine choose_step(self, system, state, goal, step, status)
+      class(exact_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(step_goal_t), intent(in) :: goal
+      real(wp), intent(inout) :: step
+      type(status_t), intent(inout) :: status
+      real(wp) :: rate
+      associate (body => system%body)
+         rate = quat_norm([0.0_wp, matmul(angular_velocity(system, state), body%axes) &
+                           *sqrt(body%moments/minval(body%moments))])
+      end associate
+      step = abs(goal%end_time - state%t)
+      if (step*rate > usual_turn) step = usual_turn/rate
+   end subroutine choose_step
+
+   !> The state at any time. Errors: none.
+   subroutine state_at(self, system, t, state, work, status)
+      class(exact_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      work = 0.0_wp
+      call put_solution(self, t, state)
+   end subroutine state_at
+
+   !> Where the solution started and where the last step ended; the solution is found again from its start.
+   subroutine transfer_memory(self, archive)
+      class(exact_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call self%first%transfer(archive)
+      call self%last%transfer(archive)
+      call archive%transfer(self%started)
+      if (archive%is_reading()) self%solved = .false.
+   end subroutine transfer_memory
+
+end module nutate_exact_stepper

@@ -1,0 +1,435 @@
+!> The conserving correction: puts the state that a step of any method reached back onto the invariants of the run.
+!>
+!> In this order: `q` is normalised; the conserved components of the space momentum `l` take their stored values; then
+!> the excess `ΔH = H - (H₀ + work)` is removed by the smallest move along which it falls. The moves that leave the
+!> conserved components of l alone are
+!>
+!> * a turn of the attitude by the body rotation vector δ at fixed l: `dH = -δ·L̇`, `L̇ = L×Ω + τ`, τ the torque of the
+!>   potentials;
+!> * where not all of l is conserved, a change ΔL of the momentum: `dH = Ω⊥·ΔL`, Ω⊥ = Ω, or Ω without its component
+!>   along γ = Rᵀn where l·n is conserved.
+!>
+!> The smallest in `|δ|² + |ΔL|²/S²`, `S = 2T/|Ω|`, is `δ = cL̇`, `ΔL = -cS²Ω⊥`, `c = ΔH/(|L̇|² + S²|Ω⊥|²)`. Newton's
+!> iteration repeats it. The turn alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing,
+!> where only its momentum can make up for an error of the energy.
+!>
+!> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
+!> round-off. Excesses up to `dead_band` of the energy's scale are left as they are, those up to `doubtful` are
+!> corrected by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long.
+!>
+!> **Targets.** H₀ + work and l are those of the first state, not of the last, so that nothing adds up over a long run.
+!> A stepper is also handed states that it did not return last: rejected steps are tried again, halves follow the
+!> whole, rows between steps branch off. All of them lie on the same invariants, to round-off, and so keep the targets
+!> (or, where torques did work, those of the step before); a state that does not starts anew from its own.
+module nutate_invariant_projection
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_projection_point, only: projection_plan_t, evaluate, projection_point_t, read_point, set_gamma, &
+      set_rows, take_attitude, take_momentum, times, write_state
+   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
+   use nutate_kinds, only: wp, eps
+   use nutate_state, only: state_t, add_increment
+   use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: invariant_projection_t
+
+   !> Parts of the energy's scale: an excess below the first is round-off of H, up to the second it may be.
+   real(wp), parameter :: dead_band = 4*eps, doubtful = 32*eps
+   !> Squares of moves, rad²: the longest at all; the longest for a doubtful excess; the longest after which the rest of
+   !> the excess, which goes as the square of the move, is round-off.
+   real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = eps, negligible = 1e-17_wp
+   !> Moves at most: at a double root of H an excess falls by four each time.
+   integer, parameter :: most_moves = 24
+
+   !> The direction in which the energy of a point falls. Energies are in units of 1/`unit`.
+   type :: slope_t
+      !> L̇, body axes; shape (3).
+      real(wp) :: turn(3)
+      !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
+      real(wp) :: omega(3), inertia
+      !> |L̇|² + S²|Ω⊥|².
+      real(wp) :: steepness
+   end type slope_t
+
+   !> An energy as a sum and the digits that it cannot hold, J.
+   type :: account_t
+      real(wp) :: energy = 0.0_wp, carry = 0.0_wp
+   end type account_t
+
+   !> The correction of one run.
+   type :: invariant_projection_t
+      private
+      type(projection_plan_t) :: plan
+      !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and a power of two next to its inverse.
+      real(wp) :: size = 0.0_wp, largest = 0.0_wp, unit = 1.0_wp
+      !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
+      real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
+      !> H₀ + work at the last state, and before its step.
+      type(account_t) :: now, before
+      !> q and p of the last state followed or corrected: one that differs is compared with the targets; shape (4).
+      real(wp) :: last_q(4) = 0.0_wp, last_p(4) = 0.0_wp
+      logical :: started = .false.
+   contains
+      !> Takes the invariants that a system has.
+      procedure :: prepare
+      !> Takes the invariants' values from a state.
+      procedure :: start
+      !> Makes sure that the targets are those of the state from which a step starts.
+      procedure :: follow
+      !> Corrects the state that the step reached.
+      procedure :: correct
+      !> Corrects a state inside the last step.
+      procedure :: correct_inside
+      !> Shows what it remembers from step to step to an archive.
+      procedure :: transfer
+      !> Puts q and p back to where the step started.
+      procedure :: restore
+   end type invariant_projection_t
+
+contains
+
+   !> Takes the invariants that a system has. To be called before the first step and after every change of the system.
+   pure subroutine prepare(self, system, attitude)
+      class(invariant_projection_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> The attitude is integrated; else the states have none, and of l only the length is conserved.
+      logical, intent(in) :: attitude
+      call self%plan%prepare(system, attitude)
+      self%started = .false.
+   end subroutine prepare
+
+   !> Takes the invariants' values from a state.
+   pure subroutine start(self, system, state)
+      class(invariant_projection_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(projection_point_t) :: point
+      call read_point(self%plan, system%effects, state, point)
+      self%now = account_t(point%energy, 0.0_wp)
+      self%before = self%now
+      self%momentum = matmul(point%momentum, point%to_body)
+      self%component = component_of(self, point)
+      self%size = 0.0_wp
+      self%largest = 0.0_wp
+      self%unit = 1.0_wp
+      call note_size(self, point)
+      self%last_q = state%q
+      self%last_p = state%p
+      self%started = .true.
+   end subroutine start
+
+   !> Makes sure that the targets are those of the state from which a step starts: the last one corrected, another one
+   !> on the same invariants, or a new one.
+   pure subroutine follow(self, system, state)
+      class(invariant_projection_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(projection_point_t) :: point
+      real(wp) :: difference(4)
+      logical :: on
+      if (self%started) then
+         difference = abs(state%q - self%last_q) + abs(state%p - self%last_p)
+         if ((difference(1) + difference(2)) + (difference(3) + difference(4)) == 0.0_wp) return
+      end if
+      if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
+      if (self%started) then
+         call read_point(self%plan, system%effects, state, point)
+         call find_account(self, point, on)
+         if (on) then
+            self%last_q = state%q
+            self%last_p = state%p
+            return
+         end if
+      end if
+      call self%start(system, state)
+   end subroutine follow
+
+   !> True for a point whose invariants are those of the last state corrected, to round-off, or of the one before, which
+   !> then is the last.
+   pure subroutine find_account(self, point, on)
+      class(invariant_projection_t), intent(inout) :: self
+      type(projection_point_t), intent(in) :: point
+      logical, intent(out) :: on
+      real(wp) :: noise
+      on = .false.
+      if (.not. has_momentum(self, point)) return
+      noise = doubtful*max(self%size, point%size)
+      on = abs(point%energy - self%now%energy) <= noise
+      if (on .or. .not. abs(point%energy - self%before%energy) <= noise) return
+      self%now = self%before
+      on = .true.
+   end subroutine find_account
+
+   !> True for a point whose conserved components of l have the stored values, to round-off.
+   pure logical function has_momentum(self, point)
+      class(invariant_projection_t), intent(in) :: self
+      type(projection_point_t), intent(in) :: point
+      real(wp) :: error
+      select case (self%plan%components)
+      case (ALL_COMPONENTS)
+         error = norm2(matmul(point%momentum, point%to_body) - self%momentum)
+      case (NO_COMPONENT)
+         error = 0.0_wp
+      case default
+         error = abs(component_of(self, point) - self%component)
+      end select
+      has_momentum = error <= doubtful*norm2(point%momentum)
+   end function has_momentum
+
+   !> l·n where that is conserved, else |l|.
+   pure real(wp) function component_of(self, point)
+      class(invariant_projection_t), intent(in) :: self
+      type(projection_point_t), intent(in) :: point
+      if (self%plan%components == ALONG_AXIS) then
+         component_of = dot_product(point%momentum, point%gamma)
+      else
+         component_of = norm2(point%momentum)
+      end if
+   end function component_of
+
+   !> Corrects a state. To be called after `follow` with the state from which the step started. Errors, with the state
+   !> and the targets as they were: `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
+   pure subroutine correct(self, system, state, work, status)
+      class(invariant_projection_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> Work of all torques in the step, J.
+      real(wp), intent(in) :: work
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      type(projection_point_t) :: point
+      type(account_t) :: target
+      real(wp) :: size, largest, unit
+      logical :: reached
+
+      size = self%size
+      largest = self%largest
+      unit = self%unit
+      call take_attitude(state, point)
+      if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
+      call set_gamma(self%plan, point)
+      call set_momentum(self, point)
+      target = self%now
+      if (abs(work) > 0.0_wp) call add_increment(target%energy, target%carry, work)
+      call set_energy(self, system%effects, target, point, reached)
+      if (reached) then
+         self%before = self%now
+         self%now = target
+         call write_state(self%plan, point, state)
+         self%last_q = state%q
+         self%last_p = state%p
+      else
+         self%size = size
+         self%largest = largest
+         self%unit = unit
+         status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
+      end if
+   end subroutine correct
+
+   !> Corrects a state inside the step that was corrected last, and leaves the targets as they are. Errors: those of
+   !> `correct`.
+   pure subroutine correct_inside(self, system, state, work, status)
+      class(invariant_projection_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> Work of all torques from the start of the step to the state, J.
+      real(wp), intent(in) :: work
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      type(account_t) :: now, before
+      real(wp) :: last_q(4), last_p(4)
+      now = self%now
+      before = self%before
+      last_q = self%last_q
+      last_p = self%last_p
+      self%now = before
+      call self%correct(system, state, work, status)
+      self%now = now
+      self%before = before
+      self%last_q = last_q
+      self%last_p = last_p
+   end subroutine correct_inside
+
+   !> Shows what it remembers from step to step to an archive.
+   subroutine transfer(self, archive)
+      class(invariant_projection_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%size)
+      call archive%transfer(self%largest)
+      call archive%transfer(self%unit)
+      call archive%transfer(self%momentum)
+      call archive%transfer(self%component)
+      call archive%transfer(self%now%energy)
+      call archive%transfer(self%now%carry)
+      call archive%transfer(self%before%energy)
+      call archive%transfer(self%before%carry)
+      call archive%transfer(self%last_q)
+      call archive%transfer(self%last_p)
+      call archive%transfer(self%started)
+   end subroutine transfer
+
+   !> Puts q and p back to what they were in the last call of `follow`, for a step that is not to be taken.
+   pure subroutine restore(self, state)
+      class(invariant_projection_t), intent(in) :: self
+      type(state_t), intent(inout) :: state
+      state%q = self%last_q
+      state%p = self%last_p
+   end subroutine restore
+
+   !> Moves a point to the energy of an account.
+   pure subroutine set_energy(self, effects, target, point, reached)
+      class(invariant_projection_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(account_t), intent(in) :: target
+      type(projection_point_t), intent(inout) :: point
+      !> False if that is too far.
+      logical, intent(out) :: reached
+      type(slope_t) :: slope
+      real(wp) :: excess, square
+      integer :: i
+
+      reached = .true.
+      do i = 1, most_moves
+         call evaluate(self%plan, effects, point)
+         call note_size(self, point)
+         excess = point%energy - target%energy
+         if (abs(excess) <= dead_band*self%size) return
+         call get_slope(self, point, slope)
+         excess = self%unit*excess
+         square = excess*excess
+         if (.not. square < longest_doubtful*slope%steepness) then
+            if (abs(excess) <= doubtful*(self%unit*self%size)) return
+            if (.not. square < longest*slope%steepness) exit
+         end if
+         excess = excess/slope%steepness
+         if (square <= negligible*slope%steepness) then
+            call move_little(self, excess, slope, point)
+            return
+         end if
+         call move(self, excess, slope, point)
+      end do
+      reached = .false.
+   end subroutine set_energy
+
+   !> The direction in which the energy falls.
+   pure subroutine get_slope(self, point, slope)
+      class(invariant_projection_t), intent(in) :: self
+      type(projection_point_t), intent(in) :: point
+      type(slope_t), intent(out) :: slope
+      real(wp) :: square, kinetic, along
+      slope%turn = self%unit*point%rate
+      associate (x => slope%turn)
+         slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
+      end associate
+      slope%inertia = 0.0_wp
+      slope%omega = point%omega
+      if (.not. self%plan%pushes) return
+      associate (w => slope%omega, gamma => point%gamma)
+         square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
+         if (square <= tiny(1.0_wp)/eps) return
+         kinetic = self%unit*point%twice_kinetic
+         slope%inertia = kinetic*(point%twice_kinetic/square)
+         if (self%plan%components == ALONG_AXIS) then
+            along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
+            w = w - along*gamma
+            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
+         else
+            kinetic = kinetic*kinetic
+         end if
+         slope%steepness = slope%steepness + kinetic
+      end associate
+   end subroutine get_slope
+
+   !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by Cayley's map, and L by ΔL = -c·inertia·Ω⊥.
+   pure subroutine move(self, c, slope, point)
+      class(invariant_projection_t), intent(in) :: self
+      real(wp), intent(in) :: c
+      type(slope_t), intent(in) :: slope
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: b(3), factor
+      b = (0.5_wp*c)*slope%turn
+      factor = 1 + (b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
+      if (self%plan%pushes) point%momentum = point%momentum - (c*slope%inertia)*slope%omega
+      if (self%plan%components /= ALL_COMPONENTS) call turn_back(b, factor, point%momentum)
+      if (.not. self%plan%attitude) return
+      point%q = (1/sqrt(factor))*(point%q + times(point%q, b))
+      call set_rows(point)
+      call set_gamma(self%plan, point)
+      if (self%plan%components == ALL_COMPONENTS) call set_momentum(self, point)
+   end subroutine move
+
+   !> R(c)ᵀL = L + u + u×b, u = 2 L×b/(1 + |b|²), with c = (1 + b)/√(1 + |b|²).
+   pure subroutine turn_back(b, factor, momentum)
+      !> b, and 1 + |b|²; shape (3).
+      real(wp), intent(in) :: b(3), factor
+      !> Shape (3).
+      real(wp), intent(inout) :: momentum(3)
+      real(wp) :: u(3)
+      u = (2/factor)*across(momentum, b)
+      momentum = momentum + (u + across(u, b))
+   end subroutine turn_back
+
+   !> The last move: one so short that its square is round-off, after which q and L alone are needed.
+   pure subroutine move_little(self, c, slope, point)
+      class(invariant_projection_t), intent(in) :: self
+      real(wp), intent(in) :: c
+      type(slope_t), intent(in) :: slope
+      type(projection_point_t), intent(inout) :: point
+      if (self%plan%attitude) point%q = point%q + times(point%q, (0.5_wp*c)*slope%turn)
+      if (self%plan%pushes) point%momentum = point%momentum - (c*slope%inertia)*slope%omega
+      if (self%plan%components == ALL_COMPONENTS) then
+         call set_rows(point)
+         call set_momentum(self, point)
+      else
+         point%momentum = point%momentum + across(point%momentum, c*slope%turn)
+      end if
+   end subroutine move_little
+
+   !> a×b; here, so that it is compiled into its callers; shape (3).
+   pure function across(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c(1) = a(2)*b(3) - a(3)*b(2)
+      c(2) = a(3)*b(1) - a(1)*b(3)
+      c(3) = a(1)*b(2) - a(2)*b(1)
+   end function across
+
+   !> Gives the conserved components of the momentum their stored values.
+   pure subroutine set_momentum(self, point)
+      class(invariant_projection_t), intent(in) :: self
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: length
+      select case (self%plan%components)
+      case (ALL_COMPONENTS)
+         associate (l => self%momentum)
+            point%momentum = point%to_body(:, 1)*l(1) + point%to_body(:, 2)*l(2) + point%to_body(:, 3)*l(3)
+         end associate
+      case (ALONG_AXIS)
+         associate (l => point%momentum, gamma => point%gamma)
+            l = l + (self%component - (l(1)*gamma(1) + l(2)*gamma(2) + l(3)*gamma(3)))*gamma
+         end associate
+      case (ONLY_LENGTH)
+         length = norm2(point%momentum)
+         if (length > 0.0_wp) point%momentum = (self%component/length)*point%momentum
+      case default
+         return
+      end select
+   end subroutine set_momentum
+
+   !> Keeps the largest energies seen, and a unit in which no square overflows.
+   pure subroutine note_size(self, point)
+      class(invariant_projection_t), intent(inout) :: self
+      type(projection_point_t), intent(in) :: point
+      real(wp) :: largest
+      self%size = max(self%size, point%size)
+      largest = max(point%size, abs(point%rate(1)), abs(point%rate(2)), abs(point%rate(3)))
+      if (largest <= self%largest) return
+      self%largest = largest
+      self%unit = scale(1.0_wp, -max(exponent(largest), -1000))
+   end subroutine note_size
+
+end module nutate_invariant_projection

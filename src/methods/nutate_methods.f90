@@ -1,0 +1,176 @@
+!> The integration methods a scene can name: one line each. A new method is its own file and a line here.
+module nutate_methods
+   use nutate_composition, only: composition_t
+   use nutate_projected_stepper, only: projected_stepper_t
+   use nutate_dop853, only: dop853_t
+   use nutate_exact_stepper, only: exact_t
+   use nutate_nielsen_krenk, only: nielsen_krenk_t
+   use nutate_reduced, only: reduced_t
+   use nutate_rk4, only: rk4_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use nutate_taylor_stepper, only: taylor_t
+   implicit none
+   private
+
+   public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, order_of
+
+   !> One method, as scene files and messages speak of it.
+   type :: method_t
+      character(len=24) :: name
+      !> Blank for a method without one, of which there is a single row.
+      character(len=24) :: linear_solver
+      !> 0 for a method without an error.
+      integer :: order
+      !> What is solved in a step.
+      character(len=64) :: equations
+      !> The conserving correction follows each step.
+      logical :: corrected = .false.
+      !> Steps, and the order with them, are best left to the method.
+      logical :: chooses_steps = .false.
+   end type method_t
+
+   !> Every combination of method, linear solver, order and correction that there is; of each method the default comes
+   !> first.
+   type(method_t), parameter :: methods(15) = [ &
+      method_t('nielsen_krenk', 'lapack', 2, '8 equations in q and p (LAPACK)'), &
+      method_t('nielsen_krenk', 'lapack', 4, '8 equations in q and p (LAPACK), 5 times'), &
+      method_t('nielsen_krenk', 'lapack', 6, '8 equations in q and p (LAPACK), 9 times'), &
+      method_t('nielsen_krenk', 'lapack', 8, '8 equations in q and p (LAPACK), 17 times'), &
+      method_t('nielsen_krenk', 'reduced', 2, '3 equations in the turn of the step'), &
+      method_t('nielsen_krenk', 'reduced', 4, '3 equations in the turn of the step, 5 times'), &
+      method_t('nielsen_krenk', 'reduced', 6, '3 equations in the turn of the step, 9 times'), &
+      method_t('nielsen_krenk', 'reduced', 8, '3 equations in the turn of the step, 17 times'), &
+      method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations'), &
+      method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations', .true.), &
+      method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations'), &
+      method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations', .true.), &
+      method_t('taylor', '', 16, 'power series of momentum and attitude', .true., .true.), &
+      method_t('taylor', '', 16, 'power series of momentum and attitude', .false., .true.), &
+      method_t('exact', '', 0, 'the closed solution of a free body')]
+
+contains
+
+   !> What rows that differ in order and solver only have in common: the name, and `+conserve` after it for a method
+   !> with the correction.
+   elemental function family_of(method) result(name)
+      type(method_t), intent(in) :: method
+      character(len=32) :: name
+      name = method%name
+      if (method%corrected) name = trim(name)//'+conserve'
+   end function family_of
+
+   !> The settings that a method has where nothing else is said: those of its first row in the table.
+   pure type(integrator_settings_t) function default_settings(method) result(settings)
+      !> Name of the method.
+      character(len=*), intent(in) :: method
+      integer :: i
+      settings%method = method
+      do i = size(methods), 1, -1
+         if (methods(i)%name /= method) cycle
+         settings%order = methods(i)%order
+         settings%linear_solver = methods(i)%linear_solver
+         settings%conserve = methods(i)%corrected
+      end do
+   end function default_settings
+
+   !> Row of the table that the settings mean; 0 where there is none. Order and solver count where the method has
+   !> several.
+   pure integer function row_of(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      integer :: i
+      row_of = 0
+      do i = 1, size(methods)
+         if (methods(i)%name /= settings%method .or. (methods(i)%corrected .neqv. settings%conserve)) cycle
+         if (methods(i)%linear_solver == '' .or. (methods(i)%linear_solver == settings%linear_solver .and. &
+                                                  methods(i)%order == settings%order)) row_of = i
+      end do
+   end function row_of
+
+   !> Order of the method that the settings mean; 0 where there is none.
+   pure integer function order_of(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      integer :: row
+      row = row_of(settings)
+      order_of = 0
+      if (row > 0) order_of = methods(row)%order
+      if (settings%method == 'taylor' .and. settings%series_order > 0) order_of = settings%series_order
+   end function order_of
+
+   !> What a step of these settings solves, in words.
+   pure function equations_of(settings) result(text)
+      type(integrator_settings_t), intent(in) :: settings
+      character(len=:), allocatable :: text
+      integer :: row
+      row = row_of(settings)
+      text = ''
+      if (row > 0) text = trim(methods(row)%equations)
+      if (settings%conserve) text = text//', conserving correction'
+      if (leaves_attitude_out(settings)) &
+         text = '3 equations for the body momentum; nothing depends on the attitude, which is left out'
+   end function equations_of
+
+   !> True where the body momentum alone is integrated.
+   pure logical function leaves_attitude_out(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      leaves_attitude_out = .not. settings%attitude .and. settings%method == 'nielsen_krenk'
+   end function leaves_attitude_out
+
+   !> A stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced form,
+   !> whichever the solver: the body momentum has three equations.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's `prepare`.
+   subroutine make_stepper(system, settings, stepper, status)
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      class(stepper_t), allocatable, intent(out) :: stepper
+      type(status_t), intent(out) :: status
+      if (row_of(settings) == 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
+                       "' of this order and solver, with or without correction as asked for", 'method')
+         return
+      end if
+      select case (settings%method)
+      case ('rk4')
+         allocate (rk4_t :: stepper)
+      case ('dop853')
+         allocate (dop853_t :: stepper)
+      case ('taylor')
+         allocate (taylor_t :: stepper)
+      case ('exact')
+         allocate (exact_t :: stepper)
+      case default
+         if (settings%linear_solver == 'reduced' .or. leaves_attitude_out(settings)) then
+            allocate (reduced_t :: stepper)
+         else
+            allocate (nielsen_krenk_t :: stepper)
+         end if
+         if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
+      end select
+      if (settings%conserve .and. settings%method /= 'taylor') call correct_stepper(stepper)
+      if (status%ok()) call stepper%prepare(system, settings, status)
+   end subroutine make_stepper
+
+   !> Puts a stepper with the conserving correction in its place.
+   subroutine correct_stepper(stepper)
+      class(stepper_t), allocatable, intent(inout) :: stepper
+      type(projected_stepper_t), allocatable :: conserving
+      allocate (conserving)
+      call conserving%wrap(stepper)
+      call move_alloc(conserving, stepper)
+   end subroutine correct_stepper
+
+   !> Puts the composition of a stepper of order 2, still to be prepared, in its place. Errors: those of `compose`.
+   subroutine compose_stepper(order, stepper, status)
+      !> 4, 6 or 8.
+      integer, intent(in) :: order
+      class(stepper_t), allocatable, intent(inout) :: stepper
+      type(status_t), intent(out) :: status
+      type(composition_t), allocatable :: composition
+      allocate (composition)
+      call composition%compose(stepper, order, status)
+      call move_alloc(composition, stepper)
+   end subroutine compose_stepper
+
+end module nutate_methods

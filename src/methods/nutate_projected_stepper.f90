@@ -1,0 +1,99 @@
+!> A stepper of any method with the conserving correction after each of its steps.
+module nutate_projected_stepper
+   use nutate_archive, only: archive_t
+   use nutate_invariant_projection, only: invariant_projection_t
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: projected_stepper_t
+
+   !> A stepper and its correction. The estimate of the error is that of the stepper: the correction is no longer than
+   !> the error, and mostly takes some of it away. `step` allocates nothing.
+   type, extends(stepper_t) :: projected_stepper_t
+      private
+      class(stepper_t), allocatable :: base
+      type(invariant_projection_t) :: correction
+   contains
+      !> Takes the stepper to correct; must come before `prepare`.
+      procedure :: wrap
+      procedure :: prepare
+      procedure :: step
+      procedure :: transfer_memory
+   end type projected_stepper_t
+
+contains
+
+   !> Takes the stepper to correct.
+   subroutine wrap(self, base)
+      class(projected_stepper_t), intent(inout) :: self
+      !> Moved: not allocated afterwards.
+      class(stepper_t), allocatable, intent(inout) :: base
+      call move_alloc(base, self%base)
+   end subroutine wrap
+
+   !> Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
+   subroutine prepare(self, system, settings, status)
+      class(projected_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      if (.not. allocated(self%base)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a correction needs a stepper to correct')
+         return
+      end if
+      call self%base%prepare(system, settings, status)
+      if (.not. status%ok()) return
+      call self%correction%prepare(system, settings%attitude)
+      self%has_estimate = self%base%has_estimate
+      self%estimate_power = self%base%estimate_power
+      if (allocated(self%work)) deallocate (self%work)
+      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+   end subroutine prepare
+
+   !> One step and its correction. Errors, with the state as it was: those of the stepper and of the correction.
+   subroutine step(self, system, state, dt, status)
+      class(projected_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      real(wp) :: work, t, q_compensation(4), p_compensation(4)
+      integer :: i
+      t = state%t
+      q_compensation = state%q_compensation
+      p_compensation = state%p_compensation
+      call self%correction%follow(system, state)
+      self%base%is_part = self%is_part
+      self%base%whole_middle = self%whole_middle
+      call self%base%step(system, state, dt, status)
+      self%iterations = self%base%iterations
+      self%residual = self%base%residual
+      if (status%code /= 0) return
+      work = 0.0_wp
+      do i = 1, size(self%work)
+         self%work(i) = self%base%work(i)
+         work = work + self%work(i)
+      end do
+      self%error_estimate = self%base%error_estimate
+      call self%correction%correct(system, state, work, status)
+      if (status%code == 0) return
+      call self%correction%restore(state)
+      state%t = t
+      state%q_compensation = q_compensation
+      state%p_compensation = p_compensation
+   end subroutine step
+
+   !> The stepper's memory and that of the correction.
+   subroutine transfer_memory(self, archive)
+      class(projected_stepper_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call self%base%transfer(archive)
+      call self%correction%transfer(archive)
+   end subroutine transfer_memory
+
+end module nutate_projected_stepper

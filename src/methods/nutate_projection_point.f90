@@ -1,0 +1,259 @@
+!> A state as the conserving correction sees it: attitude, momentum, energy and how fast the energy changes.
+!>
+!> What a system needs for that is sorted once: components are written out, and what is absent is not asked. Energies
+!> are those of `nutate_hamiltonian`, to round-off.
+module nutate_projection_point
+   use nutate_effect_list, only: effect_list_t
+   use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
+   use nutate_kinds, only: wp
+   use nutate_linear_potential, only: linear_potential_t
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: projection_plan_t, projection_point_t
+   public :: read_point, take_attitude, take_momentum, set_rows, set_gamma, evaluate, times, write_state
+
+   !> |qᵀq - 1| up to which the first term of 1/|q| is exact.
+   real(wp), parameter :: nearly_unit = 1e-8_wp
+
+   !> What the energy and the invariants of a system consist of.
+   type :: projection_plan_t
+      !> The conserved components of l (`nutate_invariants`) and n, space axes; shape (3).
+      integer :: components = ALL_COMPONENTS
+      real(wp) :: axis(3) = 0.0_wp
+      !> There is an attitude to turn; the momentum may change; J is diagonal; there are rotors.
+      logical :: attitude = .true., pushes = .false., diagonal = .true., has_rotor = .false.
+      !> There are potentials linear in n itself; m of their sum U = -m·γ, body axes, J; shape (3).
+      logical :: has_weight = .false.
+      real(wp) :: weight(3) = 0.0_wp
+      !> Which other potentials of the system there are, and whether there are any.
+      logical :: has_others = .false.
+      integer, allocatable :: others(:)
+      !> J⁻¹, kg⁻¹ m⁻²; shape (3,3); h, body axes, and |h|, N m s; shape (3).
+      real(wp) :: inverse_inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp, rotor_length = 0.0_wp
+   contains
+      procedure :: prepare
+   end type projection_plan_t
+
+   !> A state as the correction sees it.
+   type :: projection_point_t
+      !> Attitude; shape (4).
+      real(wp) :: q(4)
+      !> L, body axes, N m s; shape (3).
+      real(wp) :: momentum(3)
+      !> Rᵀ; shape (3,3), and γ = Rᵀn, if l·n is conserved; shape (3).
+      real(wp) :: to_body(3, 3), gamma(3)
+      !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
+      real(wp) :: omega(3), rate(3)
+      !> 2T, H and T + Σ|U|, J.
+      real(wp) :: twice_kinetic, energy, size
+   end type projection_point_t
+
+contains
+
+   !> Sorts what a system consists of.
+   pure subroutine prepare(self, system, attitude)
+      class(projection_plan_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> The states have an attitude; else of l only the length is conserved.
+      logical, intent(in) :: attitude
+      call conserved_momentum(system%effects, self%components, self%axis)
+      if (.not. attitude .and. self%components == ALL_COMPONENTS) self%components = ONLY_LENGTH
+      self%attitude = attitude
+      self%pushes = self%components == ALONG_AXIS .or. self%components == NO_COMPONENT
+      self%inverse_inertia = system%body%inverse_inertia
+      self%diagonal = .not. any(abs([self%inverse_inertia(1, 2), self%inverse_inertia(1, 3), &
+                                     self%inverse_inertia(2, 3)]) > 0.0_wp)
+      self%has_rotor = system%effects%n_rotors > 0
+      self%rotor = system%effects%rotor_momentum
+      self%rotor_length = norm2(self%rotor)
+      call sort_potentials(self, system%effects)
+   end subroutine prepare
+
+   !> Adds up the potentials that are linear in n, if l·n is conserved: they need no call and no γ of their own.
+   pure subroutine sort_potentials(self, effects)
+      class(projection_plan_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      logical :: is_other(effects%n_potentials)
+      integer :: i
+      is_other = .true.
+      self%weight = 0.0_wp
+      do i = 1, effects%n_potentials
+         select type (potential => effects%potentials(i)%item)
+         class is (linear_potential_t)
+            is_other(i) = self%components /= ALONG_AXIS
+            if (.not. is_other(i)) &
+               self%weight = self%weight + dot_product(potential%direction, self%axis)*potential%moment
+         end select
+      end do
+      if (allocated(self%others)) deallocate (self%others)
+      allocate (self%others(count(is_other)))
+      self%others = pack([(i, i=1, effects%n_potentials)], is_other)
+      self%has_others = any(is_other)
+      self%has_weight = .not. all(is_other)
+   end subroutine sort_potentials
+
+   !> A state as a point, with its energy.
+   pure subroutine read_point(self, effects, state, point)
+      class(projection_plan_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(state_t), intent(in) :: state
+      type(projection_point_t), intent(out) :: point
+      call take_attitude(state, point)
+      call take_momentum(state, point)
+      call set_gamma(self, point)
+      call evaluate(self, effects, point)
+   end subroutine read_point
+
+   !> q normalised, and Rᵀ.
+   pure subroutine take_attitude(state, point)
+      type(state_t), intent(in) :: state
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: square
+      associate (q => state%q)
+         square = (q(1)*q(1) + q(2)*q(2)) + (q(3)*q(3) + q(4)*q(4))
+         if (abs(square - 1) <= nearly_unit) then
+            point%q = (1.5_wp - 0.5_wp*square)*q
+         else
+            point%q = (1/sqrt(square))*q
+         end if
+      end associate
+      call set_rows(point)
+   end subroutine take_attitude
+
+   !> The L of p = 2 q∘[0, L], whatever round-off |q| has gathered.
+   pure subroutine take_momentum(state, point)
+      type(state_t), intent(in) :: state
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: half
+      associate (q => state%q, p => state%p)
+         half = 0.5_wp/((q(1)*q(1) + q(2)*q(2)) + (q(3)*q(3) + q(4)*q(4)))
+         point%momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
+         point%momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
+         point%momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+      end associate
+   end subroutine take_momentum
+
+   !> Rᵀ of a unit quaternion.
+   pure subroutine set_rows(point)
+      type(projection_point_t), intent(inout) :: point
+      associate (q => point%q, rows => point%to_body)
+         rows(1, 1) = 1 - 2*(q(3)*q(3) + q(4)*q(4))
+         rows(2, 2) = 1 - 2*(q(2)*q(2) + q(4)*q(4))
+         rows(3, 3) = 1 - 2*(q(2)*q(2) + q(3)*q(3))
+         rows(1, 2) = 2*(q(2)*q(3) + q(1)*q(4))
+         rows(2, 1) = 2*(q(2)*q(3) - q(1)*q(4))
+         rows(1, 3) = 2*(q(2)*q(4) - q(1)*q(3))
+         rows(3, 1) = 2*(q(2)*q(4) + q(1)*q(3))
+         rows(2, 3) = 2*(q(3)*q(4) + q(1)*q(2))
+         rows(3, 2) = 2*(q(3)*q(4) - q(1)*q(2))
+      end associate
+   end subroutine set_rows
+
+   !> γ = Rᵀn, where l·n is conserved.
+   pure subroutine set_gamma(self, point)
+      class(projection_plan_t), intent(in) :: self
+      type(projection_point_t), intent(inout) :: point
+      if (self%components /= ALONG_AXIS) return
+      associate (n => self%axis)
+         point%gamma = point%to_body(:, 1)*n(1) + point%to_body(:, 2)*n(2) + point%to_body(:, 3)*n(3)
+      end associate
+   end subroutine set_gamma
+
+   !> q∘[0, v]; shape (4).
+   pure function times(q, v) result(r)
+      real(wp), intent(in) :: q(4), v(3)
+      real(wp) :: r(4)
+      r(1) = -(q(2)*v(1) + q(3)*v(2) + q(4)*v(3))
+      r(2) = q(1)*v(1) + q(3)*v(3) - q(4)*v(2)
+      r(3) = q(1)*v(2) + q(4)*v(1) - q(2)*v(3)
+      r(4) = q(1)*v(3) + q(2)*v(2) - q(3)*v(1)
+   end function times
+
+   !> Ω, L̇, T, H and the size of its terms.
+   pure subroutine evaluate(self, effects, point)
+      class(projection_plan_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: x(3)
+      associate (w => point%omega, inverse => self%inverse_inertia)
+         x = point%momentum
+         if (self%has_rotor) x = x - self%rotor
+         if (self%diagonal) then
+            w(1) = inverse(1, 1)*x(1)
+            w(2) = inverse(2, 2)*x(2)
+            w(3) = inverse(3, 3)*x(3)
+         else
+            w = inverse(:, 1)*x(1) + inverse(:, 2)*x(2) + inverse(:, 3)*x(3)
+         end if
+         point%twice_kinetic = x(1)*w(1) + x(2)*w(2) + x(3)*w(3)
+         point%energy = 0.5_wp*point%twice_kinetic
+         point%size = point%energy
+         if (self%has_rotor) point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3))
+         associate (l => point%momentum, rate => point%rate)
+            rate(1) = l(2)*w(3) - l(3)*w(2)
+            rate(2) = l(3)*w(1) - l(1)*w(3)
+            rate(3) = l(1)*w(2) - l(2)*w(1)
+         end associate
+      end associate
+      if (self%has_weight) call add_weight(self%weight, point)
+      if (self%has_others) call add_others(self%others, effects, point)
+      if (.not. self%attitude .and. self%pushes) point%rate = 0.0_wp
+   end subroutine evaluate
+
+   !> Adds U and γ×∇U.
+   pure subroutine add_potential(energy, slope, gamma, point)
+      !> U, J, and ∇U; shape (3).
+      real(wp), intent(in) :: energy, slope(3)
+      !> Shape (3).
+      real(wp), intent(in) :: gamma(3)
+      type(projection_point_t), intent(inout) :: point
+      point%energy = point%energy + energy
+      point%size = point%size + abs(energy)
+      point%rate(1) = point%rate(1) + (gamma(2)*slope(3) - gamma(3)*slope(2))
+      point%rate(2) = point%rate(2) + (gamma(3)*slope(1) - gamma(1)*slope(3))
+      point%rate(3) = point%rate(3) + (gamma(1)*slope(2) - gamma(2)*slope(1))
+   end subroutine add_potential
+
+   !> Adds U = -m·γ and γ×∇U = m×γ of the potentials linear in n.
+   pure subroutine add_weight(m, point)
+      !> Shape (3).
+      real(wp), intent(in) :: m(3)
+      type(projection_point_t), intent(inout) :: point
+      associate (gamma => point%gamma)
+         call add_potential(-(m(1)*gamma(1) + m(2)*gamma(2) + m(3)*gamma(3)), -m, gamma, point)
+      end associate
+   end subroutine add_weight
+
+   !> Adds U and γ×∇U of the other potentials.
+   pure subroutine add_others(others, effects, point)
+      !> Which potentials; shape (any).
+      integer, intent(in) :: others(:)
+      type(effect_list_t), intent(in) :: effects
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: gamma(3), slope(3)
+      integer :: i
+      do i = 1, size(others)
+         associate (potential => effects%potentials(others(i))%item, rows => point%to_body)
+            gamma = rows(:, 1)*potential%direction(1) + rows(:, 2)*potential%direction(2) &
+                    + rows(:, 3)*potential%direction(3)
+            slope = potential%gradient(gamma)
+            call add_potential(potential%energy(gamma), slope, gamma, point)
+         end associate
+      end do
+   end subroutine add_others
+
+   !> q, and p = 2 q∘[0, L].
+   pure subroutine write_state(self, point, state)
+      class(projection_plan_t), intent(in) :: self
+      type(projection_point_t), intent(in) :: point
+      type(state_t), intent(inout) :: state
+      if (self%attitude) state%q = point%q
+      state%p = times(state%q, 2*point%momentum)
+      state%q_compensation = 0.0_wp
+      state%p_compensation = 0.0_wp
+   end subroutine write_state
+
+end module nutate_projection_point

@@ -1,0 +1,279 @@
+!> The equations of motion as explicit methods integrate them: attitude and body momentum, with the work of the torques.
+!>
+!>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
+!>
+!> A method sees `y = [q, L, 0]`, padded to a length that vector units like, and `k = Δt ẏ`: with `Δt J⁻¹` in place of
+!> J⁻¹ no stage multiplies by the step. Components are written out, since this is all that a stage costs.
+module nutate_rigid_rates
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: rigid_rates_t, prepare_rates, begin_step, get_rates, end_step, n_rates
+
+   !> Components of y.
+   integer, parameter :: n_rates = 8
+   !> Largest component of ΔtΩ in a stage: what lies beyond does not follow a motion, and overflows some stages later.
+   real(wp), parameter :: longest_turn = 1e3_wp
+   !> Largest |qᵀq - 1| and |qᵀp|/|p| of a state that counts as on the constraint manifold.
+   real(wp), parameter :: on_manifold = 1e-9_wp
+
+   !> What stays the same during a step, and the work done in it.
+   type :: rigid_rates_t
+      !> Start and length of the step, s.
+      real(wp) :: t = 0.0_wp, dt = 0.0_wp
+      !> Δt J⁻¹, s kg⁻¹ m⁻²; shape (3,3).
+      real(wp) :: to_turn(3, 3) = 0.0_wp
+      !> h, body axes, N m s; shape (3).
+      real(wp) :: rotor(3) = 0.0_wp
+      !> Integrate the attitude; else its rates are zero.
+      logical :: attitude = .true.
+      !> There is an effect that exerts a force.
+      logical :: forced = .false.
+      !> The first `NUTATE_...` code that a stage came upon; 0: none.
+      integer :: failure = 0
+      !> The torque acts in this step; shape (number of torques).
+      logical, allocatable :: acts(:)
+      !> From when to when a torque may be asked, s; shape (2, number of torques).
+      real(wp), allocatable :: window(:, :)
+      !> ∫ Ω·τᵢ dt over the step, J; shape (number of torques).
+      real(wp), allocatable :: work(:)
+   end type rigid_rates_t
+
+contains
+
+   !> Allocates for the effects of a system.
+   pure subroutine prepare_rates(self, system, attitude)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Integrate the attitude.
+      logical, intent(in) :: attitude
+      self%attitude = attitude
+      self%forced = system%effects%n_potentials + system%effects%n_torques > 0
+      if (allocated(self%acts)) deallocate (self%acts, self%window, self%work)
+      associate (n => system%effects%n_torques)
+         allocate (self%acts(n), source=.false.)
+         allocate (self%window(2, n), self%work(n), source=0.0_wp)
+      end associate
+   end subroutine prepare_rates
+
+   !> Starts a step. The momentum is the L of p = 2 q∘[0, L], whatever round-off |q| has gathered. A state that is not
+   !> a rotating body's is remembered as a failure.
+   pure subroutine begin_step(self, system, state, dt, decisive, y)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      !> Time that decides which torques act, s.
+      real(wp), intent(in) :: decisive
+      !> [q, L, 0]; shape (n_rates).
+      real(wp), intent(out) :: y(n_rates)
+      real(wp) :: square, half
+      integer :: i
+      self%t = state%t
+      self%dt = dt
+      self%to_turn = dt*system%body%inverse_inertia
+      self%rotor = system%effects%rotor_momentum
+      do i = 1, system%effects%n_torques
+         associate (torque => system%effects%torques(i)%item)
+            self%acts(i) = torque%acts_at(decisive)
+            call torque%window(self%window(1, i), self%window(2, i))
+         end associate
+         self%work(i) = 0.0_wp
+      end do
+      associate (q => state%q, p => state%p)
+         square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
+         call test_state(self, state%t + dt, p, square, q(1)*p(1) + q(2)*p(2) + q(3)*p(3) + q(4)*p(4))
+         y = 0.0_wp
+         if (self%failure /= 0) return
+         half = 0.5_wp/square
+         y(1:4) = q
+         y(5) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
+         y(6) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
+         y(7) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+      end associate
+   end subroutine begin_step
+
+   !> Remembers whether a state is finite and on the constraint manifold.
+   pure subroutine test_state(self, end_time, p, square, product)
+      type(rigid_rates_t), intent(inout) :: self
+      !> s
+      real(wp), intent(in) :: end_time
+      !> p, |q|² and q·p.
+      real(wp), intent(in) :: p(4), square, product
+      real(wp) :: length
+      self%failure = 0
+      length = p(1)*p(1) + p(2)*p(2) + p(3)*p(3) + p(4)*p(4)
+      if (.not. (ieee_is_finite(square) .and. ieee_is_finite(length) .and. ieee_is_finite(end_time))) then
+         self%failure = NUTATE_NOT_FINITE
+      else if (abs(square - 1) > on_manifold .or. product**2 > on_manifold**2*length) then
+         self%failure = NUTATE_BAD_ARGUMENT
+      end if
+   end subroutine test_state
+
+   !> k = Δt ẏ at a fraction of the step, and the share of this stage in the work. A stage that fails is remembered; its
+   !> rates are zero, so that those after it stay finite.
+   pure subroutine get_rates(self, system, fraction, y, weight, k)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Time from the start of the step over Δt (dimensionless).
+      real(wp), intent(in) :: fraction
+      !> [q, L, 0] of the stage, |q| not quite 1; shape (n_rates).
+      real(wp), intent(in) :: y(n_rates)
+      !> Weight of the stage in the method's quadrature.
+      real(wp), intent(in) :: weight
+      !> Shape (n_rates).
+      real(wp), intent(out) :: k(n_rates)
+      real(wp) :: x1, x2, x3, turn1, turn2, turn3
+      x1 = y(5) - self%rotor(1)
+      x2 = y(6) - self%rotor(2)
+      x3 = y(7) - self%rotor(3)
+      turn1 = self%to_turn(1, 1)*x1 + self%to_turn(1, 2)*x2 + self%to_turn(1, 3)*x3
+      turn2 = self%to_turn(2, 1)*x1 + self%to_turn(2, 2)*x2 + self%to_turn(2, 3)*x3
+      turn3 = self%to_turn(3, 1)*x1 + self%to_turn(3, 2)*x2 + self%to_turn(3, 3)*x3
+      if (.not. max(abs(turn1), abs(turn2), abs(turn3)) <= longest_turn) then
+         if (self%failure == 0) self%failure = NUTATE_OFF_BRANCH
+         k = 0.0_wp
+         return
+      end if
+      k(1) = -0.5_wp*(y(2)*turn1 + y(3)*turn2 + y(4)*turn3)
+      k(2) = 0.5_wp*(y(1)*turn1 + y(3)*turn3 - y(4)*turn2)
+      k(3) = 0.5_wp*(y(1)*turn2 + y(4)*turn1 - y(2)*turn3)
+      k(4) = 0.5_wp*(y(1)*turn3 + y(2)*turn2 - y(3)*turn1)
+      k(5) = y(6)*turn3 - y(7)*turn2
+      k(6) = y(7)*turn1 - y(5)*turn3
+      k(7) = y(5)*turn2 - y(6)*turn1
+      k(8) = 0.0_wp
+      if (.not. self%attitude) k(1:4) = 0.0_wp
+      if (self%forced) call add_forces(self, system, fraction, y, weight, k)
+   end subroutine get_rates
+
+   !> Adds Δtτ of all effects to the rates.
+   pure subroutine add_forces(self, system, fraction, y, weight, k)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: fraction, y(n_rates), weight
+      real(wp), intent(inout) :: k(n_rates)
+      real(wp) :: tau(3), square
+      square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
+      tau = 0.0_wp
+      if (square > tiny(1.0_wp)) then
+         if (system%effects%n_potentials > 0) call add_potentials(system, y, square, tau)
+         if (system%effects%n_torques > 0) call add_torques(self, system, fraction, y, sqrt(square), weight, tau)
+      end if
+      if (ieee_is_finite(tau(1)) .and. ieee_is_finite(tau(2)) .and. ieee_is_finite(tau(3))) then
+         k(5) = k(5) + self%dt*tau(1)
+         k(6) = k(6) + self%dt*tau(2)
+         k(7) = k(7) + self%dt*tau(3)
+      else
+         self%failure = NUTATE_NOT_FINITE
+      end if
+   end subroutine add_forces
+
+   !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².
+   pure subroutine add_potentials(system, y, square, tau)
+      type(system_t), intent(in) :: system
+      !> [q, L, 0] and |q|².
+      real(wp), intent(in) :: y(n_rates), square
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      real(wp) :: rows(3, 3), gamma(3), slope(3), double
+      integer :: i
+      double = 2/square
+      rows(1, 1) = 1 - double*(y(3)*y(3) + y(4)*y(4))
+      rows(2, 2) = 1 - double*(y(2)*y(2) + y(4)*y(4))
+      rows(3, 3) = 1 - double*(y(2)*y(2) + y(3)*y(3))
+      rows(1, 2) = double*(y(2)*y(3) + y(1)*y(4))
+      rows(2, 1) = double*(y(2)*y(3) - y(1)*y(4))
+      rows(1, 3) = double*(y(2)*y(4) - y(1)*y(3))
+      rows(3, 1) = double*(y(2)*y(4) + y(1)*y(3))
+      rows(2, 3) = double*(y(3)*y(4) + y(1)*y(2))
+      rows(3, 2) = double*(y(3)*y(4) - y(1)*y(2))
+      do i = 1, system%effects%n_potentials
+         associate (potential => system%effects%potentials(i)%item)
+            gamma = rows(:, 1)*potential%direction(1) + rows(:, 2)*potential%direction(2) &
+                    + rows(:, 3)*potential%direction(3)
+            slope = potential%gradient(gamma)
+         end associate
+         tau(1) = tau(1) + gamma(2)*slope(3) - gamma(3)*slope(2)
+         tau(2) = tau(2) + gamma(3)*slope(1) - gamma(1)*slope(3)
+         tau(3) = tau(3) + gamma(1)*slope(2) - gamma(2)*slope(1)
+      end do
+   end subroutine add_potentials
+
+   !> Adds the torques that act, each asked within its window only, and their work.
+   pure subroutine add_torques(self, system, fraction, y, norm, weight, tau)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> [q, L, 0] and |q|.
+      real(wp), intent(in) :: fraction, y(n_rates), norm, weight
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      real(wp) :: q(4), omega(3), one(3), t
+      integer :: i
+      q = y(1:4)/norm
+      omega = y(5:7) - self%rotor
+      omega = system%body%inverse_inertia(:, 1)*omega(1) + system%body%inverse_inertia(:, 2)*omega(2) &
+              + system%body%inverse_inertia(:, 3)*omega(3)
+      do i = 1, system%effects%n_torques
+         if (.not. self%acts(i)) cycle
+         t = min(max(self%t + fraction*self%dt, self%window(1, i)), self%window(2, i))
+         one = system%effects%torques(i)%item%torque(t, q, omega)
+         tau = tau + one
+         self%work(i) = self%work(i) + (weight*self%dt)*(omega(1)*one(1) + omega(2)*one(2) + omega(3)*one(3))
+      end do
+   end subroutine add_torques
+
+   !> Moves a state to the end of a step: q normalised, p = 2 q∘[0, L]. Errors, with the state as it was:
+   !> `NUTATE_OFF_BRANCH` where a stage ran away; `NUTATE_NOT_FINITE`; `NUTATE_BAD_ARGUMENT` for a state off the
+   !> constraint manifold.
+   pure subroutine end_step(self, y, state, status)
+      type(rigid_rates_t), intent(inout) :: self
+      !> [q, L, 0]; shape (n_rates).
+      real(wp), intent(in) :: y(n_rates)
+      type(state_t), intent(inout) :: state
+      type(status_t), intent(inout) :: status
+      real(wp) :: square, double(3)
+      square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
+      if (self%failure == 0 .and. .not. (ieee_is_finite(square) .and. ieee_is_finite(y(5)) .and. ieee_is_finite(y(6)) &
+                                         .and. ieee_is_finite(y(7)))) self%failure = NUTATE_NOT_FINITE
+      if (self%failure == 0) then
+         if (.not. square > tiny(1.0_wp)) self%failure = NUTATE_OFF_BRANCH
+      end if
+      if (self%failure /= 0) then
+         call explain(self%failure, status)
+         return
+      end if
+      if (self%attitude) state%q = (1/sqrt(square))*y(1:4)
+      double = 2*y(5:7)
+      associate (q => state%q)
+         state%p(1) = -(q(2)*double(1) + q(3)*double(2) + q(4)*double(3))
+         state%p(2) = q(1)*double(1) + q(3)*double(3) - q(4)*double(2)
+         state%p(3) = q(1)*double(2) + q(4)*double(1) - q(2)*double(3)
+         state%p(4) = q(1)*double(3) + q(2)*double(2) - q(3)*double(1)
+      end associate
+      state%q_compensation = 0.0_wp
+      state%p_compensation = 0.0_wp
+      state%t = self%t + self%dt
+   end subroutine end_step
+
+   !> Says why a step failed.
+   pure subroutine explain(failure, status)
+      integer, intent(in) :: failure
+      type(status_t), intent(inout) :: status
+      select case (failure)
+      case (NUTATE_BAD_ARGUMENT)
+         status = fail(failure, 'the method needs |q| = 1 and q.p = 0')
+      case (NUTATE_OFF_BRANCH)
+         status = fail(failure, 'the step is too long to follow the motion')
+      case default
+         status = fail(failure, 'the step gave a number that is not finite')
+      end select
+   end subroutine explain
+
+end module nutate_rigid_rates

@@ -1,0 +1,312 @@
+!> Taylor series: the motion in a step as a power series in time, of as high an order as the tolerance asks for.
+!>
+!> The length of a step follows from the last coefficients before it is taken (À. Jorba, M. Zou, Experimental
+!> Mathematics 14 (2005) 99), so that no step is tried in vain, and the series is the state at all times between. The
+!> conserving correction follows each step.
+module nutate_taylor_stepper
+   use nutate_archive, only: archive_t
+   use nutate_invariant_projection, only: invariant_projection_t
+   use nutate_hamiltonian, only: body_momentum
+   use nutate_kinds, only: wp, eps
+   use nutate_quaternion, only: quat_product
+   use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, rigid_rates_t
+   use nutate_motion_series, only: motion_series_t
+   use nutate_power_series, only: highest_order
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
+   use nutate_stepper, only: integrator_settings_t, stepper_t, step_goal_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: taylor_t, least_order
+
+   !> Lowest order.
+   integer, parameter :: least_order = 4
+   !> Order of fixed steps where none is asked for.
+   integer, parameter :: usual_order = 16
+   !> Binary digits of a tolerance to order.
+   real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
+   !> Largest turn in a step, rad: Euler angles are followed from step to step.
+   real(wp), parameter :: largest_turn = 3.0_wp
+   !> Longest step in units of time: where all terms vanish.
+   real(wp), parameter :: longest_reach = 1e9_wp
+   !> Attempts at a unit of time, each a factor shorter.
+   integer, parameter :: most_units = 60
+   real(wp), parameter :: shorter = 0.0625_wp
+
+   !> One step of the method. `step` allocates nothing. Between steps it keeps the targets of the correction only; all
+   !> else is computed anew from the state.
+   type, extends(stepper_t) :: taylor_t
+      private
+      !> Of the settings: order (0: by the tolerance), correction, attitude.
+      integer :: order = 0
+      logical :: conserve = .true.
+      logical :: attitude = .true.
+      type(invariant_projection_t) :: correction
+      type(rigid_rates_t) :: rates
+      !> The series of the step under way or just done, the state it starts from and the torques that act.
+      type(motion_series_t) :: series
+      logical :: expanded = .false.
+      type(state_t) :: first
+      logical, allocatable :: acted(:)
+   contains
+      procedure :: prepare
+      procedure :: step
+      procedure :: choose_step
+      procedure :: state_at
+      procedure :: transfer_memory
+   end type taylor_t
+
+contains
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for an effect without series, or an order that there is not.
+   subroutine prepare(self, system, settings, status)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      if (settings%series_order /= 0 .and. (settings%series_order < least_order .or. &
+                                            settings%series_order > highest_order)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the series has no such order', 'series_order')
+         return
+      end if
+      call self%series%torques%prepare(system%effects, status)
+      if (.not. status%ok()) return
+      call self%series%prepare(system, settings%attitude)
+      self%order = settings%series_order
+      self%conserve = settings%conserve
+      self%attitude = settings%attitude
+      self%expanded = .false.
+      self%chooses_steps = .true.
+      call prepare_rates(self%rates, system, settings%attitude)
+      call self%correction%prepare(system, settings%attitude)
+      if (allocated(self%work)) deallocate (self%work, self%acted)
+      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+      allocate (self%acted(system%effects%n_torques), source=.false.)
+   end subroutine prepare
+
+   !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that the series does not follow
+   !> the motion, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
+   subroutine step(self, system, state, dt, status)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      real(wp) :: y(n_rates)
+      type(state_t) :: next
+      logical :: converges
+      integer :: i
+      converges = .true.
+      if (.not. is_expanded(self, system, state, dt)) then
+         call begin_step(self%rates, system, state, dt, decisive_time(self, state, dt), y)
+         self%series%order = merge(self%order, usual_order, self%order > 0)
+         if (self%rates%failure == 0) call expand_from(self, system, state, dt, y, converges)
+         if (.not. converges) self%rates%failure = NUTATE_OFF_BRANCH
+      end if
+      if (self%rates%failure == 0) then
+         if (self%conserve) call self%correction%follow(system, state)
+         call get_state(self, dt, y)
+      end if
+      next = state
+      call end_step(self%rates, y, next, status)
+      if (status%code /= 0) return
+      do i = 1, size(self%work)
+         self%work(i) = work_of(self, i, dt)
+      end do
+      if (self%conserve) then
+         call self%correction%correct(system, next, sum(self%work), status)
+         if (status%code /= 0) return
+      end if
+      state = next
+   end subroutine step
+
+   !> Time that decides which torques act, s.
+   pure real(wp) function decisive_time(self, state, dt) result(t)
+      class(taylor_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      t = state%t + 0.5_wp*dt
+      if (self%is_part) t = self%whole_middle
+   end function decisive_time
+
+   !> The length of the step that meets a goal.
+   subroutine choose_step(self, system, state, goal, step, status)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(step_goal_t), intent(in) :: goal
+      !> A guess on entry, s, positive.
+      real(wp), intent(inout) :: step
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      real(wp) :: y(n_rates), unit, rate
+      logical :: converges
+      integer :: i
+      call begin_step(self%rates, system, state, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
+      self%expanded = .false.
+      ! What is wrong with the state, the step will say.
+      if (self%rates%failure /= 0) return
+      unit = sign(2.0_wp**exponent(step), goal%end_time - state%t)
+      do i = 1, most_units
+         self%series%order = order_for(self, goal, abs(unit))
+         call expand_from(self, system, state, unit, y, converges)
+         if (converges) exit
+         unit = shorter*unit
+      end do
+      if (.not. converges) then
+         status = fail(NUTATE_OFF_BRANCH, 'the series does not converge for any step')
+         return
+      end if
+      step = min(abs(unit)*reach_of(self, goal, abs(unit)), abs(goal%end_time - state%t))
+      rate = max(abs(self%series%turn(1, 0)), abs(self%series%turn(2, 0)), abs(self%series%turn(3, 0)))/abs(unit)
+      if (step*rate > largest_turn) step = largest_turn/rate
+   end subroutine choose_step
+
+   !> The order for a tolerance.
+   pure integer function order_for(self, goal, unit) result(order)
+      class(taylor_t), intent(in) :: self
+      type(step_goal_t), intent(in) :: goal
+      !> About the step, s.
+      real(wp), intent(in) :: unit
+      order = self%order
+      if (order > 0) return
+      order = nint(extra_order - order_per_digit*real(exponent(max(goal%tolerance, goal%rate*unit, eps)), wp))
+      order = min(max(order, least_order), highest_order)
+   end function order_for
+
+   !> Time in units at which the larger of the last two terms has the size that the goal allows.
+   real(wp) function reach_of(self, goal, unit) result(s)
+      class(taylor_t), intent(in) :: self
+      type(step_goal_t), intent(in) :: goal
+      !> s.
+      real(wp), intent(in) :: unit
+      real(wp) :: allowed, size, scale, exponent
+      integer :: k, power
+      scale = momentum_scale(self)
+      allowed = max(goal%tolerance, goal%rate*unit, 0.5_wp*eps)
+      allowed = 2*log(allowed)
+      exponent = log(longest_reach)
+      do k = self%series%order - 1, self%series%order
+         power = k
+         if (goal%rate > 0.0_wp) power = power - 1
+         size = self%series%size_of(k, scale)
+         if (size > tiny(1.0_wp)) exponent = min(exponent, (allowed - log(size))/(2*power))
+      end do
+      s = exp(exponent)
+   end function reach_of
+
+   !> 1/|L|² that errors of the momentum are relative to: of a body that starts from rest, of what it gains.
+   pure real(wp) function momentum_scale(self) result(scale)
+      class(taylor_t), intent(in) :: self
+      integer :: k
+      scale = 0.0_wp
+      do k = 0, 2
+         scale = max(scale, self%series%momentum_square(k))
+      end do
+      if (scale > tiny(1.0_wp)) scale = 1/scale
+   end function momentum_scale
+
+   !> True if the series of a step that was chosen starts from this state, with the same torques.
+   logical function is_expanded(self, system, state, dt)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      integer :: i
+      is_expanded = self%expanded
+      if (.not. is_expanded) return
+      do i = 1, 4
+         if (abs(state%q(i) - self%first%q(i)) > 0.0_wp .or. abs(state%p(i) - self%first%p(i)) > 0.0_wp) &
+            is_expanded = .false.
+      end do
+      if (abs(state%t - self%first%t) > 0.0_wp) is_expanded = .false.
+      do i = 1, size(self%acted)
+         if (self%acted(i) .neqv. system%effects%torques(i)%item%acts_at(decisive_time(self, state, dt))) &
+            is_expanded = .false.
+      end do
+      self%rates%dt = dt
+   end function is_expanded
+
+   !> Series from a state.
+   subroutine expand_from(self, system, state, unit, y, converges)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: unit
+      !> [q, L, 0]; shape (n_rates).
+      real(wp), intent(in) :: y(n_rates)
+      logical, intent(out) :: converges
+      integer :: i
+      self%series%t = state%t
+      self%series%unit = unit
+      call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
+      self%expanded = converges
+      self%first = state
+      do i = 1, size(self%acted)
+         self%acted(i) = self%rates%acts(i)
+      end do
+   end subroutine expand_from
+
+   !> Attitude and momentum at a time from the start of the series.
+   subroutine get_state(self, time, y)
+      class(taylor_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: time
+      !> [q, L, 0]; shape (n_rates).
+      real(wp), intent(out) :: y(n_rates)
+      real(wp) :: turn(4)
+      call self%series%evaluate(time/self%series%unit, y(5:7), turn)
+      y(1:4) = self%first%q
+      if (self%attitude) y(1:4) = quat_product(self%first%q, turn)
+      y(8) = 0.0_wp
+   end subroutine get_state
+
+   !> Work of a torque from the start of the series to a time after it, J.
+   pure real(wp) function work_of(self, i, time) result(work)
+      class(taylor_t), intent(in) :: self
+      integer, intent(in) :: i
+      !> s.
+      real(wp), intent(in) :: time
+      work = 0.0_wp
+      if (self%acted(i)) work = self%series%torques%work_until(i, self%series%order, self%series%unit, &
+                                                               time/self%series%unit)
+   end function work_of
+
+   !> The state at a time inside the last step.
+   subroutine state_at(self, system, t, state, work, status)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      real(wp) :: y(n_rates), time
+      integer :: i
+      time = t - self%series%t
+      self%rates%failure = 0
+      call get_state(self, time, y)
+      call end_step(self%rates, y, state, status)
+      if (status%code /= 0) return
+      work = 0.0_wp
+      do i = 1, size(self%work)
+         work = work + work_of(self, i, time)
+      end do
+      if (self%conserve) call self%correction%correct_inside(system, state, work, status)
+      state%t = t
+   end subroutine state_at
+
+   !> The targets of the correction; the series is computed anew from the state.
+   subroutine transfer_memory(self, archive)
+      class(taylor_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call self%correction%transfer(archive)
+      self%expanded = .false.
+   end subroutine transfer_memory
+
+end module nutate_taylor_stepper

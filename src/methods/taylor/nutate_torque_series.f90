@@ -1,0 +1,284 @@
+!> The torque of all effects as a power series in time: what is linear in the directions merged into three vectors, the
+!> rest coefficient by coefficient from the effects themselves.
+!>
+!> The directions `n` of the effects are written in an orthonormal basis `e₁, e₂, e₃` of space, so that every
+!> `γ = R(q)ᵀn` is a sum of the three rows `R(q)ᵀeᵢ`. The first basis vectors span the directions, in the order linear
+!> potentials, others: a top needs e₁ only.
+module nutate_torque_series
+   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross
+   use nutate_power_series, only: highest_order, inverses
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: torque_series_t
+
+   !> Sines below this between a direction and the span of others are round-off of the input.
+   real(wp), parameter :: parallel = 1e-14_wp
+
+   !> The torque of the effects of a system.
+   type :: torque_series_t
+      !> Basis vectors as columns, space axes; how many span the directions; shape (3,3).
+      real(wp) :: basis(3, 3) = 0.0_wp
+      integer :: rank = 0
+      !> Linear potentials: τ = Σ mᵢ×R(q)ᵀeᵢ; columns mᵢ, body axes, N m, of which the first so many count; shape (3,3).
+      real(wp) :: moments(3, 3) = 0.0_wp
+      integer :: n_moments = 0
+      !> There is more than linear potentials.
+      logical :: has_more = .false.
+      !> Potentials with a general series, and the slot of their memory.
+      integer, private :: n_general = 0
+      integer, allocatable, private :: general(:), slot(:)
+      !> Slots of the memory of the torques that have a general series; 0 for a linear one.
+      integer, allocatable, private :: torque_slot(:)
+      !> Directions in the basis; shape (3, slots). γ, body axes; shape (3, 0:highest_order, slots).
+      real(wp), allocatable, private :: components(:, :), gamma(:, :, :)
+      !> First and last column of a slot in the memory; shape (2, slots).
+      integer, allocatable, private :: columns(:, :)
+      real(wp), allocatable, private :: memory(:, :)
+      !> D of linear torques; shape (3,3, number of torques).
+      real(wp), allocatable, private :: drag(:, :, :)
+      !> Ω, rad/s, shape (3, 0:highest_order), and each torque, N m, shape (0:highest_order, 3, number of torques); body
+      !> axes.
+      real(wp), private :: omega(3, 0:highest_order) = 0.0_wp
+      real(wp), allocatable, private :: torque(:, :, :)
+   contains
+      !> Finds out what the effects need.
+      procedure :: prepare
+      !> Adds a coefficient of all that is not linear in the directions.
+      procedure :: add_terms
+      !> Work of a torque up to a time.
+      procedure :: work_until
+   end type torque_series_t
+
+contains
+
+   !> Finds out what the effects need. Errors: `NUTATE_BAD_ARGUMENT` for an effect without series.
+   subroutine prepare(self, effects, status)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(status_t), intent(out) :: status
+      integer :: i
+      do i = 1, effects%n_potentials
+         call demand_series(effects%potentials(i)%item, status)
+         if (.not. status%ok()) return
+      end do
+      do i = 1, effects%n_torques
+         call demand_series(effects%torques(i)%item, status)
+         if (.not. status%ok()) return
+      end do
+      call sort_potentials(self, effects)
+      call choose_basis(self, effects)
+      call add_moments(self, effects)
+      call make_slots(self, effects)
+   end subroutine prepare
+
+   subroutine demand_series(effect, status)
+      class(effect_t), intent(in) :: effect
+      type(status_t), intent(inout) :: status
+      if (effect%series_kind() == NO_SERIES) status = fail(NUTATE_BAD_ARGUMENT, "effect '"//trim(effect%name)// &
+         "' has no series (expected method = 'dop853' with conserve = .true.)", 'method')
+   end subroutine demand_series
+
+   !> Lists the potentials that have a general series.
+   subroutine sort_potentials(self, effects)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      if (allocated(self%general)) deallocate (self%general)
+      allocate (self%general(effects%n_potentials))
+      self%n_general = 0
+      do i = 1, effects%n_potentials
+         if (effects%potentials(i)%item%series_kind() /= GENERAL_SERIES) cycle
+         self%n_general = self%n_general + 1
+         self%general(self%n_general) = i
+      end do
+      self%has_more = self%n_general + effects%n_torques > 0
+   end subroutine sort_potentials
+
+   !> Basis of the directions by Gram's and Schmidt's method, completed to a right-handed one.
+   subroutine choose_basis(self, effects)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i, kind
+      self%rank = 0
+      do kind = LINEAR_SERIES, GENERAL_SERIES
+         do i = 1, effects%n_potentials
+            associate (potential => effects%potentials(i)%item)
+               if (potential%series_kind() == kind) call add_direction(self, potential%direction)
+            end associate
+         end do
+      end do
+      do i = 1, effects%n_torques
+         call add_direction(self, effects%torques(i)%item%series_direction())
+      end do
+      associate (e => self%basis)
+         if (self%rank == 0) e(:, 1) = [0.0_wp, 0.0_wp, 1.0_wp]
+         if (self%rank < 2) then
+            e(:, 2) = 0.0_wp
+            e(minloc(abs(e(:, 1)), 1), 2) = 1.0_wp
+            e(:, 2) = cross(e(:, 2), e(:, 1))
+            e(:, 2) = e(:, 2)/norm2(e(:, 2))
+         end if
+         e(:, 3) = cross(e(:, 1), e(:, 2))
+      end associate
+   end subroutine choose_basis
+
+   !> Adds a direction to the basis, unless it lies in its span.
+   subroutine add_direction(self, direction)
+      class(torque_series_t), intent(inout) :: self
+      !> Space axes; shape (3).
+      real(wp), intent(in) :: direction(3)
+      real(wp) :: rest(3), scale
+      integer :: i, pass
+      scale = maxval(abs(direction))
+      if (self%rank == 3 .or. scale <= 0.0_wp) return
+      rest = direction/scale
+      scale = norm2(rest)
+      do pass = 1, 2
+         do i = 1, self%rank
+            rest = rest - dot_product(rest, self%basis(:, i))*self%basis(:, i)
+         end do
+      end do
+      if (norm2(rest) <= parallel*scale) return
+      self%rank = self%rank + 1
+      self%basis(:, self%rank) = rest/norm2(rest)
+   end subroutine add_direction
+
+   !> Merges the linear potentials.
+   subroutine add_moments(self, effects)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i, k
+      self%moments = 0.0_wp
+      self%n_moments = 0
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i)%item)
+            if (potential%series_kind() /= LINEAR_SERIES) cycle
+            do k = 1, 3
+               self%moments(:, k) = self%moments(:, k) &
+                                    + dot_product(potential%direction, self%basis(:, k))*potential%series_moment()
+            end do
+         end associate
+      end do
+      do k = 1, self%rank
+         if (any(abs(self%moments(:, k)) > 0.0_wp)) self%n_moments = k
+      end do
+   end subroutine add_moments
+
+   !> Gives each general series its direction and its memory.
+   subroutine make_slots(self, effects)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i, n, last
+      if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%components, self%gamma, self%columns, &
+                                            self%memory, self%drag, self%torque)
+      n = self%n_general + effects%n_torques
+      allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
+      allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
+      n = 0
+      last = 0
+      do i = 1, self%n_general
+         associate (potential => effects%potentials(self%general(i))%item)
+            call open_slot(self, potential, potential%direction, n, last)
+         end associate
+         self%slot(i) = n
+      end do
+      do i = 1, effects%n_torques
+         associate (torque => effects%torques(i)%item)
+            if (torque%series_kind() == LINEAR_SERIES) then
+               self%drag(:, :, i) = torque%series_drag()
+            else
+               call open_slot(self, torque, torque%series_direction(), n, last)
+               self%torque_slot(i) = n
+            end if
+         end associate
+      end do
+      allocate (self%gamma(3, 0:highest_order, n), self%memory(0:highest_order, last), source=0.0_wp)
+      allocate (self%torque(0:highest_order, 3, effects%n_torques), source=0.0_wp)
+   end subroutine make_slots
+
+   subroutine open_slot(self, effect, direction, n, last)
+      class(torque_series_t), intent(inout) :: self
+      class(effect_t), intent(in) :: effect
+      !> Space axes; shape (3).
+      real(wp), intent(in) :: direction(3)
+      !> Slots and columns of memory in use.
+      integer, intent(inout) :: n, last
+      n = n + 1
+      self%components(:, n) = matmul(direction, self%basis)
+      self%columns(:, n) = [last + 1, last + effect%series_memory()]
+      last = self%columns(2, n)
+   end subroutine open_slot
+
+   !> Adds coefficient k of the torque of all effects that are not linear potentials.
+   pure subroutine add_terms(self, effects, k, t, unit, acts, omega, rows, tau)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: k
+      !> Start and unit of time of the series, s.
+      real(wp), intent(in) :: t, unit
+      !> The torque acts; shape (number of torques).
+      logical, intent(in) :: acts(:)
+      !> Coefficient k of Ω, rad/s, and of the rows R(q)ᵀeᵢ as columns; body axes; shapes (3), (3,3).
+      real(wp), intent(in) :: omega(3), rows(3, 3)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      real(wp) :: one(3)
+      integer :: i, n
+      self%omega(:, k) = omega
+      do n = 1, size(self%gamma, 3)
+         self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
+                               + rows(:, 3)*self%components(3, n)
+      end do
+      do i = 1, self%n_general
+         n = self%slot(i)
+         call effects%potentials(self%general(i))%item%series_torque( &
+            k, self%gamma(:, 0:k, n), self%memory(:, self%columns(1, n):self%columns(2, n)), one)
+         tau = tau + one
+      end do
+      do i = 1, size(acts)
+         if (.not. acts(i)) cycle
+         n = self%torque_slot(i)
+         if (n == 0) then
+            one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
+         else
+            call effects%torques(i)%item%series_torque( &
+               k, t, unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
+               self%memory(:, self%columns(1, n):self%columns(2, n)), one)
+         end if
+         self%torque(k, :, i) = one
+         tau = tau + one
+      end do
+   end subroutine add_terms
+
+   !> ∫ Ω·τᵢ dt of the torque i from the start of the series to `s`, J: term by term.
+   pure real(wp) function work_until(self, i, order, unit, s) result(work)
+      class(torque_series_t), intent(in) :: self
+      integer, intent(in) :: i
+      !> Coefficients 0..order - 1 of the power are used.
+      integer, intent(in) :: order
+      !> Unit of time, s, and time in it.
+      real(wp), intent(in) :: unit, s
+      real(wp) :: power(0:highest_order)
+      integer :: k, j
+      power = 0.0_wp
+      ! Along k no sum waits for the one before.
+      do j = 0, order - 1
+         do k = j, order - 1
+            power(k) = power(k) + (self%omega(1, j)*self%torque(k - j, 1, i) &
+                                   + self%omega(2, j)*self%torque(k - j, 2, i) &
+                                   + self%omega(3, j)*self%torque(k - j, 3, i))
+         end do
+      end do
+      work = 0.0_wp
+      do k = order - 1, 0, -1
+         work = work*s + power(k)*inverses(k + 1)
+      end do
+      work = work*s*unit
+   end function work_until
+
+end module nutate_torque_series

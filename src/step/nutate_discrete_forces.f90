@@ -1,0 +1,366 @@
+!> What the effects do in one step of the conserving scheme: their generalised force at mid step and its derivatives.
+!>
+!> A step is seen from the frame `u` of its start: q = u∘x, so that x0 = (|q0|, 0, 0, 0). Every effect then enters as a
+!> body quantity `s = [s0, τ]` at mid step with the force `f = 2 x̄∘s/|x̄|²` (design: torques do exact work):
+!> a torque as τ, a projected potential as τ = γ(x̄)×∇̄U, since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²` and the projection
+!> takes away exactly the scalar part, which is s0 = -γ(x̄)·∇̄U where it is left in.
+module nutate_discrete_forces
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_linear_potential, only: linear_potential_t
+   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
+      rotation_matrix
+   use nutate_small_products, only: times_columns, times_vector
+   implicit none
+   private
+
+   public :: discrete_forces_t
+
+   !> The effects of one step, with what of them stays the same during its iteration.
+   type :: discrete_forces_t
+      !> There is an effect that exerts a force.
+      logical :: active = .false.
+      !> One of them depends on the attitude.
+      logical :: by_attitude = .false.
+      !> Take away the part of potential forces along q.
+      logical :: projection = .true.
+      !> Middle of the step, s.
+      real(wp) :: t = 0.0_wp
+      !> u, body→space at the start of the step; shape (4).
+      real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> R(u)ᵀ n of each potential; shape (3, number of potentials).
+      real(wp), allocatable :: direction(:, :)
+      !> γ at the start of the step; shape (3, number of potentials).
+      real(wp), allocatable :: gamma0(:, :)
+      !> ∇U of potentials for which it is constant, and which these are: `turn` need not ask them. Shape (3, number of
+      !> potentials) and (number of potentials).
+      real(wp), allocatable :: slope(:, :)
+      logical, allocatable :: is_linear(:)
+      !> The torque acts in this step; shape (number of torques). What has the number 0 is not allocated.
+      logical, allocatable :: acts(:)
+   contains
+      !> Allocates for the effects of a system.
+      procedure :: prepare
+      !> Starts a step.
+      procedure :: start
+      !> s at the present guess of the step's end.
+      procedure :: evaluate
+      !> s and its derivatives.
+      procedure :: linearize
+      !> τ of a step that turns a unit attitude by a Cayley map.
+      procedure :: turn
+      !> The same and its derivatives.
+      procedure :: linearize_turn
+      !> Work of each torque in the step.
+      procedure :: get_work
+   end type discrete_forces_t
+
+contains
+
+   !> Allocates for the effects of a system.
+   pure subroutine prepare(self, effects, projection)
+      class(discrete_forces_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      logical, intent(in) :: projection
+      integer :: i
+      self%active = effects%n_potentials + effects%n_torques > 0
+      self%by_attitude = effects%needs_attitude()
+      self%projection = projection
+      if (allocated(self%acts)) deallocate (self%acts)
+      if (effects%n_torques > 0) allocate (self%acts(effects%n_torques), source=.true.)
+      if (allocated(self%direction)) deallocate (self%direction, self%gamma0, self%slope, self%is_linear)
+      if (effects%n_potentials == 0) return
+      allocate (self%direction(3, effects%n_potentials), self%gamma0(3, effects%n_potentials), &
+                self%slope(3, effects%n_potentials), source=0.0_wp)
+      allocate (self%is_linear(effects%n_potentials), source=.false.)
+      do i = 1, effects%n_potentials
+         select type (potential => effects%potentials(i)%item)
+         class is (linear_potential_t)
+            self%is_linear(i) = .true.
+            self%slope(:, i) = -potential%moment
+         end select
+      end do
+   end subroutine prepare
+
+   !> Starts a step at the attitude q0 = |q0| u.
+   pure subroutine start(self, effects, t, frame, norm, decisive)
+      class(discrete_forces_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Middle of the step, s.
+      real(wp), intent(in) :: t
+      !> u, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: frame(4)
+      !> |q0|
+      real(wp), intent(in) :: norm
+      !> Time that decides which torques act, s; default: `t`.
+      real(wp), intent(in), optional :: decisive
+      real(wp) :: moment, columns(3, 3), square
+      integer :: i, j
+      moment = t
+      if (present(decisive)) moment = decisive
+      do i = 1, effects%n_torques
+         self%acts(i) = effects%torques(i)%item%acts_at(moment)
+      end do
+      self%t = t
+      self%frame = frame
+      if (effects%n_potentials == 0) return
+      columns = rotation_matrix(frame)
+      square = norm*norm
+      do i = 1, effects%n_potentials
+         associate (n => effects%potentials(i)%item%direction)
+            do j = 1, 3
+               self%direction(j, i) = columns(1, j)*n(1) + columns(2, j)*n(2) + columns(3, j)*n(3)
+               self%gamma0(j, i) = square*self%direction(j, i)
+            end do
+         end associate
+      end do
+   end subroutine start
+
+   !> s = [s0, τ] for a step that ends at x1.
+   pure subroutine evaluate(self, effects, x1, xm, omega, s)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> End and mean of the step, start frame; shape (4).
+      real(wp), intent(in) :: x1(4), xm(4)
+      !> Ω̄, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> [s0, τ], body axes, N m; shape (4).
+      real(wp), intent(out) :: s(4)
+      real(wp) :: gamma(3), gradient(3), attitude(4)
+      integer :: i
+      s = 0.0_wp
+      do i = 1, effects%n_potentials
+         gamma = rotate_to_body(xm, self%direction(:, i))
+         gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), &
+                                                                 rotate_to_body(x1, self%direction(:, i)))
+         s(2:4) = s(2:4) + cross(gamma, gradient)
+         if (.not. self%projection) s(1) = s(1) - dot_product(gamma, gradient)
+      end do
+      if (effects%n_torques == 0) return
+      attitude = mid_attitude(self%frame, xm)
+      do i = 1, effects%n_torques
+         if (self%acts(i)) s(2:4) = s(2:4) + effects%torques(i)%item%torque(self%t, attitude, omega)
+      end do
+   end subroutine evaluate
+
+   !> s, ∂s/∂x1 (x̄ moving with x1, Ω̄ fixed) and ∂τ/∂Ω̄.
+   pure subroutine linearize(self, effects, x1, xm, omega, s, by_x, by_rate)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> End and mean of the step, start frame; shape (4).
+      real(wp), intent(in) :: x1(4), xm(4)
+      !> Ω̄, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> [s0, τ], body axes, N m; shape (4).
+      real(wp), intent(out) :: s(4)
+      !> ∂s/∂x1; shape (4,4).
+      real(wp), intent(out) :: by_x(4, 4)
+      !> ∂τ/∂Ω̄; shape (3,3).
+      real(wp), intent(out) :: by_rate(3, 3)
+      real(wp) :: attitude(4), rotation(3, 3), rate(3, 3), turn(4, 4)
+      integer :: i, j
+      call self%evaluate(effects, x1, xm, omega, s)
+      by_x = 0.0_wp
+      by_rate = 0.0_wp
+      do i = 1, effects%n_potentials
+         call add_potential_derivative(self, effects, i, x1, xm, by_x)
+      end do
+      if (effects%n_torques == 0) return
+      attitude = mid_attitude(self%frame, xm)
+      ! The small rotation of x̄ + ½δx against x̄ is θ = vec(x̄*∘δx)/|x̄|², body axes.
+      turn = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
+      do i = 1, effects%n_torques
+         if (.not. self%acts(i)) cycle
+         call effects%torques(i)%item%derivatives(self%t, attitude, omega, rotation, rate)
+         do j = 1, 4
+            by_x(2:4, j) = by_x(2:4, j) + times_vector(rotation, turn(2:4, j))
+         end do
+         by_rate = by_rate + rate
+      end do
+   end subroutine linearize
+
+   !> Adds ∂[-γ̄·∇̄U, γ̄×∇̄U]/∂x1 of one potential; γ'(x)δ = 2 vec(x*∘n∘δ).
+   pure subroutine add_potential_derivative(self, effects, i, x1, xm, by_x)
+      type(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x1(4), xm(4)
+      real(wp), intent(inout) :: by_x(4, 4)
+      real(wp) :: n(4), gamma(3), gamma1(3), gradient(3), hessian(3, 3), at_mean(4, 4), at_end(4, 4), slope(3)
+      integer :: j
+      n = [0.0_wp, self%direction(1, i), self%direction(2, i), self%direction(3, i)]
+      gamma = rotate_to_body(xm, n(2:4))
+      gamma1 = rotate_to_body(x1, n(2:4))
+      associate (potential => effects%potentials(i)%item)
+         gradient = potential%discrete_gradient(self%gamma0(:, i), gamma1)
+         hessian = potential%discrete_hessian(self%gamma0(:, i), gamma1)
+      end associate
+      at_mean = quat_left_matrix(quat_product(quat_conjugate(xm), n))
+      at_end = 2*quat_left_matrix(quat_product(quat_conjugate(x1), n))
+      do j = 1, 4
+         slope = times_vector(hessian, at_end(2:4, j))
+         by_x(2:4, j) = by_x(2:4, j) + cross(at_mean(2:4, j), gradient) + cross(gamma, slope)
+         if (.not. self%projection) &
+            by_x(1, j) = by_x(1, j) - dot_product(at_mean(2:4, j), gradient) - dot_product(gamma, slope)
+      end do
+   end subroutine add_potential_derivative
+
+   !> τ at mid step for the turn c = (1+b)∘(1-b)⁻¹ of a unit attitude: what `evaluate` gives for x1 = c,
+   !> x̄ = (1+b)/(1+|b|²).
+   pure subroutine turn(self, effects, b, rate, tau)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> b = ¼Δt Ω̄; shape (3).
+      real(wp), intent(in) :: b(3)
+      !> 4/Δt, 1/s.
+      real(wp), intent(in) :: rate
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      real(wp) :: middle(3), gradient(3), attitude(4), one(3), shrink, square, t1, t2, t3
+      integer :: i
+      shrink = 1/(1 + b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
+      square = shrink*shrink
+      t1 = 0.0_wp
+      t2 = 0.0_wp
+      t3 = 0.0_wp
+      do i = 1, effects%n_potentials
+         middle = turned_back(b, self%direction(:, i))
+         if (self%is_linear(i)) then
+            gradient = self%slope(:, i)
+         else
+            gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), square*turned_back(b, middle))
+         end if
+         t1 = t1 + square*(middle(2)*gradient(3) - middle(3)*gradient(2))
+         t2 = t2 + square*(middle(3)*gradient(1) - middle(1)*gradient(3))
+         t3 = t3 + square*(middle(1)*gradient(2) - middle(2)*gradient(1))
+      end do
+      if (effects%n_torques > 0) then
+         attitude = half_turned(self%frame, b, shrink)
+         do i = 1, effects%n_torques
+            if (.not. self%acts(i)) cycle
+            one = effects%torques(i)%item%torque(self%t, attitude, rate*b)
+            t1 = t1 + one(1)
+            t2 = t2 + one(2)
+            t3 = t3 + one(3)
+         end do
+      end if
+      tau(1) = t1
+      tau(2) = t2
+      tau(3) = t3
+   end subroutine turn
+
+   !> τ as `turn` gives it, and ∂τ/∂b. A change δb turns the attitude at mid step by θ = 2(δb - b×δb)/(1+|b|²) in body
+   !> axes there, that at the end by θ + R(c½)ᵀθ, and scales x̄.
+   pure subroutine linearize_turn(self, effects, b, rate, tau, by_b)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> b = ¼Δt Ω̄; shape (3).
+      real(wp), intent(in) :: b(3)
+      !> 4/Δt, 1/s.
+      real(wp), intent(in) :: rate
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      !> ∂τ/∂b; shape (3,3).
+      real(wp), intent(out) :: by_b(3, 3)
+      real(wp) :: shrink, turns(3, 3), attitude(4), rotation(3, 3), by_rate(3, 3)
+      integer :: i, j
+      shrink = 1/(1 + dot_product(b, b))
+      do j = 1, 3
+         turns(:, j) = 0.0_wp
+         turns(j, j) = 1.0_wp
+         turns(:, j) = (2*shrink)*(turns(:, j) - cross_of(b, turns(:, j)))
+      end do
+      tau = 0.0_wp
+      by_b = 0.0_wp
+      do i = 1, effects%n_potentials
+         call add_turned_potential(self, effects, i, b, turns, tau, by_b)
+      end do
+      if (effects%n_torques == 0) return
+      attitude = half_turned(self%frame, b, shrink)
+      do i = 1, effects%n_torques
+         if (.not. self%acts(i)) cycle
+         tau = tau + effects%torques(i)%item%torque(self%t, attitude, rate*b)
+         call effects%torques(i)%item%derivatives(self%t, attitude, rate*b, rotation, by_rate)
+         by_b = by_b + times_columns(rotation, turns) + rate*by_rate
+      end do
+   end subroutine linearize_turn
+
+   !> Adds τ of one potential and its derivative by b.
+   pure subroutine add_turned_potential(self, effects, i, b, turns, tau, by_b)
+      type(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      !> b, and the turns θ of the attitude at mid step by its three components; shape (3,3).
+      real(wp), intent(in) :: b(3), turns(3, 3)
+      real(wp), intent(inout) :: tau(3), by_b(3, 3)
+      real(wp) :: middle(3), end(3), gradient(3), hessian(3, 3), own(3), shrink
+      integer :: j
+      shrink = 1/(1 + dot_product(b, b))
+      middle = shrink*turned_back(b, self%direction(:, i))
+      end = shrink*turned_back(b, middle)
+      gradient = effects%potentials(i)%item%discrete_gradient(self%gamma0(:, i), end)
+      hessian = effects%potentials(i)%item%discrete_hessian(self%gamma0(:, i), end)
+      own = shrink*cross_of(middle, gradient)
+      tau = tau + own
+      do j = 1, 3
+         by_b(:, j) = by_b(:, j) - (2*shrink*b(j))*own + shrink*( &
+                      cross_of(cross_of(middle, turns(:, j)), gradient) &
+                      + cross_of(middle, times_vector(hessian, cross_of(end, turns(:, j) &
+                                                                        + shrink*turned_back(b, turns(:, j))))))
+      end do
+   end subroutine add_turned_potential
+
+   !> Δt Ω̄·τ of each torque: the work it does in the step, to round-off.
+   pure subroutine get_work(self, effects, dt, xm, omega, work)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> s.
+      real(wp), intent(in) :: dt
+      !> Mean of the step, start frame; shape (4).
+      real(wp), intent(in) :: xm(4)
+      !> Ω̄, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> J; shape (number of torques).
+      real(wp), intent(inout) :: work(:)
+      real(wp) :: attitude(4)
+      integer :: i
+      attitude = mid_attitude(self%frame, xm)
+      do i = 1, effects%n_torques
+         work(i) = 0.0_wp
+         if (self%acts(i)) work(i) = dt*dot_product(omega, effects%torques(i)%item%torque(self%t, attitude, omega))
+      end do
+   end subroutine get_work
+
+   !> u∘x̄/|x̄|: attitude at mid step, body→space.
+   pure function mid_attitude(frame, xm) result(q)
+      real(wp), intent(in) :: frame(4), xm(4)
+      real(wp) :: q(4)
+      q = quat_product(frame, xm)/norm2(xm)
+   end function mid_attitude
+
+   !> vec((1-b)∘v∘(1+b)): v turned back by half the step's rotation, times 1+|b|².
+   pure function turned_back(b, v) result(r)
+      real(wp), intent(in) :: b(3), v(3)
+      real(wp) :: r(3)
+      r = (1 - (b(1)*b(1) + b(2)*b(2) + b(3)*b(3)))*v + (2*(b(1)*v(1) + b(2)*v(2) + b(3)*v(3)))*b - 2*cross_of(b, v)
+   end function turned_back
+
+   !> u∘(1+b)/|1+b|: attitude at mid step, body→space; shrink = 1/|1+b|².
+   pure function half_turned(u, b, shrink) result(q)
+      real(wp), intent(in) :: u(4), b(3), shrink
+      real(wp) :: q(4)
+      q(1) = u(1) - u(2)*b(1) - u(3)*b(2) - u(4)*b(3)
+      q(2:4) = u(2:4) + u(1)*b + cross_of(u(2:4), b)
+      q = sqrt(shrink)*q
+   end function half_turned
+
+   !> a×b, where a call of `cross` would cost more than the product.
+   pure function cross_of(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c(1) = a(2)*b(3) - a(3)*b(2)
+      c(2) = a(3)*b(1) - a(1)*b(3)
+      c(3) = a(1)*b(2) - a(2)*b(1)
+   end function cross_of
+
+end module nutate_discrete_forces

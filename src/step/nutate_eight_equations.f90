@@ -1,0 +1,265 @@
+!> The eight equations of one step (Nielsen & Krenk 2012) and their analytic Jacobian.
+!>
+!> With q = u∘x, p = μ u∘y they read the same for x and y whatever the unit quaternion u: the scheme is symmetric under
+!> rotations of space. u is taken as the attitude at the start of the step and μ as the power of two nearest |p|, so
+!> that
+!>
+!> * all eight unknowns are of order one, for a molecule as for a planet, and no digit depends on the units;
+!> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
+module nutate_eight_equations
+   use nutate_archive, only: archive_t
+   use nutate_cayley, only: measure_turn
+   use nutate_kinds, only: wp, eps
+   use nutate_discrete_forces, only: discrete_forces_t
+   use nutate_quaternion, only: quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix
+   use nutate_small_products, only: times_vector
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: eight_equations_t
+
+   !> q·p over |q||p| that rounding leaves of a product that vanishes.
+   real(wp), parameter :: product_noise = 64*eps
+
+   !> C = diag(1, -1, -1, -1), the conjugation.
+   real(wp), parameter :: conjugation(4) = [1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp]
+
+   !> One step's equations R(z) = 0 in z = (Δx, Δy).
+   type :: eight_equations_t
+      !> s.
+      real(wp) :: dt = 0.0_wp
+      !> u = q0/|q0|, body→space; shape (4).
+      real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> μ, the unit of momentum, kg m²/s.
+      real(wp) :: unit = 1.0_wp
+      !> x0 = (|q0|, 0, 0, 0), y0 = u*∘p0/μ and w0 = x0*∘y0; shape (4).
+      real(wp) :: x0(4) = 0.0_wp, y0(4) = 0.0_wp, w0(4) = 0.0_wp
+      !> μ J⁻¹, 1/s; shape (3,3), and μ/J0, 1/s.
+      real(wp) :: inverse_inertia(3, 3) = 0.0_wp, inverse_j0 = 0.0_wp
+      !> 2h/μ; shape (3).
+      real(wp) :: rotor(3) = 0.0_wp
+      type(discrete_forces_t) :: forces
+   contains
+      !> Chooses the unit of momentum.
+      procedure :: set_unit
+      !> Starts a step from a state.
+      procedure :: start
+      !> R(z)
+      procedure :: residual
+      !> ∂R/∂z
+      procedure :: jacobian
+      !> a = J⁻¹w̄ at the end that z stands for.
+      procedure :: mean_rate
+      !> Shows to an archive what stays from step to step.
+      procedure :: transfer => transfer_equations
+      !> The increments of q and p that the root stands for.
+      procedure :: increments
+      !> q·p is what rounding leaves of nothing, and stays so.
+      procedure :: is_tangent
+      !> Takes that away.
+      procedure :: make_tangent
+   end type eight_equations_t
+
+contains
+
+   !> Takes a power of two as the unit of momentum, and the inertia in it.
+   pure subroutine set_unit(self, system, inverse_j0, unit)
+      class(eight_equations_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp), intent(in) :: inverse_j0
+      !> μ, kg m²/s; a power of two.
+      real(wp), intent(in) :: unit
+      self%unit = unit
+      self%inverse_inertia = unit*system%body%inverse_inertia
+      self%inverse_j0 = unit*inverse_j0
+      self%rotor = 2*system%effects%rotor_momentum/unit
+   end subroutine set_unit
+
+   !> Starts a step of `dt` seconds from a state.
+   pure subroutine start(self, system, state, dt, decisive)
+      class(eight_equations_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      !> Time that decides which torques act, s; default: the middle of the step.
+      real(wp), intent(in), optional :: decisive
+      real(wp) :: norm
+      norm = norm2(state%q)
+      self%dt = dt
+      self%frame = state%q/norm
+      self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
+      self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%unit
+      self%w0 = norm*self%y0
+      if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, decisive)
+   end subroutine start
+
+   !> a = J⁻¹(w̄ - 2h), w̄ = ½(w0 + w1); a = [w̄₀/J0, 2Ω̄], rad/s; shape (4).
+   pure function mean_rate(self, z) result(a)
+      class(eight_equations_t), intent(in) :: self
+      !> (Δx, Δy); shape (8).
+      real(wp), intent(in) :: z(8)
+      real(wp) :: a(4), w(4)
+      w = 0.5_wp*(self%w0 + quat_product(quat_conjugate(self%x0 + z(1:4)), self%y0 + z(5:8)))
+      w(2:4) = w(2:4) - self%rotor
+      a(1) = self%inverse_j0*w(1)
+      a(2:4) = self%inverse_inertia(:, 1)*w(2) + self%inverse_inertia(:, 2)*w(3) + self%inverse_inertia(:, 3)*w(4)
+   end function mean_rate
+
+   !> R(z) = (Δx - ¼Δt x̄∘a, Δy + ¼Δt ȳ∘Ca - Δt f/μ), f = 2x̄∘s/|x̄|².
+   pure subroutine residual(self, system, z, r)
+      class(eight_equations_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> (Δx, Δy); shape (8).
+      real(wp), intent(in) :: z(8)
+      real(wp), intent(out) :: r(8)
+      real(wp) :: a(4), xm(4), s(4)
+      a = self%mean_rate(z)
+      xm = self%x0 + 0.5_wp*z(1:4)
+      r(1:4) = z(1:4) - (0.25_wp*self%dt)*quat_product(xm, a)
+      r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
+      if (.not. self%forces%active) return
+      call self%forces%evaluate(system%effects, self%x0 + z(1:4), xm, 0.5_wp*a(2:4), s)
+      r(5:8) = r(5:8) - (2*self%dt/(self%unit*dot_product(xm, xm)))*quat_product(xm, s)
+   end subroutine residual
+
+   !> q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a and κ = Cα the equations
+   !> of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. Taken from z instead, seen from u, it would
+   !> carry the rounding of |u| along, and |p| would drift in proportion to the number of steps. The impulse Δt f is
+   !> what z has beyond the free motion: evaluated from a, a damping much stronger than the inertia would blow up a's
+   !> rounding. Projected forces have no part along x̄ and leave w₀ = q·p as it is: the rounding of z in both would,
+   !> with a finite J0, make the norm drift.
+   pure subroutine increments(self, state, z, a, dq, dp, excess)
+      class(eight_equations_t), intent(in) :: self
+      !> At the start of the step.
+      type(state_t), intent(in) :: state
+      !> Root, shape (8), and the a that belongs to it, shape (4).
+      real(wp), intent(in) :: z(8), a(4)
+      !> Shape (4); the second in kg m²/s.
+      real(wp), intent(out) :: dq(4), dp(4)
+      !> Part by which they make q1 and p1 too long.
+      real(wp), intent(out) :: excess
+      real(wp) :: alpha(4), turn(4), beta, q_factor, p_factor, impulse(4), xm(4)
+      alpha = (0.125_wp*self%dt)*a
+      if (self%forces%projection) alpha(1) = (0.125_wp*self%dt*self%inverse_j0)*self%w0(1)
+      if (self%is_tangent()) then
+         alpha(1) = 0.0_wp
+         call measure_turn(alpha(2:4), beta, q_factor, excess)
+         p_factor = q_factor
+      else
+         beta = alpha(2)**2 + alpha(3)**2 + alpha(4)**2
+         q_factor = 2/((1 - alpha(1))**2 + beta)
+         p_factor = 2/((1 + alpha(1))**2 + beta)
+         excess = 0.0_wp
+      end if
+      turn = [alpha(1)*(1 - alpha(1)) - beta, alpha(2:4)]
+      dq = q_factor*quat_product(state%q, turn)
+      turn(1) = -alpha(1)*(1 + alpha(1)) - beta
+      dp = quat_product(state%p, turn)
+      if (self%forces%active) then
+         impulse = z(5:8) + 2*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*alpha)
+         if (self%forces%projection) then
+            xm = self%x0 + 0.5_wp*z(1:4)
+            impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
+         end if
+         turn = quat_product(impulse, [1 + alpha(1), alpha(2:4)])
+         dp = dp + (0.5_wp*self%unit)*quat_product(self%frame, turn)
+      end if
+      dp = p_factor*dp
+   end subroutine increments
+
+   !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then q·p = 0 for ever.
+   pure logical function is_tangent(self)
+      class(eight_equations_t), intent(in) :: self
+      is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
+   end function is_tangent
+
+   !> Takes from p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes neither the angular
+   !> momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|.
+   pure subroutine make_tangent(self, state)
+      class(eight_equations_t), intent(in) :: self
+      !> At the end of the step.
+      type(state_t), intent(inout) :: state
+      if (.not. self%is_tangent()) return
+      state%p_compensation = state%p_compensation - (self%w0(1)*self%unit/dot_product(state%q, state%q))*state%q
+   end subroutine make_tangent
+
+   !> ∂R/∂z; shape (8,8).
+   pure subroutine jacobian(self, system, z, matrix)
+      class(eight_equations_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> (Δx, Δy); shape (8).
+      real(wp), intent(in) :: z(8)
+      real(wp), intent(out) :: matrix(8, 8)
+      real(wp) :: a(4), by_z(4, 8), xm(4), ym(4)
+      integer :: i
+      a = self%mean_rate(z)
+      xm = self%x0 + 0.5_wp*z(1:4)
+      ym = self%y0 + 0.5_wp*z(5:8)
+      by_z = rate_derivative(self, z)
+      do i = 1, 8
+         matrix(1:4, i) = -(0.25_wp*self%dt)*quat_product(xm, by_z(:, i))
+      end do
+      matrix(1:4, 1:4) = matrix(1:4, 1:4) - (0.125_wp*self%dt)*quat_right_matrix(a)
+      do i = 1, 8
+         matrix(5:8, i) = (0.25_wp*self%dt)*quat_product(ym, conjugation*by_z(:, i))
+      end do
+      matrix(5:8, 5:8) = matrix(5:8, 5:8) + (0.125_wp*self%dt)*quat_right_matrix(conjugation*a)
+      do i = 1, 8
+         matrix(i, i) = matrix(i, i) + 1
+      end do
+      if (self%forces%active) call add_forces(self, system, z, xm, a, by_z, matrix)
+   end subroutine jacobian
+
+   !> ∂a/∂z = ½ J⁻¹ [R(y1)C, Q(x1)ᵀ], from w1 = x1*∘y1; shape (4,8).
+   pure function rate_derivative(self, z) result(by_z)
+      class(eight_equations_t), intent(in) :: self
+      real(wp), intent(in) :: z(8)
+      real(wp) :: by_z(4, 8), by_w(4, 8)
+      integer :: i
+      by_w(:, 1:4) = quat_right_matrix(self%y0 + z(5:8))
+      by_w(:, 2:4) = -by_w(:, 2:4)
+      by_w(:, 5:8) = quat_left_matrix(quat_conjugate(self%x0 + z(1:4)))
+      do i = 1, 8
+         by_z(1, i) = 0.5_wp*self%inverse_j0*by_w(1, i)
+         by_z(2:4, i) = 0.5_wp*times_vector(self%inverse_inertia, by_w(2:4, i))
+      end do
+   end function rate_derivative
+
+   !> Adds -Δt/μ ∂f/∂z to the lower half, f = 2x̄∘s/|x̄|².
+   pure subroutine add_forces(self, system, z, xm, a, by_z, matrix)
+      class(eight_equations_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: z(8), xm(4), a(4), by_z(4, 8)
+      real(wp), intent(inout) :: matrix(8, 8)
+      real(wp) :: s(4), by_x(4, 4), by_rate(3, 3), factor, square, image(4), column(4)
+      integer :: i
+      call self%forces%linearize(system%effects, self%x0 + z(1:4), xm, 0.5_wp*a(2:4), s, by_x, by_rate)
+      square = dot_product(xm, xm)
+      factor = 2*self%dt/(self%unit*square)
+      image = quat_product(xm, s)/square
+      matrix(5:8, 1:4) = matrix(5:8, 1:4) - (0.5_wp*factor)*quat_right_matrix(s)
+      do i = 1, 4
+         matrix(5:8, i) = matrix(5:8, i) + factor*(xm(i)*image - quat_product(xm, by_x(:, i)))
+      end do
+      do i = 1, 8
+         column(1) = 0.0_wp
+         column(2:4) = 0.5_wp*times_vector(by_rate, by_z(2:4, i))
+         matrix(5:8, i) = matrix(5:8, i) - factor*quat_product(xm, column)
+      end do
+   end subroutine add_forces
+
+   !> Shows to an archive what stays from step to step: the unit of momentum and what is measured in it.
+   subroutine transfer_equations(self, archive)
+      class(eight_equations_t), intent(inout) :: self
+      type(archive_t), intent(inout) :: archive
+      call archive%transfer(self%unit)
+      call archive%transfer(self%inverse_inertia)
+      call archive%transfer(self%inverse_j0)
+      call archive%transfer(self%rotor)
+   end subroutine transfer_equations
+
+end module nutate_eight_equations

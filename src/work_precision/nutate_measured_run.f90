@@ -1,0 +1,196 @@
+!> One integration of a study: without output, under a time limit, measured or as fast as it goes.
+module nutate_measured_run
+   use nutate_step_control, only: control_settings_t, integrate_controlled
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_invariants, only: invariants_t
+   use nutate_kinds, only: wp, long
+   use nutate_methods, only: make_stepper, methods
+   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stopwatch, only: stopwatch_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: problem_t, follower_t, run_once, run_to_tolerance, settings_of, fastest_rate
+
+   !> Steps of the run that looks for the fastest rotation: at most so many, and at least so many where the start does
+   !> not say how fast the body is.
+   integer(long), parameter :: most_pilot_steps = 20000, least_pilot_steps = 64
+   !> Turn in a step of that run, rad.
+   real(wp), parameter :: pilot_turn = 0.5_wp
+
+   !> What is studied: a motion from a state to a time.
+   type :: problem_t
+      type(system_t) :: system
+      type(state_t) :: start
+      !> s.
+      real(wp) :: end_time = 0.0_wp
+      !> What methods are to be run with: tolerances, auxiliary inertia, projection.
+      type(integrator_settings_t) :: settings
+      !> Its `poll` can end every run of the problem; may be absent.
+      class(observer_t), allocatable :: onlooker
+   contains
+      !> Time from start to end, s; of the sign of the way to go.
+      procedure :: duration
+   end type problem_t
+
+   !> Looks on: ends a run whose time is over; measures, if it is shown rows.
+   type, extends(observer_t) :: follower_t
+      type(invariants_t) :: invariants
+      !> Largest |Ω| seen, rad/s.
+      real(wp) :: fastest = 0.0_wp
+      !> The invariants are wanted.
+      logical :: measures = .false.
+      type(stopwatch_t) :: clock
+      !> Reading of the clock at which a run must end, s.
+      real(wp) :: deadline = huge(1.0_wp)
+      class(observer_t), allocatable :: onlooker
+   contains
+      procedure :: observe => measure_row
+      procedure :: poll => watch_clock
+   end type follower_t
+
+contains
+
+   !> Time from start to end, s; of the sign of the way to go.
+   pure real(wp) function duration(self)
+      class(problem_t), intent(in) :: self
+      duration = self%end_time - self%start%t
+   end function duration
+
+   !> A problem's settings for a row of the table of methods, with the attitude: it is what errors are taken of.
+   pure function settings_of(base, method) result(settings)
+      type(integrator_settings_t), intent(in) :: base
+      !> Row of `methods`.
+      integer, intent(in) :: method
+      type(integrator_settings_t) :: settings
+      settings = base
+      settings%method = methods(method)%name
+      settings%linear_solver = methods(method)%linear_solver
+      settings%order = methods(method)%order
+      settings%conserve = methods(method)%corrected
+      settings%attitude = .true.
+   end function settings_of
+
+   !> Runs a problem once from its start. With `follower%measures` every step is a row; otherwise only the ends are.
+   !>
+   !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` where the time is over; what the onlooker's
+   !> `poll` returned.
+   subroutine run_once(problem, stepper, time_step, follower, state, summary, seconds, status)
+      type(problem_t), intent(in) :: problem
+      !> Prepared.
+      class(stepper_t), intent(inout) :: stepper
+      !> s.
+      real(wp), intent(in) :: time_step
+      type(follower_t), intent(inout) :: follower
+      !> The last state.
+      type(state_t), intent(out) :: state
+      type(run_summary_t), intent(out) :: summary
+      !> Wall time, s.
+      real(wp), intent(out) :: seconds
+      type(status_t), intent(out) :: status
+      type(run_plan_t) :: plan
+      type(stopwatch_t) :: clock
+
+      plan%time_step = time_step
+      plan%end_time = problem%end_time
+      plan%every = huge(1_long)
+      if (follower%measures) plan%every = 1
+      state = problem%start
+      call take_onlooker(follower, problem)
+      call clock%start()
+      call integrate(problem%system, stepper, state, plan, follower, summary, status)
+      seconds = clock%seconds()
+   end subroutine run_once
+
+   !> The same with steps chosen for an error of each. Preparing the method is part of the time.
+   !>
+   !> Errors: those of `integrate_controlled`; `NUTATE_STEP_LIMIT` where the time is over.
+   subroutine run_to_tolerance(problem, settings, tolerance, follower, state, summary, seconds, status)
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      !> rad.
+      real(wp), intent(in) :: tolerance
+      type(follower_t), intent(inout) :: follower
+      !> The last state.
+      type(state_t), intent(out) :: state
+      type(run_summary_t), intent(out) :: summary
+      !> Wall time, s.
+      real(wp), intent(out) :: seconds
+      type(status_t), intent(out) :: status
+      type(run_plan_t) :: plan
+      type(control_settings_t) :: goal
+      type(stopwatch_t) :: clock
+
+      plan%end_time = problem%end_time
+      plan%every = huge(1_long)
+      if (follower%measures) plan%every = 1
+      goal%local_tolerance = tolerance
+      state = problem%start
+      call clock%start()
+      call integrate_controlled(problem%system, settings, goal, state, plan, follower, summary, status)
+      seconds = clock%seconds()
+   end subroutine run_to_tolerance
+
+   !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long.
+   subroutine fastest_rate(problem, method, rate, status)
+      type(problem_t), intent(in) :: problem
+      !> Row of `methods`.
+      integer, intent(in) :: method
+      real(wp), intent(out) :: rate
+      type(status_t), intent(out) :: status
+      class(stepper_t), allocatable :: stepper
+      type(run_plan_t) :: plan
+      type(run_summary_t) :: summary
+      type(follower_t) :: follower
+      type(state_t) :: state
+
+      rate = norm2(angular_velocity(problem%system, problem%start))
+      call make_stepper(problem%system, settings_of(integrator_settings_t(), method), stepper, status)
+      if (.not. status%ok()) return
+      plan%end_time = problem%end_time
+      plan%time_step = problem%duration()/real(least_pilot_steps, wp)
+      if (abs(plan%time_step)*rate > pilot_turn) plan%time_step = sign(pilot_turn/rate, plan%time_step)
+      plan%max_steps = most_pilot_steps
+      state = problem%start
+      follower%measures = .true.
+      call take_onlooker(follower, problem)
+      call follower%invariants%start(problem%system, state)
+      call integrate(problem%system, stepper, state, plan, follower, summary, status)
+      if (status%code == NUTATE_STEP_LIMIT) status = status_t()
+      rate = max(rate, follower%fastest)
+   end subroutine fastest_rate
+
+   subroutine take_onlooker(follower, problem)
+      type(follower_t), intent(inout) :: follower
+      type(problem_t), intent(in) :: problem
+      if (allocated(problem%onlooker) .and. .not. allocated(follower%onlooker)) &
+         allocate (follower%onlooker, source=problem%onlooker)
+   end subroutine take_onlooker
+
+   !> Measures the invariants and the rate of rotation.
+   subroutine measure_row(self, system, state, record, status)
+      class(follower_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      if (.not. self%measures) return
+      call self%invariants%measure(system, state, record%work)
+      self%fastest = max(self%fastest, norm2(angular_velocity(system, state)))
+   end subroutine measure_row
+
+   !> Ends a run whose time is over, or that the onlooker wants to end.
+   subroutine watch_clock(self, fraction, status)
+      class(follower_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      if (allocated(self%onlooker)) call self%onlooker%poll(fraction, status)
+      if (.not. status%ok() .or. self%deadline >= huge(1.0_wp)) return
+      if (self%clock%seconds() > self%deadline) status = fail(NUTATE_STEP_LIMIT, 'the time for it is over')
+   end subroutine watch_clock
+
+end module nutate_measured_run

@@ -1,0 +1,198 @@
+!> The attitude that errors are taken from: exact where there is a closed solution, else what two independent methods
+!> agree on.
+!>
+!> The agreed attitude comes from halving the step of both until their difference stops falling. What is left of it is
+!> how well the attitude is known: neither method can hide an error of its own behind the other.
+module nutate_reference
+   use nutate_exact_motion, only: find_exact_attitude, EXACT_FREE_BODY, EXACT_TOP, NOT_EXACT
+   use nutate_kinds, only: wp, eps
+   use nutate_methods, only: make_stepper, methods
+   use nutate_quaternion, only: attitude_distance
+   use nutate_run, only: run_summary_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stopwatch, only: stopwatch_t
+   use nutate_measured_run, only: follower_t, problem_t, run_once, settings_of
+   implicit none
+   private
+
+   public :: reference_t, reference_methods, NO_REFERENCE, EXACT_FREE_BODY, EXACT_TOP, AGREED
+
+   !> Beside the closed solutions: none, and what two methods agree on.
+   integer, parameter :: NO_REFERENCE = NOT_EXACT, AGREED = 3
+
+   !> An attitude known no better than this is no reference, rad.
+   real(wp), parameter :: useless = 1e-3_wp
+   !> Turn in the first, longest step, rad.
+   real(wp), parameter :: first_turn = 1.0_wp
+   !> No attitude is known better than this, rad; levels without improvement that end the search; the most levels.
+   real(wp), parameter :: finest = 4*eps
+   integer, parameter :: patience = 2, most_levels = 24
+
+   type :: reference_t
+      !> `NO_REFERENCE`, `EXACT_FREE_BODY`, `EXACT_TOP` or `AGREED`.
+      integer :: kind = NO_REFERENCE
+      !> Attitude at the end; shape (4).
+      real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> How well it is known, rad.
+      real(wp) :: uncertainty = huge(1.0_wp)
+      !> Rows of `methods` that agree, and the step at which they do so best, s.
+      integer :: pair(2) = 0
+      real(wp) :: time_step = 0.0_wp
+      !> Nothing is left to be tried.
+      logical :: settled = .false.
+      !> Differences of the two methods at every step tried, rad; how many.
+      real(wp), private :: gaps(most_levels) = 0.0_wp
+      integer, private :: levels = 0
+      !> Levels since the best, wall time of the last, s.
+      integer, private :: stale = 0
+      real(wp), private :: last_seconds = 0.0_wp
+   contains
+      !> Looks for a closed solution.
+      procedure :: begin
+      !> Tries the next step, if time allows.
+      procedure :: refine
+      !> The attitude is known.
+      procedure :: known
+   end type reference_t
+
+contains
+
+   !> Looks for a closed solution. It is good to round-off; the error that round-off of the start makes is not told.
+   subroutine begin(self, problem, rate)
+      class(reference_t), intent(inout) :: self
+      type(problem_t), intent(in) :: problem
+      !> Largest |Ω| of the motion, rad/s.
+      real(wp), intent(in) :: rate
+      real(wp) :: steps
+      call find_exact_attitude(problem, self%kind, self%q)
+      self%settled = self%kind /= NOT_EXACT
+      if (self%settled) then
+         self%uncertainty = finest + eps*rate*abs(problem%duration())
+         return
+      end if
+      call reference_methods(self%pair(1), self%pair(2))
+      steps = max(16.0_wp, aint(rate*abs(problem%duration())/first_turn) + 1)
+      self%time_step = problem%duration()/steps
+      self%levels = 0
+   end subroutine begin
+
+   !> Two rows of `methods` that have as little in common as there is: the highest order of the default method, and the
+   !> highest order of another one as it is, without correction; another order of the same, if nothing better is there.
+   pure subroutine reference_methods(first, second)
+      integer, intent(out) :: first, second
+      type(integrator_settings_t) :: default
+      integer :: i, rank, best
+      first = 1
+      do i = 1, size(methods)
+         if (methods(i)%name /= default%method) cycle
+         if (methods(i)%order >= methods(first)%order) first = i
+      end do
+      second = first
+      best = 0
+      do i = 1, size(methods)
+         if (methods(i)%order < 1 .or. methods(i)%corrected .or. methods(i)%chooses_steps) cycle
+         if (methods(i)%name == methods(first)%name .and. methods(i)%order == methods(first)%order) cycle
+         rank = 2*methods(i)%order
+         if (methods(i)%name /= methods(first)%name) rank = rank + 1
+         if (rank < best) cycle
+         best = rank
+         second = i
+      end do
+   end subroutine reference_methods
+
+   !> Tries the next step, if it can be expected to end in time; otherwise, and where nothing is gained any more, the
+   !> reference is settled.
+   subroutine refine(self, problem, clock, deadline)
+      class(reference_t), intent(inout) :: self
+      type(problem_t), intent(in) :: problem
+      type(stopwatch_t), intent(in) :: clock
+      !> Reading of the clock until which time may be spent, s.
+      real(wp), intent(in) :: deadline
+      type(status_t) :: status
+      real(wp) :: time_step, q(4, 2), begun
+      integer :: i
+
+      begun = clock%seconds()
+      if (self%levels == most_levels .or. begun + 2*self%last_seconds > deadline) then
+         call settle(self, .false.)
+         return
+      end if
+      time_step = self%time_step
+      if (self%levels > 0) time_step = time_step/2
+      do i = 1, 2
+         call end_attitude(problem, self%pair(i), time_step, clock, deadline, q(:, i), status)
+         if (.not. status%ok()) then
+            call settle(self, .false.)
+            return
+         end if
+      end do
+      self%last_seconds = clock%seconds() - begun
+      call take_level(self, time_step, q)
+   end subroutine refine
+
+   !> Compares the attitudes of both methods at a step.
+   subroutine take_level(self, time_step, q)
+      class(reference_t), intent(inout) :: self
+      !> s.
+      real(wp), intent(in) :: time_step
+      !> Attitudes of both; shape (4, 2).
+      real(wp), intent(in) :: q(4, 2)
+      real(wp) :: gap
+      gap = attitude_distance(q(:, 1), q(:, 2))
+      self%levels = self%levels + 1
+      self%gaps(self%levels) = gap
+      self%time_step = time_step
+      self%stale = self%stale + 1
+      if (gap < self%uncertainty) then
+         if (gap < 0.5_wp*self%uncertainty) self%stale = 0
+         self%uncertainty = gap
+         self%q = q(:, 1)
+      end if
+      if (self%stale >= patience .and. self%uncertainty < useless) call settle(self, .true.)
+   end subroutine take_level
+
+   !> Decides how well the attitude is known.
+   subroutine settle(self, by_round_off)
+      class(reference_t), intent(inout) :: self
+      !> The difference does not fall any more: the smallest one seen was luck.
+      logical, intent(in) :: by_round_off
+      self%settled = .true.
+      if (by_round_off) self%uncertainty = maxval(self%gaps(self%levels - patience:self%levels))
+      self%uncertainty = max(self%uncertainty, finest)
+      if (self%uncertainty <= useless) self%kind = AGREED
+   end subroutine settle
+
+   !> The attitude is known.
+   pure logical function known(self)
+      class(reference_t), intent(in) :: self
+      known = self%kind /= NO_REFERENCE
+   end function known
+
+   !> Attitude at the end of a problem by a method, with settings of its own.
+   subroutine end_attitude(problem, method, time_step, clock, deadline, q, status)
+      type(problem_t), intent(in) :: problem
+      !> Row of `methods`.
+      integer, intent(in) :: method
+      !> s.
+      real(wp), intent(in) :: time_step
+      type(stopwatch_t), intent(in) :: clock
+      real(wp), intent(in) :: deadline
+      real(wp), intent(out) :: q(4)
+      type(status_t), intent(out) :: status
+      class(stepper_t), allocatable :: stepper
+      type(follower_t) :: follower
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      real(wp) :: seconds
+      q = problem%start%q
+      call make_stepper(problem%system, settings_of(integrator_settings_t(), method), stepper, status)
+      if (.not. status%ok()) return
+      follower%clock = clock
+      follower%deadline = deadline
+      call run_once(problem, stepper, time_step, follower, state, summary, seconds, status)
+      q = state%q
+   end subroutine end_attitude
+
+end module nutate_reference
