@@ -3,7 +3,7 @@
 !> It holds which scene it belongs to, with which numbers of which version; where the rows are, and what the pilot runs
 !> found; then, as archives, what the watcher and the run itself need.
 module nutate_run_checkpoint
-   use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_step_control, only: control_settings_t
    use nutate_files, only: remove_file, same_file
    use nutate_keys, only: group_t, setting_t
@@ -91,7 +91,7 @@ contains
       !> What the watcher and the run put in archives.
       character(len=*), intent(in) :: content
       type(status_t), intent(out) :: status
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       character(len=:), allocatable :: problem, whole
       whole = content
       call archive%begin_writing()
@@ -126,7 +126,7 @@ contains
       character(len=:), allocatable, intent(out) :: content
       !> What is wrong, one line; empty if nothing is.
       character(len=:), allocatable, intent(out) :: problem
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       character(len=:), allocatable :: bytes
       content = ''
       call read_sealed(file, signature, bytes, problem)
@@ -144,7 +144,7 @@ contains
 
    !> What the pilot runs found, and where the rows go.
    subroutine transfer_settings(archive, control, output)
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       type(control_settings_t), intent(inout) :: control
       character(len=:), allocatable, intent(inout) :: output
       call archive%transfer(control%error_rate)
@@ -154,7 +154,7 @@ contains
 
    !> Version, numbers and scene: put in an archive, or compared with those of one.
    subroutine transfer_origin(archive, groups, problem)
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       type(group_t), intent(in) :: groups(:)
       !> How they differ; empty where they do not.
       character(len=:), allocatable, intent(out) :: problem
@@ -192,7 +192,7 @@ contains
    function print_of(group) result(bytes)
       type(group_t), intent(in) :: group
       character(len=:), allocatable :: bytes
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       character(len=:), allocatable :: text
       integer :: i
       call archive%begin_writing()
@@ -205,7 +205,7 @@ contains
    end function print_of
 
    subroutine add_setting(archive, setting)
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       type(setting_t), intent(in) :: setting
       character(len=:), allocatable :: text
       integer :: i

@@ -1,7 +1,7 @@
 !> `nutate run SCENE`: simulates a scene and writes its history.
 module nutate_run_command
    use nutate_accuracy, only: find_error_rate
-   use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_run_checkpoint, only: read_checkpoint
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
@@ -34,7 +34,7 @@ contains
       type(scene_t) :: scene
       class(stepper_t), allocatable :: stepper
       type(run_watcher_t) :: watcher
-      type(archive_t), allocatable :: archive
+      type(byte_archive_t), allocatable :: archive
       type(status_t) :: status
 
       call load_scene(command, scene, exit_code)
@@ -66,7 +66,7 @@ contains
       type(command_t), intent(in) :: command
       type(scene_t), intent(inout) :: scene
       !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
-      type(archive_t), allocatable, intent(out) :: archive
+      type(byte_archive_t), allocatable, intent(out) :: archive
       integer, intent(out) :: exit_code
       character(len=:), allocatable :: content, problem
       exit_code = EXIT_SUCCESS
@@ -137,7 +137,7 @@ contains
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       type(run_watcher_t), intent(inout) :: watcher
-      type(archive_t), allocatable, intent(inout) :: archive
+      type(byte_archive_t), allocatable, intent(inout) :: archive
       integer, intent(inout) :: exit_code
       type(status_t) :: status
       watcher%history%file%stop_flag = signal_flag()
@@ -170,9 +170,9 @@ contains
       class(stepper_t), intent(inout) :: stepper
       type(run_watcher_t), intent(inout) :: watcher
       !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
-      type(archive_t), allocatable, intent(inout) :: archive
+      type(byte_archive_t), allocatable, intent(inout) :: archive
       integer, intent(out) :: exit_code
-      type(archive_t), allocatable :: resumed
+      type(byte_archive_t), allocatable :: resumed
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
@@ -198,8 +198,8 @@ contains
    !> Gives the watcher its part of an archive, and the rest to the run.
    subroutine resume(watcher, archive, resumed)
       type(run_watcher_t), intent(inout) :: watcher
-      type(archive_t), intent(inout) :: archive
-      type(archive_t), allocatable, intent(out) :: resumed
+      type(byte_archive_t), intent(inout) :: archive
+      type(byte_archive_t), allocatable, intent(out) :: resumed
       character(len=:), allocatable :: content
       call watcher%resume(archive)
       content = ''

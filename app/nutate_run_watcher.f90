@@ -1,7 +1,7 @@
 !> What looks on while a scene is run: the history, the invariants for the summary, the progress bar, checkpoints, and
 !> signals that ask for the end.
 module nutate_run_watcher
-   use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_run_checkpoint, only: checkpoint_t
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
@@ -77,14 +77,14 @@ contains
    subroutine resume(self, archive)
       class(run_watcher_t), intent(inout) :: self
       !> Being read.
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       call transfer_values(self, archive)
    end subroutine resume
 
    !> What lives from row to row beside the history, which is first in an archive.
    subroutine transfer_values(self, archive)
       class(run_watcher_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       real(wp) :: row_seconds
       call self%invariants%transfer(archive)
       call archive%transfer(self%last_row)
@@ -145,9 +145,9 @@ contains
    !> that cannot be archived `NUTATE_BAD_ARGUMENT`.
    subroutine write_checkpoint(self, archive, status)
       class(run_watcher_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
-      type(archive_t) :: outer
+      type(byte_archive_t) :: outer
       character(len=:), allocatable :: inner
       if (archive%problem() /= '') then
          status = fail(NUTATE_BAD_ARGUMENT, archive%problem())

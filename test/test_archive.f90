@@ -2,6 +2,7 @@
 module test_archive
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_checksum, only: checksum
    use nutate_kinds, only: wp, long
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -34,7 +35,7 @@ contains
    end subroutine collect_archive
 
    subroutine transfer_sample(archive, sample)
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       type(sample_t), intent(inout) :: sample
       call archive%transfer(sample%number)
       call archive%transfer(sample%vector)
@@ -49,7 +50,7 @@ contains
    subroutine fill(sample, bytes)
       type(sample_t), intent(out) :: sample
       character(len=:), allocatable, intent(out) :: bytes
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       sample%number = 0.1_wp
       sample%vector = [1.0_wp, -2.0_wp, 3.0_wp]/7
       sample%matrix = reshape([1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp], [2, 3])/11
@@ -65,7 +66,7 @@ contains
    subroutine every_kind_comes_back(error)
       type(error_type), allocatable, intent(out) :: error
       type(sample_t) :: sample, back
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       character(len=:), allocatable :: bytes
       call fill(sample, bytes)
       call archive%begin_reading(bytes)
@@ -88,7 +89,7 @@ contains
          ishft(1_int64, 63), 1_int64, int(z'7FF0000000000000', int64), int(z'7FF0000000000001', int64), &
          int(z'3FF0000000000001', int64)]
       real(wp) :: values(5), back(5)
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       character(len=:), allocatable :: bytes
       values = transfer(patterns, values)
       back = 0.0_wp
@@ -103,7 +104,7 @@ contains
 
    subroutine another_kind_or_size_is_noticed(error)
       type(error_type), allocatable, intent(out) :: error
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       character(len=:), allocatable :: bytes
       real(wp) :: two(2), three(3), number
       integer(long) :: count
@@ -131,7 +132,7 @@ contains
    subroutine cut_short_is_noticed(error)
       type(error_type), allocatable, intent(out) :: error
       type(sample_t) :: sample, back
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       character(len=:), allocatable :: bytes
       integer :: i
       call fill(sample, bytes)
@@ -145,7 +146,7 @@ contains
 
    subroutine refusal_is_told(error)
       type(error_type), allocatable, intent(out) :: error
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       call archive%begin_writing()
       call archive%refuse('this cannot be kept')
       call check(error, archive%problem() == 'this cannot be kept')

@@ -323,15 +323,12 @@ contains
       do i = 1, 2
          call make_baseline(i, stepper)
          call stepper%prepare(problem%system, integrator_settings_t(), status)
-         stepper%is_part = .true.
-         stepper%whole_middle = 1.5_wp
          state = problem%start
-         call stepper%step(problem%system, state, 0.01_wp, status)
+         call stepper%advance(problem%system, state, 0.01_wp, 1.5_wp, status)
          call check_close(error, stepper%work, [0.0_wp], 0.0_wp, "work without the whole in the window")
          if (allocated(error)) return
-         stepper%whole_middle = 0.5_wp
          state%t = 1.5_wp
-         call stepper%step(problem%system, state, 0.01_wp, status)
+         call stepper%advance(problem%system, state, 0.01_wp, 0.5_wp, status)
          call check(error, abs(stepper%work(1)) > 0.1_wp, "no work though the whole is in the window")
          if (allocated(error)) return
       end do

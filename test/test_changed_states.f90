@@ -91,7 +91,7 @@ contains
       type(status_t), intent(out) :: status
       call make_stepper(problem%system, integrator_settings_t(method=method%name, order=method%order, &
                                                               linear_solver=method%linear_solver, &
-                                                              conserve=method%corrected), stepper, status)
+                                                              conserve=method%projected), stepper, status)
    end subroutine prepare
 
    subroutine check_method(error, method, breakage)

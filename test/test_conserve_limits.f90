@@ -1,4 +1,4 @@
-!> Where the conserving correction could go astray: equilibria, saddles, the turning points of a pendulum, steps that
+!> Where the projection onto the invariants could go astray: equilibria, saddles, the turning points of a pendulum, steps that
 !> are too long.
 module test_conserve_limits
    use nutate_invariant_projection, only: invariant_projection_t

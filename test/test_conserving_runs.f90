@@ -1,4 +1,4 @@
-!> Runs with the conserving correction, for its suites.
+!> Runs with the projection onto the invariants, for its suites.
 module test_conserving_runs
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps

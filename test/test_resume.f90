@@ -2,7 +2,7 @@
 !> table of methods, runs with fixed steps and with steps chosen by their error.
 module test_resume
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper, method_t, methods
@@ -35,8 +35,8 @@ module test_resume
    !> A method that does not say what it remembers.
    type, extends(stepper_t) :: forgetful_t
    contains
-      procedure :: prepare => prepare_nothing
-      procedure :: step => step_nowhere
+      procedure :: set_up => prepare_nothing
+      procedure :: advance => step_nowhere
    end type forgetful_t
 
 contains
@@ -62,7 +62,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       character(len=:), allocatable :: bytes
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       type(state_t) :: a_state
       type(run_record_t) :: a_record
       a_state = state
@@ -74,12 +74,13 @@ contains
    end function bytes_of
 
    !> The bytes of all that a stepper shows to an archive.
-   function memory_of(stepper) result(bytes)
+   function memory_of(system, stepper) result(bytes)
+      type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       character(len=:), allocatable :: bytes
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       call archive%begin_writing()
-      call stepper%transfer(archive)
+      call stepper%transfer(system, archive)
       bytes = archive%content()
       if (archive%problem() /= '') bytes = ''
    end function memory_of
@@ -106,7 +107,7 @@ contains
 
    subroutine keep_archive(self, archive, status)
       class(recorder_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
       self%archive = archive%content()
       if (.not. allocated(self%rows)) self%rows = ''
@@ -119,7 +120,7 @@ contains
       settings%method = method%name
       settings%linear_solver = method%linear_solver
       settings%order = method%order
-      settings%conserve = method%corrected
+      settings%conserve = method%projected
    end function settings_of
 
    function label_of(method) result(label)
@@ -149,7 +150,7 @@ contains
       class(stepper_t), allocatable :: stepper, fresh
       type(state_t) :: state, other
       type(status_t) :: status
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       integer :: i
       call make_stepper(problem%system, settings, stepper, status)
       call make_stepper(problem%system, settings, fresh, status)
@@ -160,15 +161,15 @@ contains
          call stepper%step(problem%system, state, first(i), status)
       end do
       other = state
-      call archive%begin_reading(memory_of(stepper))
-      call fresh%transfer(archive)
+      call archive%begin_reading(memory_of(problem%system, stepper))
+      call fresh%transfer(problem%system, archive)
       call check(error, archive%problem() == '', label//": "//archive%problem())
       do i = 1, size(rest)
          if (allocated(error)) return
          call stepper%step(problem%system, state, rest(i), status)
          call fresh%step(problem%system, other, rest(i), status)
          call check(error, bytes_of(state, run_record_t()) == bytes_of(other, run_record_t()) .and. &
-                    memory_of(stepper) == memory_of(fresh), label)
+                    memory_of(problem%system, stepper) == memory_of(problem%system, fresh), label)
       end do
    end subroutine check_stepper
 
@@ -225,8 +226,8 @@ contains
       type(status_t), intent(out) :: status
       character(len=*), intent(in), optional :: archived
       class(stepper_t), allocatable :: stepper
-      type(archive_t), allocatable :: resumed
-      type(archive_t) :: account
+      type(byte_archive_t), allocatable :: resumed
+      type(byte_archive_t) :: account
       type(run_summary_t) :: summary
       type(state_t) :: state
       state = problem%start
@@ -434,13 +435,13 @@ contains
    subroutine forgetful_methods_are_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(forgetful_t) :: stepper
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       type(problem_t) :: problem
       type(status_t) :: status
       problem = box()
       call stepper%prepare(problem%system, integrator_settings_t(), status)
       call archive%begin_writing()
-      call stepper%transfer(archive)
+      call stepper%transfer(problem%system, archive)
       if (archive%problem() == '') call test_failed(error, "the archive says nothing")
    end subroutine forgetful_methods_are_refused
 
@@ -448,16 +449,15 @@ contains
       class(forgetful_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
-      allocate (self%work(0))
+      type(status_t), intent(inout) :: status
    end subroutine prepare_nothing
 
-   subroutine step_nowhere(self, system, state, dt, status)
+   subroutine step_nowhere(self, system, state, dt, window_time, status)
       class(forgetful_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
       state%t = state%t + dt
    end subroutine step_nowhere
 

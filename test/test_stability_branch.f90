@@ -27,28 +27,26 @@ module test_stability_branch
       !> Steps accepted, and those that were not on the branch.
       integer(long) :: accepted = 0, astray = 0
    contains
-      procedure :: prepare
-      procedure :: step
+      procedure :: set_up
+      procedure :: advance
    end type watched_t
 
 contains
 
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(watched_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       call make_stepper(system, settings, self%inner, status)
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
-   end subroutine prepare
+   end subroutine set_up
 
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(watched_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
       type(state_t) :: before
       real(wp) :: root(3)
       before = state
@@ -60,7 +58,7 @@ contains
       self%accepted = self%accepted + 1
       call continue_branch(system, before, dt, root)
       if (.not. norm2(turn_between(before%q, state%q) - root) <= same) self%astray = self%astray + 1
-   end subroutine step
+   end subroutine advance
 
    !> The root b of a step, continued from short ones by Newton's iteration of the reduced equations; zero where the
    !> branch ends before.

@@ -138,7 +138,7 @@ contains
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
          ! Of order 16 all steps short enough to show it are at round-off.
-         if (methods(m)%chooses_steps) cycle
+         if (methods(m)%dense) cycle
          step = merge(0.005_wp, 0.05_wp, methods(m)%order < 6)
          long = run_cost_t(method=m, time_step=step)
          short = run_cost_t(method=m, time_step=step/2)
@@ -186,7 +186,7 @@ contains
          runs = ladder%runs_of(m)
          call check(error, size(runs) >= 3, 'hardly a run of '//methods(m)%name)
          if (allocated(error)) return
-         if (methods(m)%chooses_steps) then
+         if (methods(m)%dense) then
             call check_close(error, runs(1)%tolerance/runs(2)%tolerance, 10.0_wp, 8*eps, 'rungs of '//methods(m)%name)
          else
             call check_close(error, runs(1)%time_step/runs(2)%time_step, 2.0_wp, 0.0_wp, 'rungs')

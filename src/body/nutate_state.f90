@@ -27,7 +27,7 @@ contains
    !> Shows its values to an archive.
    subroutine transfer_state(self, archive)
       class(state_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%t)
       call archive%transfer(self%q)
       call archive%transfer(self%p)

@@ -56,12 +56,9 @@ module nutate_composition
    contains
       !> Takes the stepper to compose; must come before `prepare`.
       procedure :: compose
-      procedure :: prepare
-      procedure :: step
-      procedure :: transfer_memory
-      procedure :: memory_size
-      procedure :: get_memory
-      procedure :: set_memory
+      procedure :: set_up
+      procedure :: advance
+      procedure :: transfer
    end type composition_t
 
 contains
@@ -93,11 +90,11 @@ contains
    end subroutine compose
 
    !> Errors: those of the composed stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       integer :: i
       if (.not. allocated(self%stages)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a composition needs a stepper to compose')
@@ -107,17 +104,15 @@ contains
          call self%stages(i)%stepper%prepare(system, settings, status)
          if (.not. status%ok()) return
       end do
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step, all stages of it. Errors, with the state as it was: those of a stage.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
       type(state_t) :: trial
       integer :: i, k
       trial = state
@@ -127,9 +122,7 @@ contains
       self%work = 0.0_wp
       do i = 1, size(self%stages)
          associate (stage => self%stages(i)%stepper)
-            stage%is_part = .true.
-            stage%whole_middle = state%t + 0.5_wp*dt
-            call stage%step(system, trial, self%stages(i)%weight*dt, status)
+            call stage%advance(system, trial, self%stages(i)%weight*dt, window_time, status)
             self%iterations = self%iterations + stage%iterations
             self%continued = self%continued + stage%continued
             self%residual = max(self%residual, stage%residual)
@@ -144,44 +137,17 @@ contains
       if (status%code /= 0) return
       trial%t = state%t + dt
       state = trial
-   end subroutine step
+   end subroutine advance
 
    !> The memories of all stages.
-   recursive subroutine transfer_memory(self, archive)
-      class(composition_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-      integer :: i
-      do i = 1, size(self%stages)
-         call self%stages(i)%stepper%transfer(archive)
-      end do
-   end subroutine transfer_memory
-
-   !> That of all stages, one after the other.
-   pure integer function memory_size(self)
-      class(composition_t), intent(in) :: self
-      memory_size = 0
-      if (allocated(self%stages)) memory_size = size(self%stages)*self%stages(1)%stepper%memory_size()
-   end function memory_size
-
-   pure subroutine get_memory(self, store)
-      class(composition_t), intent(in) :: self
-      real(wp), intent(inout), contiguous :: store(:)
-      integer :: i, n
-      n = self%stages(1)%stepper%memory_size()
-      do i = 1, size(self%stages)
-         call self%stages(i)%stepper%get_memory(store((i - 1)*n + 1:i*n))
-      end do
-   end subroutine get_memory
-
-   pure subroutine set_memory(self, system, store)
+   recursive subroutine transfer(self, system, archive)
       class(composition_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in), contiguous :: store(:)
-      integer :: i, n
-      n = self%stages(1)%stepper%memory_size()
+      class(archive_t), intent(inout) :: archive
+      integer :: i
       do i = 1, size(self%stages)
-         call self%stages(i)%stepper%set_memory(system, store((i - 1)*n + 1:i*n))
+         call self%stages(i)%stepper%transfer(system, archive)
       end do
-   end subroutine set_memory
+   end subroutine transfer
 
 end module nutate_composition

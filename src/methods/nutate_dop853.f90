@@ -86,39 +86,32 @@ module nutate_dop853
    type, extends(stepper_t) :: dop853_t
       type(rigid_rates_t), private :: rates
    contains
-      procedure :: prepare
-      procedure :: step
-      procedure :: transfer_memory
+      procedure :: set_up
+      procedure :: advance
+      procedure :: transfer
    end type dop853_t
 
 contains
 
    !> Of the settings only `attitude` counts. No errors of its own.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude)
-      self%has_estimate = .true.
-      self%estimate_power = 8
-      self%error_estimate = 0.0_wp
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
    !> `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
-      real(wp) :: y(n_rates), change(n_rates), k(n_rates, n_stages), decisive
-      decisive = state%t + 0.5_wp*dt
-      if (self%is_part) decisive = self%whole_middle
-      call begin_step(self%rates, system, state, dt, decisive, y)
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      real(wp) :: y(n_rates), change(n_rates), k(n_rates, n_stages)
+      call begin_step(self%rates, system, state, dt, window_time, y)
       call get_stages(self%rates, system, y, k)
       change = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
                + b(11)*k(:, 11) + b(12)*k(:, 12)
@@ -126,7 +119,7 @@ contains
       if (status%code /= 0) return
       self%work(:) = self%rates%work
       self%error_estimate = estimate(k, change, y)
-   end subroutine step
+   end subroutine advance
 
    !> k = Δt ẏ of all stages; shape (n_rates, 12). Terms with vanishing coefficients are left out.
    pure subroutine get_stages(rates, system, y, k)
@@ -194,9 +187,10 @@ contains
    end function weighted_square
 
    !> A step remembers nothing of the ones before.
-   subroutine transfer_memory(self, archive)
+   subroutine transfer(self, system, archive)
       class(dop853_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-   end subroutine transfer_memory
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
+   end subroutine transfer
 
 end module nutate_dop853

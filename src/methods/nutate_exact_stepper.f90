@@ -8,7 +8,7 @@ module nutate_exact_stepper
    use nutate_range, only: check_start
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
+   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -22,7 +22,7 @@ module nutate_exact_stepper
    real(wp), parameter :: same_time = 1e-6_wp
 
    !> A stepper without an error: every step goes back to the state it started from.
-   type, extends(stepper_t) :: exact_t
+   type, extends(dense_stepper_t) :: exact_t
       private
       type(free_body_t) :: solution
       !> The solution's start, and the state that the last step left: one that differs starts a new solution.
@@ -31,21 +31,21 @@ module nutate_exact_stepper
       !> The solution is that from `first`.
       logical :: solved = .false.
    contains
-      procedure :: prepare
-      procedure :: step
+      procedure :: set_up
+      procedure :: advance
       procedure :: choose_step
       procedure :: state_at
-      procedure :: transfer_memory
+      procedure :: transfer
    end type exact_t
 
 contains
 
    !> Errors: `NUTATE_BAD_ARGUMENT` where there is an effect: only a free body is solved in closed form.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       associate (effects => system%effects)
          if (effects%n_potentials + effects%n_torques + effects%n_rotors > 0) &
             status = fail(NUTATE_BAD_ARGUMENT, "method 'exact' solves free bodies only (expected no effects)", 'method')
@@ -54,18 +54,15 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the exact solution has no projection', 'projection')
       self%started = .false.
       self%solved = .false.
-      self%chooses_steps = .true.
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(0))
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY` for a state or body that has no solution.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
 
       if (.not. abs(state%t + dt) <= huge(dt)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
@@ -88,7 +85,7 @@ contains
       end if
       call put_solution(self, state%t + dt, state)
       self%last = state
-   end subroutine step
+   end subroutine advance
 
    !> True for the state that the last step left; its time may have been rounded otherwise.
    pure logical function is_last(self, state, dt)
@@ -144,13 +141,14 @@ contains
    end subroutine state_at
 
    !> Where the solution started and where the last step ended; the solution is found again from its start.
-   subroutine transfer_memory(self, archive)
+   subroutine transfer(self, system, archive)
       class(exact_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
       call self%first%transfer(archive)
       call self%last%transfer(archive)
       call archive%transfer(self%started)
       if (archive%is_reading()) self%solved = .false.
-   end subroutine transfer_memory
+   end subroutine transfer
 
 end module nutate_exact_stepper

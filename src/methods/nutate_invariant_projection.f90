@@ -1,4 +1,4 @@
-!> The conserving correction: puts the state that a step of any method reached back onto the invariants of the run.
+!> The projection onto the invariants: puts the state that a step of any method reached back onto the invariants of the run.
 !>
 !> In this order: `q` is normalised; the conserved components of the space momentum `l` take their stored values; then
 !> the excess `ΔH = H - (H₀ + work)` is removed by the smallest move along which it falls. The moves that leave the
@@ -257,7 +257,7 @@ contains
    !> Shows what it remembers from step to step to an archive.
    subroutine transfer(self, archive)
       class(invariant_projection_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%size)
       call archive%transfer(self%largest)
       call archive%transfer(self%unit)

@@ -14,41 +14,52 @@ module nutate_methods
    implicit none
    private
 
-   public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, order_of
+   public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, &
+      method_of, order_of
 
-   !> One method, as scene files and messages speak of it.
+   !> One method: how scene files and messages speak of it, and what it can do.
    type :: method_t
       character(len=24) :: name
       !> Blank for a method without one, of which there is a single row.
       character(len=24) :: linear_solver
       !> 0 for a method without an error.
       integer :: order
-      !> What is solved in a step.
-      character(len=64) :: equations
-      !> The conserving correction follows each step.
-      logical :: corrected = .false.
-      !> Steps, and the order with them, are best left to the method.
-      logical :: chooses_steps = .false.
+      !> Solutions of the equations in a step, or evaluations of them.
+      integer :: stages
+      !> What is solved or evaluated.
+      character(len=40) :: equations
+      !> The state is projected onto the invariants after each step.
+      logical :: projected = .false.
+      !> The estimate of its error that a step gives falls as this power of the step; 0: there is none.
+      integer :: estimate_power = 0
+      !> It knows the length of a step before it takes it, and the states inside (`dense_stepper_t`).
+      logical :: dense = .false.
+      !> It keeps energy and conserved momentum to round-off at any step.
+      logical :: conserving = .true.
    end type method_t
 
-   !> Every combination of method, linear solver, order and correction that there is; of each method the default comes
+   character(len=*), parameter :: eight = '8 equations in q and p (LAPACK)', &
+      three = '3 equations in the turn of the step', explicit = '7 explicit equations in q and L', &
+      series = 'power series of momentum and attitude', closed = 'the closed solution of a free body'
+
+   !> Every combination of method, linear solver, order and projection that there is; of each method the default comes
    !> first.
    type(method_t), parameter :: methods(15) = [ &
-      method_t('nielsen_krenk', 'lapack', 2, '8 equations in q and p (LAPACK)'), &
-      method_t('nielsen_krenk', 'lapack', 4, '8 equations in q and p (LAPACK), 5 times'), &
-      method_t('nielsen_krenk', 'lapack', 6, '8 equations in q and p (LAPACK), 9 times'), &
-      method_t('nielsen_krenk', 'lapack', 8, '8 equations in q and p (LAPACK), 17 times'), &
-      method_t('nielsen_krenk', 'reduced', 2, '3 equations in the turn of the step'), &
-      method_t('nielsen_krenk', 'reduced', 4, '3 equations in the turn of the step, 5 times'), &
-      method_t('nielsen_krenk', 'reduced', 6, '3 equations in the turn of the step, 9 times'), &
-      method_t('nielsen_krenk', 'reduced', 8, '3 equations in the turn of the step, 17 times'), &
-      method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations'), &
-      method_t('rk4', '', 4, '7 explicit equations in q and L, 4 evaluations', .true.), &
-      method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations'), &
-      method_t('dop853', '', 8, '7 explicit equations in q and L, 12 evaluations', .true.), &
-      method_t('taylor', '', 16, 'power series of momentum and attitude', .true., .true.), &
-      method_t('taylor', '', 16, 'power series of momentum and attitude', .false., .true.), &
-      method_t('exact', '', 0, 'the closed solution of a free body')]
+      method_t('nielsen_krenk', 'lapack', 2, 1, eight), &
+      method_t('nielsen_krenk', 'lapack', 4, 5, eight), &
+      method_t('nielsen_krenk', 'lapack', 6, 9, eight), &
+      method_t('nielsen_krenk', 'lapack', 8, 17, eight), &
+      method_t('nielsen_krenk', 'reduced', 2, 1, three), &
+      method_t('nielsen_krenk', 'reduced', 4, 5, three), &
+      method_t('nielsen_krenk', 'reduced', 6, 9, three), &
+      method_t('nielsen_krenk', 'reduced', 8, 17, three), &
+      method_t('rk4', '', 4, 4, explicit, conserving=.false.), &
+      method_t('rk4', '', 4, 4, explicit, projected=.true.), &
+      method_t('dop853', '', 8, 12, explicit, estimate_power=8, conserving=.false.), &
+      method_t('dop853', '', 8, 12, explicit, projected=.true., estimate_power=8), &
+      method_t('taylor', '', 16, 1, series, projected=.true., dense=.true.), &
+      method_t('taylor', '', 16, 1, series, dense=.true., conserving=.false.), &
+      method_t('exact', '', 0, 1, closed, dense=.true.)]
 
 contains
 
@@ -58,7 +69,7 @@ contains
       type(method_t), intent(in) :: method
       character(len=32) :: name
       name = method%name
-      if (method%corrected) name = trim(name)//'+conserve'
+      if (method%projected) name = trim(name)//'+conserve'
    end function family_of
 
    !> The settings that a method has where nothing else is said: those of its first row in the table.
@@ -71,7 +82,7 @@ contains
          if (methods(i)%name /= method) cycle
          settings%order = methods(i)%order
          settings%linear_solver = methods(i)%linear_solver
-         settings%conserve = methods(i)%corrected
+         settings%conserve = methods(i)%projected
       end do
    end function default_settings
 
@@ -82,31 +93,42 @@ contains
       integer :: i
       row_of = 0
       do i = 1, size(methods)
-         if (methods(i)%name /= settings%method .or. (methods(i)%corrected .neqv. settings%conserve)) cycle
+         if (methods(i)%name /= settings%method .or. (methods(i)%projected .neqv. settings%conserve)) cycle
          if (methods(i)%linear_solver == '' .or. (methods(i)%linear_solver == settings%linear_solver .and. &
                                                   methods(i)%order == settings%order)) row_of = i
       end do
    end function row_of
 
-   !> Order of the method that the settings mean; 0 where there is none.
-   pure integer function order_of(settings)
+   !> The row of the table that the settings mean, with the order of a series that they ask for; of order 0 and without
+   !> a name where there is none.
+   pure type(method_t) function method_of(settings) result(method)
       type(integrator_settings_t), intent(in) :: settings
       integer :: row
       row = row_of(settings)
-      order_of = 0
-      if (row > 0) order_of = methods(row)%order
-      if (settings%method == 'taylor' .and. settings%series_order > 0) order_of = settings%series_order
+      method = method_t('', '', 0, 0, '')
+      if (row > 0) method = methods(row)
+      if (settings%method == 'taylor' .and. settings%series_order > 0) method%order = settings%series_order
+   end function method_of
+
+   !> Order of the method that the settings mean; 0 where there is none.
+   pure integer function order_of(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      type(method_t) :: method
+      method = method_of(settings)
+      order_of = method%order
    end function order_of
 
    !> What a step of these settings solves, in words.
    pure function equations_of(settings) result(text)
       type(integrator_settings_t), intent(in) :: settings
       character(len=:), allocatable :: text
-      integer :: row
-      row = row_of(settings)
-      text = ''
-      if (row > 0) text = trim(methods(row)%equations)
-      if (settings%conserve) text = text//', conserving correction'
+      type(method_t) :: method
+      character(len=12) :: stages
+      method = method_of(settings)
+      text = trim(method%equations)
+      write (stages, '(i0)') method%stages
+      if (method%stages > 1) text = text//', '//trim(stages)//' stages'
+      if (method%projected) text = text//', projection onto the invariants'
       if (leaves_attitude_out(settings)) &
          text = '3 equations for the body momentum; nothing depends on the attitude, which is left out'
    end function equations_of
@@ -152,7 +174,7 @@ contains
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
 
-   !> Puts a stepper with the conserving correction in its place.
+   !> Puts a stepper with the projection onto the invariants in its place.
    subroutine correct_stepper(stepper)
       class(stepper_t), allocatable, intent(inout) :: stepper
       type(projected_stepper_t), allocatable :: conserving

@@ -62,23 +62,20 @@ module nutate_nielsen_krenk
       !> The next step is the first since `prepare`.
       logical :: untested = .true.
    contains
-      procedure :: prepare
-      procedure :: step
-      procedure :: transfer_memory
-      procedure :: memory_size
-      procedure :: get_memory
-      procedure :: set_memory
+      procedure :: set_up
+      procedure :: advance
+      procedure :: transfer
    end type nielsen_krenk_t
 
 contains
 
    !> Errors: `NUTATE_BAD_ARGUMENT` where projection is switched off with an infinite J0, or J0 is not positive; those
    !> of `check_system`.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       if (.not. settings%projection .and. settings%inverse_auxiliary_inertia <= 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'without projection the auxiliary inertia must be finite', 'projection')
          return
@@ -96,19 +93,17 @@ contains
       call self%equations%forces%prepare(system%effects, settings%projection)
       self%inverse_dt = 0.0_wp
       self%known = 0
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`;
    !> `NUTATE_OFF_BRANCH` where the branch of roots that continues the true motion from short steps ends before.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
-      real(wp) :: z(8), guessed(8), a(4), decisive, last
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      real(wp) :: z(8), guessed(8), a(4), last
 
       self%continued = 0
       if (self%untested) then
@@ -116,16 +111,14 @@ contains
          if (status%code /= 0) return
          self%untested = .false.
       end if
-      decisive = state%t + 0.5_wp*dt
-      if (self%is_part) decisive = self%whole_middle
       last = 0.0_wp
       if (self%known > 0 .and. dt == self%last_dt) last = self%determinant
       self%iterations = 0
       call test_state(state, dt, status)
       if (status%code == 0) then
-         call self%equations%start(system, state, dt, decisive)
+         call self%equations%start(system, state, dt, window_time)
          if (dt /= self%inverse_dt .or. maxval(abs(state%p)) > outgrown*self%equations%unit) &
-            call choose_unit(self, system, state, dt, decisive, status)
+            call choose_unit(self, system, state, dt, window_time, status)
       end if
       if (status%code == 0) then
          call find_root(self, system, dt, z, guessed, status)
@@ -137,7 +130,7 @@ contains
             end if
          end if
          if (status%code /= 0 .and. self%settings%max_iterations >= fewest) &
-            call continue_to_root(self, system, state, dt, decisive, z, a, status)
+            call continue_to_root(self, system, state, dt, window_time, z, a, status)
       end if
       status%iterations = self%iterations
       status%residual = self%residual
@@ -147,7 +140,7 @@ contains
          return
       end if
       call accept(self, system, state, dt, z, a)
-   end subroutine step
+   end subroutine advance
 
    !> |b|, b = ⅛Δt J⁻¹(w̄ - 2h): the tangent of a quarter of the turn.
    pure real(wp) function turn_of(self, a)
@@ -167,12 +160,12 @@ contains
    end function is_trusted
 
    !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
-   subroutine continue_to_root(self, system, state, dt, decisive, z, a, status)
+   subroutine continue_to_root(self, system, state, dt, window_time, z, a, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
-      real(wp), intent(in) :: dt, decisive
+      real(wp), intent(in) :: dt, window_time
       real(wp), intent(out) :: z(8)
       !> The rate that belongs to z.
       real(wp), intent(inout) :: a(4)
@@ -188,7 +181,7 @@ contains
       root = 0.0_wp
       call walk%start(turn_of(self, self%equations%mean_rate(root)))
       do while (walk%goes_on())
-         call self%equations%start(system, state, walk%next*dt, decisive)
+         call self%equations%start(system, state, walk%next*dt, window_time)
          if (walk%reached > 0.0_wp) then
             guess = root + walk%secant()*change
          else
@@ -218,47 +211,6 @@ contains
       self%continued = walk%tried
       if (walk%reached >= 1.0_wp) status = status_t()
    end subroutine continue_to_root
-
-   !> The inverse of the Jacobian with its step and unit, and the increments of the last steps.
-   pure integer function memory_size(self)
-      class(nielsen_krenk_t), intent(in) :: self
-      memory_size = 5 + size(self%inverse) + size(self%differences)
-   end function memory_size
-
-   pure subroutine get_memory(self, store)
-      class(nielsen_krenk_t), intent(in) :: self
-      real(wp), intent(inout), contiguous :: store(:)
-      integer :: i
-      store(1) = self%equations%unit
-      store(2) = self%inverse_dt
-      store(3) = self%determinant
-      store(4) = self%last_dt
-      store(5) = real(self%known, wp)
-      do i = 1, 8
-         store(8*i - 2:8*i + 5) = self%inverse(:, i)
-      end do
-      do i = 0, degree
-         store(8*i + 70:8*i + 77) = self%differences(:, i)
-      end do
-   end subroutine get_memory
-
-   pure subroutine set_memory(self, system, store)
-      class(nielsen_krenk_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in), contiguous :: store(:)
-      integer :: i
-      call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, store(1))
-      self%inverse_dt = store(2)
-      self%determinant = store(3)
-      self%last_dt = store(4)
-      self%known = int(store(5))
-      do i = 1, 8
-         self%inverse(:, i) = store(8*i - 2:8*i + 5)
-      end do
-      do i = 0, degree
-         self%differences(:, i) = store(8*i + 70:8*i + 77)
-      end do
-   end subroutine set_memory
 
    !> Moves the state by the increments that the root z stands for, and remembers z.
    subroutine accept(self, system, state, dt, z, a)
@@ -329,12 +281,12 @@ contains
    !> the momentum that turns it by about 1 rad in a step. Called when the factors belong to another step, have been
    !> dropped, or |p| has outgrown its unit. Errors: `NUTATE_OFF_BRANCH` where the body turns beyond all scales in a
    !> step.
-   pure subroutine choose_unit(self, system, state, dt, decisive, status)
+   pure subroutine choose_unit(self, system, state, dt, window_time, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
-      real(wp), intent(in) :: dt, decisive
+      real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
       real(wp), parameter :: at_rest(3) = 0.0_wp, at_start(8) = 0.0_wp
       real(wp) :: size, old, natural, s(4)
@@ -348,7 +300,7 @@ contains
       size = max(size, least_share*natural, least_unit)
       old = self%equations%unit
       call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
-      call self%equations%start(system, state, dt, decisive)
+      call self%equations%start(system, state, dt, window_time)
       if (.not. max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
                     maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest_turn) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
@@ -461,18 +413,21 @@ contains
       self%inverse_dt = self%equations%dt
    end subroutine factorize
 
-   !> Unit of momentum, inverse, past increments.
-   subroutine transfer_memory(self, archive)
+   !> Unit of momentum, inverse of the Jacobian with its step, increments of the last steps.
+   subroutine transfer(self, system, archive)
       class(nielsen_krenk_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-      call self%equations%transfer(archive)
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%untested)
+      call archive%transfer(self%equations%unit)
       call archive%transfer(self%inverse)
       call archive%transfer(self%determinant)
       call archive%transfer(self%inverse_dt)
       call archive%transfer(self%differences)
       call archive%transfer(self%known)
       call archive%transfer(self%last_dt)
-      call archive%transfer(self%untested)
-   end subroutine transfer_memory
+      if (archive%is_reading()) &
+         call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, self%equations%unit)
+   end subroutine transfer
 
 end module nutate_nielsen_krenk

@@ -1,4 +1,4 @@
-!> A stepper of any method with the conserving correction after each of its steps.
+!> A stepper of any method with the projection onto the invariants after each of its steps.
 module nutate_projected_stepper
    use nutate_archive, only: archive_t
    use nutate_invariant_projection, only: invariant_projection_t
@@ -21,9 +21,9 @@ module nutate_projected_stepper
    contains
       !> Takes the stepper to correct; must come before `prepare`.
       procedure :: wrap
-      procedure :: prepare
-      procedure :: step
-      procedure :: transfer_memory
+      procedure :: set_up
+      procedure :: advance
+      procedure :: transfer
    end type projected_stepper_t
 
 contains
@@ -37,11 +37,11 @@ contains
    end subroutine wrap
 
    !> Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       if (.not. allocated(self%base)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a correction needs a stepper to correct')
          return
@@ -49,28 +49,22 @@ contains
       call self%base%prepare(system, settings, status)
       if (.not. status%ok()) return
       call self%correction%prepare(system, settings%attitude)
-      self%has_estimate = self%base%has_estimate
-      self%estimate_power = self%base%estimate_power
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step and its correction. Errors, with the state as it was: those of the stepper and of the correction.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
       real(wp) :: work, t, q_compensation(4), p_compensation(4)
       integer :: i
       t = state%t
       q_compensation = state%q_compensation
       p_compensation = state%p_compensation
       call self%correction%follow(system, state)
-      self%base%is_part = self%is_part
-      self%base%whole_middle = self%whole_middle
-      call self%base%step(system, state, dt, status)
+      call self%base%advance(system, state, dt, window_time, status)
       self%iterations = self%base%iterations
       self%residual = self%base%residual
       if (status%code /= 0) return
@@ -86,14 +80,15 @@ contains
       state%t = t
       state%q_compensation = q_compensation
       state%p_compensation = p_compensation
-   end subroutine step
+   end subroutine advance
 
    !> The stepper's memory and that of the correction.
-   subroutine transfer_memory(self, archive)
+   subroutine transfer(self, system, archive)
       class(projected_stepper_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-      call self%base%transfer(archive)
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
+      call self%base%transfer(system, archive)
       call self%correction%transfer(archive)
-   end subroutine transfer_memory
+   end subroutine transfer
 
 end module nutate_projected_stepper

@@ -1,4 +1,4 @@
-!> A state as the conserving correction sees it: attitude, momentum, energy and how fast the energy changes.
+!> A state as the projection onto the invariants sees it: attitude, momentum, energy and how fast the energy changes.
 !>
 !> What a system needs for that is sorted once: components are written out, and what is absent is not asked. Energies
 !> are those of `nutate_hamiltonian`, to round-off.

@@ -63,23 +63,20 @@ module nutate_reduced
       !> The next step is the first since `prepare`.
       logical :: untested = .true.
    contains
-      procedure :: prepare
-      procedure :: step
-      procedure :: transfer_memory
-      procedure :: memory_size
-      procedure :: get_memory
-      procedure :: set_memory
+      procedure :: set_up
+      procedure :: advance
+      procedure :: transfer
    end type reduced_t
 
 contains
 
    !> Errors: `NUTATE_BAD_ARGUMENT` where the settings switch the projection off: the reduced form has it built in;
    !> those of `check_system`.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       if (.not. settings%projection) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the reduced form cannot leave the projection out', 'projection')
          return
@@ -92,20 +89,18 @@ contains
       self%fresh = .false.
       self%known = 0
       self%untested = .true.
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_BAD_ARGUMENT` for a first state off the constraint manifold;
    !> `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`; `NUTATE_OFF_BRANCH` where the branch of roots that
    !> continues the true motion from short steps ends before this one.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
-      real(wp) :: b(3), guess(3), decisive, last
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      real(wp) :: b(3), guess(3), last
 
       self%continued = 0
       if (self%untested) call test_start(self, system, state, dt, status)
@@ -116,9 +111,7 @@ contains
       else if (self%known > 0) then
          last = self%determinant
       end if
-      decisive = state%t + 0.5_wp*dt
-      if (self%is_part) decisive = self%whole_middle
-      call self%equations%start(system, state, decisive)
+      call self%equations%start(system, state, window_time)
       if (.not. (abs(self%equations%square - 1) <= near_manifold .and. abs(state%t + dt) <= huge(dt))) then
          call refuse_state(self, status)
          return
@@ -137,7 +130,7 @@ contains
                status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
          end if
          if (status%code /= 0 .and. self%settings%max_iterations >= fewest) &
-            call continue_to_root(self, system, state, dt, decisive, b, status)
+            call continue_to_root(self, system, state, dt, window_time, b, status)
       end if
       status%iterations = self%iterations
       status%residual = self%residual
@@ -155,7 +148,7 @@ contains
          self%known = min(self%known, 3)
          self%fresh = .false.
       end if
-   end subroutine step
+   end subroutine advance
 
    !> Newton's iteration, and from another guess where that fails.
    subroutine find_root(self, system, b, status)
@@ -185,12 +178,12 @@ contains
    end function is_trusted
 
    !> Follows the branch of the true motion from short steps to this one. Success leaves its root in b.
-   subroutine continue_to_root(self, system, state, dt, decisive, b, status)
+   subroutine continue_to_root(self, system, state, dt, window_time, b, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s, and the time that decides which torques act, s.
-      real(wp), intent(in) :: dt, decisive
+      real(wp), intent(in) :: dt, window_time
       real(wp), intent(out) :: b(3)
       !> On entry: why the root found at once will not do; it stays where the branch ends.
       type(status_t), intent(inout) :: status
@@ -204,7 +197,7 @@ contains
       call walk%start(norm2(self%equations%first_guess(system)))
       do while (walk%goes_on())
          call self%equations%set_step(system, walk%next*dt)
-         call self%equations%start(system, state, decisive)
+         call self%equations%start(system, state, window_time)
          self%fresh = .false.
          if (walk%reached > 0.0_wp) then
             guess = root + walk%secant()*change
@@ -231,47 +224,6 @@ contains
       self%continued = walk%tried
       if (walk%reached >= 1.0_wp) status = status_t()
    end subroutine continue_to_root
-
-   !> The step, the b of the past, the effects' derivatives; the Jacobian is taken anew in every step.
-   pure integer function memory_size(self)
-      class(reduced_t), intent(in) :: self
-      memory_size = 5 + size(self%past) + size(self%equations%by_forces)
-   end function memory_size
-
-   pure subroutine get_memory(self, store)
-      class(reduced_t), intent(in) :: self
-      real(wp), intent(inout), contiguous :: store(:)
-      integer :: i
-      store(1) = self%equations%dt
-      store(2) = real(self%known, wp)
-      store(3) = merge(1.0_wp, 0.0_wp, self%fresh)
-      store(4) = merge(1.0_wp, 0.0_wp, self%untested)
-      store(5) = self%determinant
-      do i = 1, 3
-         store(3*i + 3:3*i + 5) = self%equations%by_forces(:, i)
-      end do
-      do i = 1, memory
-         store(3*i + 12:3*i + 14) = self%past(:, i)
-      end do
-   end subroutine get_memory
-
-   pure subroutine set_memory(self, system, store)
-      class(reduced_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      real(wp), intent(in), contiguous :: store(:)
-      integer :: i
-      if (store(1) /= 0.0_wp) call self%equations%set_step(system, store(1))
-      self%known = int(store(2))
-      self%fresh = store(3) > 0.5_wp
-      self%untested = store(4) > 0.5_wp
-      self%determinant = store(5)
-      do i = 1, 3
-         self%equations%by_forces(:, i) = store(3*i + 3:3*i + 5)
-      end do
-      do i = 1, memory
-         self%past(:, i) = store(3*i + 12:3*i + 14)
-      end do
-   end subroutine set_memory
 
    !> Takes another length of the step; of the past, only the last turn still says something.
    pure subroutine change_step(self, system, dt)
@@ -436,17 +388,21 @@ contains
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
    end subroutine renew
 
-   !> Length of the step, derivatives, past turns.
-   subroutine transfer_memory(self, archive)
+   !> Length of the step, derivatives of the effects, past turns; the Jacobian is taken anew in every step.
+   subroutine transfer(self, system, archive)
       class(reduced_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-      call self%equations%transfer(archive)
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
+      real(wp) :: dt
+      dt = self%equations%dt
+      call archive%transfer(self%untested)
+      call archive%transfer(dt)
       call archive%transfer(self%fresh)
-      call archive%transfer(self%rows)
       call archive%transfer(self%determinant)
+      call archive%transfer(self%equations%by_forces)
       call archive%transfer(self%past)
       call archive%transfer(self%known)
-      call archive%transfer(self%untested)
-   end subroutine transfer_memory
+      if (archive%is_reading() .and. abs(dt) > 0.0_wp) call self%equations%set_step(system, dt)
+   end subroutine transfer
 
 end module nutate_reduced

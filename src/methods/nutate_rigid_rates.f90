@@ -63,14 +63,14 @@ contains
 
    !> Starts a step. The momentum is the L of p = 2 q∘[0, L], whatever round-off |q| has gathered. A state that is not
    !> a rotating body's is remembered as a failure.
-   pure subroutine begin_step(self, system, state, dt, decisive, y)
+   pure subroutine begin_step(self, system, state, dt, window_time, y)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s.
       real(wp), intent(in) :: dt
       !> Time that decides which torques act, s.
-      real(wp), intent(in) :: decisive
+      real(wp), intent(in) :: window_time
       !> [q, L, 0]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
       real(wp) :: square, half
@@ -81,7 +81,7 @@ contains
       self%rotor = system%effects%rotor_momentum
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)
-            self%acts(i) = torque%acts_at(decisive)
+            self%acts(i) = torque%acts_at(window_time)
             call torque%window(self%window(1, i), self%window(2, i))
          end associate
          self%work(i) = 0.0_wp

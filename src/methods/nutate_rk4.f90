@@ -21,37 +21,32 @@ module nutate_rk4
       private
       type(rigid_rates_t) :: rates
    contains
-      procedure :: prepare
-      procedure :: step
-      procedure :: transfer_memory
+      procedure :: set_up
+      procedure :: advance
+      procedure :: transfer
    end type rk4_t
 
 contains
 
    !> Of the settings only `attitude` counts. No errors of its own.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude)
-      if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
    !> `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
       real(wp), dimension(n_rates) :: y, k1, k2, k3, k4
-      real(wp) :: decisive
-      decisive = state%t + 0.5_wp*dt
-      if (self%is_part) decisive = self%whole_middle
-      call begin_step(self%rates, system, state, dt, decisive, y)
+      call begin_step(self%rates, system, state, dt, window_time, y)
       call get_rates(self%rates, system, 0.0_wp, y, outer, k1)
       call get_rates(self%rates, system, 0.5_wp, y + 0.5_wp*k1, inner, k2)
       call get_rates(self%rates, system, 0.5_wp, y + 0.5_wp*k2, inner, k3)
@@ -59,12 +54,13 @@ contains
       y = y + (outer*(k1 + k4) + inner*(k2 + k3))
       call end_step(self%rates, y, state, status)
       if (status%code == 0) self%work(:) = self%rates%work
-   end subroutine step
+   end subroutine advance
 
    !> A step remembers nothing of the ones before.
-   subroutine transfer_memory(self, archive)
+   subroutine transfer(self, system, archive)
       class(rk4_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-   end subroutine transfer_memory
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
+   end subroutine transfer
 
 end module nutate_rk4

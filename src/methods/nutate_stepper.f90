@@ -3,12 +3,12 @@ module nutate_stepper
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: stepper_t, integrator_settings_t, step_goal_t
+   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t
 
    !> How to integrate, as a scene's `&integrator` says it.
    type :: integrator_settings_t
@@ -17,11 +17,12 @@ module nutate_stepper
       character(len=24) :: linear_solver = 'lapack'
       !> 1/J0, kg⁻¹ m⁻²; 0 for an infinite auxiliary inertia.
       real(wp) :: inverse_auxiliary_inertia = 0.0_wp
-      !> Project potential forces onto the tangent of |q| = 1; `.false.` shows what that is for.
+      !> Project potential forces onto the tangent of |q| = 1 (the paper's equation 11); `.false.` shows what that is
+      !> for.
       logical :: projection = .true.
       !> Integrate the attitude; `.false.` only where neither an effect nor the output depends on it.
       logical :: attitude = .true.
-      !> Correct the state after every step so that the invariants are kept: for methods that do not keep them.
+      !> Project the state onto the invariants after every step: for methods that do not conserve them.
       logical :: conserve = .false.
       !> Order of a Taylor series; 0: as the tolerance asks for, 16 at fixed steps.
       integer :: series_order = 0
@@ -38,143 +39,129 @@ module nutate_stepper
       real(wp) :: end_time = 0.0_wp
    end type step_goal_t
 
-   !> A method with its work space. One stepper serves one run at a time; several threads each use their own.
+   !> A method with its work space. One stepper serves one run at a time; several threads each use their own. What a
+   !> method can do (order, stages, estimate, dense output) stands in the table of `nutate_methods`.
    type, abstract :: stepper_t
       !> Newton iterations of the last step.
       integer :: iterations = 0
       !> Last Newton increment over the step's increment (dimensionless).
       real(wp) :: residual = 0.0_wp
-      !> Lengths that the last step tried on its walk to the root (`nutate_continuation`): each costs as much as a step.
+      !> Lengths that the last step tried by continuation in Δt (`nutate_continuation`): each costs as much as a step.
       integer :: continued = 0
-      !> The step is a part of a longer one, the middle of which decides which torques act, s: parts may leave the
-      !> time of the whole.
-      logical :: is_part = .false.
-      real(wp) :: whole_middle = 0.0_wp
-      !> The method estimates the error of its steps; the estimate of the last one, rad, of attitude and relative
-      !> momentum.
-      logical :: has_estimate = .false.
+      !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
-      !> The estimate goes as this power of the step.
-      integer :: estimate_power = 0
-      !> The method knows the length of a step before it takes it (`choose_step`), and the states inside
-      !> (`state_at`).
-      logical :: chooses_steps = .false.
       !> Work that each torque did in the last step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
    contains
-      !> Takes the settings and allocates the work space; must be called before the first step and after every
-      !> change of the system.
-      procedure(prepare_stepper), deferred :: prepare
+      !> Takes the settings and makes the work space; must be called before the first step and after every change of
+      !> the system.
+      procedure, non_overridable :: prepare => prepare_stepper
       !> Moves a state by one step.
-      procedure(take_step), deferred :: step
-      !> Shows to an archive all that the next steps depend on, so that a stepper prepared in the same way can go on in
-      !> its place.
-      procedure, non_overridable :: transfer => transfer_stepper
-      !> What a method remembers from step to step, shown to an archive, each value once; a method that does not say so
-      !> cannot be archived.
-      procedure :: transfer_memory => refuse_archive
-      !> The length of a step that meets a goal; to be followed by that step.
-      procedure :: choose_step => take_guess
-      !> The state at a time inside the last step.
-      procedure :: state_at => refuse_to_look
-      !> What the method remembers of its steps, as numbers: how many, and out of and into a prepared stepper. A stepper
-      !> that gets them goes on to the last digit like the one they come from.
-      procedure :: memory_size => no_memory_size
-      procedure :: get_memory => get_no_memory
-      procedure :: set_memory => set_no_memory
+      procedure, non_overridable :: step => take_step
+      !> The method's own part of `prepare`.
+      procedure(set_up_method), deferred :: set_up
+      !> The step itself, which may be a part of a longer one.
+      procedure(advance_state), deferred :: advance
+      !> Shows to an archive all that the next steps depend on, each value once, so that a stepper prepared in the same
+      !> way can go on in its place, to the last digit. A method that does not say so cannot be archived.
+      procedure :: transfer => refuse_archive
    end type stepper_t
+
+   !> A method that knows the length of a step before it takes it, and the states inside of it (dense output).
+   type, abstract, extends(stepper_t) :: dense_stepper_t
+   contains
+      !> The length of a step that meets a goal; to be followed by that step.
+      procedure(choose_length), deferred :: choose_step
+      !> The state at a time inside the last step.
+      procedure(interpolate), deferred :: state_at
+   end type dense_stepper_t
 
    abstract interface
       !> Errors: `NUTATE_BAD_ARGUMENT` for settings that the method cannot honour.
-      subroutine prepare_stepper(self, system, settings, status)
+      subroutine set_up_method(self, system, settings, status)
          import :: stepper_t, system_t, integrator_settings_t, status_t
          class(stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          type(integrator_settings_t), intent(in) :: settings
-         type(status_t), intent(out) :: status
-      end subroutine prepare_stepper
+         type(status_t), intent(inout) :: status
+      end subroutine set_up_method
 
       !> On failure the state is as it was.
-      subroutine take_step(self, system, state, dt, status)
+      subroutine advance_state(self, system, state, dt, window_time, status)
          import :: stepper_t, system_t, state_t, status_t, wp
          class(stepper_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          type(state_t), intent(inout) :: state
          !> Step, s; negative steps go backwards in time.
          real(wp), intent(in) :: dt
+         !> Time that decides which torques act, s: the middle of the whole step, of which a part may leave the time.
+         real(wp), intent(in) :: window_time
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine advance_state
+
+      subroutine choose_length(self, system, state, goal, step, status)
+         import :: dense_stepper_t, system_t, state_t, step_goal_t, status_t, wp
+         class(dense_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         type(step_goal_t), intent(in) :: goal
+         !> A guess on entry, s, positive whichever way time goes.
+         real(wp), intent(inout) :: step
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine choose_length
+
+      subroutine interpolate(self, system, t, state, work, status)
+         import :: dense_stepper_t, system_t, state_t, status_t, wp
+         class(dense_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> s.
+         real(wp), intent(in) :: t
+         type(state_t), intent(inout) :: state
+         !> Work of all torques from the start of the step to `t`, J.
+         real(wp), intent(out) :: work
          type(status_t), intent(out) :: status
-      end subroutine take_step
+      end subroutine interpolate
    end interface
 
 contains
 
-   !> Shows to an archive what every method has, then the method's own memory. Recursive for steppers made of others.
-   recursive subroutine transfer_stepper(self, archive)
-      !> Prepared.
+   !> Takes the settings and makes the work space. Errors: those of the method's `set_up`, mostly
+   !> `NUTATE_BAD_ARGUMENT` for settings that it cannot honour.
+   recursive subroutine prepare_stepper(self, system, settings, status)
       class(stepper_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-      call archive%transfer(self%iterations)
-      call archive%transfer(self%residual)
-      call archive%transfer(self%is_part)
-      call archive%transfer(self%whole_middle)
-      call archive%transfer(self%error_estimate)
-      call archive%transfer(self%work)
-      call self%transfer_memory(archive)
-   end subroutine transfer_stepper
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(out) :: status
+      if (allocated(self%work)) deallocate (self%work)
+      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+      self%iterations = 0
+      self%residual = 0.0_wp
+      self%continued = 0
+      self%error_estimate = 0.0_wp
+      call self%set_up(system, settings, status)
+   end subroutine prepare_stepper
+
+   !> Moves a state by one step, the middle of which decides which torques act. On failure the state is as it was.
+   subroutine take_step(self, system, state, dt, status)
+      !> Prepared for `system`.
+      class(stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> Step, s; negative steps go backwards in time.
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
+   end subroutine take_step
 
    !> Refuses: going on without a memory that nobody listed would be another run.
-   subroutine refuse_archive(self, archive)
+   subroutine refuse_archive(self, system, archive)
+      !> Prepared for `system`.
       class(stepper_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
       call archive%refuse('this method cannot be interrupted and go on')
    end subroutine refuse_archive
-
-   !> Leaves the guess as it is: for methods that do not choose.
-   subroutine take_guess(self, system, state, goal, step, status)
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(step_goal_t), intent(in) :: goal
-      !> A guess on entry, s, positive whichever way time goes.
-      real(wp), intent(inout) :: step
-      !> Success on entry.
-      type(status_t), intent(inout) :: status
-   end subroutine take_guess
-
-   !> Errors: `NUTATE_BAD_ARGUMENT`: for methods that know the ends of their steps only.
-   subroutine refuse_to_look(self, system, t, state, work, status)
-      class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      !> s.
-      real(wp), intent(in) :: t
-      type(state_t), intent(inout) :: state
-      !> Work of all torques from the start of the step to `t`, J.
-      real(wp), intent(out) :: work
-      type(status_t), intent(out) :: status
-      work = 0.0_wp
-      status = fail(NUTATE_BAD_ARGUMENT, 'the method knows no states inside of its steps')
-   end subroutine refuse_to_look
-
-   !> The method remembers nothing.
-   pure integer function no_memory_size(self)
-      class(stepper_t), intent(in) :: self
-      no_memory_size = 0
-   end function no_memory_size
-
-   !> Does nothing.
-   pure subroutine get_no_memory(self, store)
-      class(stepper_t), intent(in) :: self
-      !> Shape (memory_size).
-      real(wp), intent(inout), contiguous :: store(:)
-   end subroutine get_no_memory
-
-   !> Does nothing.
-   pure subroutine set_no_memory(self, system, store)
-      class(stepper_t), intent(inout) :: self
-      !> For which the stepper was prepared.
-      type(system_t), intent(in) :: system
-      !> From `get_memory` of a stepper prepared alike; shape (memory_size).
-      real(wp), intent(in), contiguous :: store(:)
-   end subroutine set_no_memory
 
 end module nutate_stepper

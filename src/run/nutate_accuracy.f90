@@ -6,12 +6,12 @@
 module nutate_accuracy
    use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: make_stepper, order_of
+   use nutate_methods, only: method_of, method_t, order_of
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -73,8 +73,7 @@ contains
       logical :: chooses
       integer :: i
 
-      call ask_method(system, settings, fall, chooses, status)
-      if (.not. status%ok()) return
+      call ask_method(settings, fall, chooses)
       if (order_of(settings) < 1) then
          goal%error_rate = goal%accuracy/abs(plan%end_time - start%t)
          goal%estimate = 0.0_wp
@@ -124,22 +123,18 @@ contains
    end subroutine find_error_rate
 
    !> What the error does as the error rate falls.
-   subroutine ask_method(system, settings, power, chooses, status)
-      type(system_t), intent(in) :: system
+   subroutine ask_method(settings, power, chooses)
       type(integrator_settings_t), intent(in) :: settings
       !> Power of the error rate that the error goes as: 1, and more where a method's own estimate is of lower order
       !> than the method.
       real(wp), intent(out) :: power
       !> The method chooses its steps, and its order with them: their number tells nothing of the error.
       logical, intent(out) :: chooses
-      type(status_t), intent(out) :: status
-      class(stepper_t), allocatable :: stepper
+      type(method_t) :: method
+      method = method_of(settings)
       power = 1.0_wp
-      chooses = .false.
-      call make_stepper(system, settings, stepper, status)
-      if (.not. status%ok()) return
-      if (stepper%has_estimate) power = real(order_of(settings), wp)/real(stepper%estimate_power - 1, wp)
-      chooses = stepper%chooses_steps
+      if (method%estimate_power > 0) power = real(method%order, wp)/real(method%estimate_power - 1, wp)
+      chooses = method%dense
    end subroutine ask_method
 
    !> A finer rate than necessary was found: back towards that of the coarser pilot.

@@ -1,6 +1,7 @@
 !> A run: steps from a state to an end time, an observer shown the rows asked for, and what it took.
 module nutate_run
    use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, eps, long
    use nutate_state, only: state_t, add_increment
@@ -144,7 +145,7 @@ contains
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
       !> What `keep` was given when this run, from the same `state` on, was under way: it goes on from there.
-      type(archive_t), intent(inout), optional :: resumed
+      class(archive_t), intent(inout), optional :: resumed
       type(progress_t) :: progress
       type(run_record_t) :: record
       integer(long) :: n_steps
@@ -154,13 +155,13 @@ contains
       n_steps = plan%steps
       if (n_steps < 0) n_steps = count_steps(state%t, plan)
       if (present(resumed)) then
-         call transfer_run(resumed, stepper, state, progress, summary, record)
+         call transfer_run(resumed, system, stepper, state, progress, summary, record)
          call check_resumed(resumed, status)
       else
          call observer%observe(system, state, record, status)
       end if
       if (observer%wants_archive .and. status%ok()) &
-         call offer(stepper, state, progress, summary, record, observer, status)
+         call offer(system, stepper, state, progress, summary, record, observer, status)
       do while (status%code == 0 .and. summary%steps < n_steps)
          if (summary%parts + record%continued >= plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, too_many_steps)
@@ -176,15 +177,16 @@ contains
          end if
          if (mod(summary%steps, poll_every) == 0 .and. status%code == 0) then
             call observer%poll(real(summary%steps, wp)/real(n_steps, wp), status)
-            if (observer%wants_archive) call offer(stepper, state, progress, summary, record, observer, status)
+            if (observer%wants_archive) call offer(system, stepper, state, progress, summary, record, observer, status)
          end if
       end do
       if (status%code == NUTATE_STEP_LIMIT .and. observer%keeps_archives) &
-         call offer(stepper, state, progress, summary, record, observer, status)
+         call offer(system, stepper, state, progress, summary, record, observer, status)
    end subroutine integrate
 
    !> Puts the run in an archive and shows it to the observer.
-   subroutine offer(stepper, state, progress, summary, record, observer, status)
+   subroutine offer(system, stepper, state, progress, summary, record, observer, status)
+      type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(inout) :: state
       type(progress_t), intent(inout) :: progress
@@ -193,25 +195,26 @@ contains
       class(observer_t), intent(inout) :: observer
       !> Why the run ends, if it does; what the observer returned otherwise.
       type(status_t), intent(inout) :: status
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       type(status_t) :: kept
       call archive%begin_writing()
-      call transfer_run(archive, stepper, state, progress, summary, record)
+      call transfer_run(archive, system, stepper, state, progress, summary, record)
       observer%wants_archive = .false.
       call observer%keep(archive, kept)
       if (status%ok()) status = kept
    end subroutine offer
 
    !> All that changes in a run.
-   subroutine transfer_run(archive, stepper, state, progress, summary, record)
-      type(archive_t), intent(inout) :: archive
+   subroutine transfer_run(archive, system, stepper, state, progress, summary, record)
+      class(archive_t), intent(inout) :: archive
+      type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(inout) :: state
       type(progress_t), intent(inout) :: progress
       type(run_summary_t), intent(inout) :: summary
       type(run_record_t), intent(inout) :: record
       call state%transfer(archive)
-      call stepper%transfer(archive)
+      call stepper%transfer(system, archive)
       call progress%transfer(archive)
       call summary%transfer(archive)
       call record%transfer(archive)
@@ -219,7 +222,7 @@ contains
 
    !> `NUTATE_BAD_ARGUMENT` where an archive did not hold what the run asked of it.
    subroutine check_resumed(archive, status)
-      type(archive_t), intent(in) :: archive
+      class(archive_t), intent(in) :: archive
       type(status_t), intent(inout) :: status
       if (archive%problem() /= '') &
          status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
@@ -228,7 +231,7 @@ contains
    !> Shows to an archive what changes on the way.
    subroutine transfer_progress(self, archive)
       class(progress_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%next_break)
       call archive%transfer(self%work_compensation)
    end subroutine transfer_progress
@@ -236,7 +239,7 @@ contains
    !> Shows its values to an archive.
    subroutine transfer_record(self, archive)
       class(run_record_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%step)
       call archive%transfer(self%iterations)
       call archive%transfer(self%residual)
@@ -248,7 +251,7 @@ contains
    subroutine transfer_summary(self, archive)
       !> Its `work` allocated.
       class(run_summary_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%steps)
       call archive%transfer(self%cut_steps)
       call archive%transfer(self%parts)
@@ -467,7 +470,7 @@ contains
    subroutine ignore_archive(self, archive, status)
       class(observer_t), intent(inout) :: self
       !> To be given to the run that goes on.
-      type(archive_t), intent(inout) :: archive
+      type(byte_archive_t), intent(inout) :: archive
       !> A status that is not `NUTATE_OK` ends the run with it.
       type(status_t), intent(out) :: status
    end subroutine ignore_archive

@@ -6,14 +6,15 @@
 !> the start of the step, which keep the invariants and leave the run as it is.
 module nutate_step_control
    use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp, eps, long
-   use nutate_methods, only: make_stepper, order_of
+   use nutate_methods, only: make_stepper, method_of, method_t
    use nutate_quaternion, only: attitude_distance, quat_norm
    use nutate_run, only: check_resumed, observer_t, run_plan_t, run_record_t, run_summary_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT
-   use nutate_stepper, only: integrator_settings_t, step_goal_t, stepper_t
+   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -53,7 +54,7 @@ module nutate_step_control
    type :: controller_t
       type(control_settings_t) :: goal
       type(run_plan_t) :: plan
-      integer :: order = 2
+      type(method_t) :: method
       !> Estimates go as this power of the step.
       integer :: power = 3
       !> An estimate below this is round-off, rad.
@@ -121,7 +122,7 @@ contains
       type(status_t), intent(out) :: status
       !> What the observer's `keep` was given when this run, from the same `state` on, was under way: it goes on from
       !> there.
-      type(archive_t), intent(inout), optional :: resumed
+      class(archive_t), intent(inout), optional :: resumed
       type(controller_t) :: control
 
       control%goal = goal
@@ -131,12 +132,12 @@ contains
       if (.not. status%ok()) return
       control%ends = [system%effects%breaks_between(state%t, plan%end_time), plan%end_time]
       if (present(resumed)) then
-         call control%transfer(resumed, state, summary)
+         call control%transfer(system, resumed, state, summary)
          call check_resumed(resumed, status)
       else
          call observer%observe(system, state, control%record, status)
       end if
-      if (observer%wants_archive .and. status%ok()) call control%offer(state, observer, summary, status)
+      if (observer%wants_archive .and. status%ok()) call control%offer(system, state, observer, summary, status)
       do while (status%ok() .and. control%next_end <= size(control%ends))
          call control%reach(system, state, control%ends(control%next_end), observer, summary, status)
          control%next_end = control%next_end + 1
@@ -152,20 +153,20 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: rate
 
-      self%order = order_of(settings)
+      self%method = method_of(settings)
       if (self%goal%error_rate <= 0.0_wp .and. self%goal%local_tolerance <= 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a controlled run needs a tolerance')
          return
       end if
       call make_stepper(system, settings, self%half, status)
       if (.not. status%ok()) return
-      if (.not. (self%half%has_estimate .or. self%half%chooses_steps)) &
+      if (self%method%estimate_power == 0 .and. .not. self%method%dense) &
          call make_stepper(system, settings, self%whole, status)
-      if (self%goal%interval > 0.0_wp .and. .not. self%half%chooses_steps .and. status%ok()) &
+      if (self%goal%interval > 0.0_wp .and. .not. self%method%dense .and. status%ok()) &
          call make_stepper(system, settings, self%branch, status)
-      self%power = self%order + 1
-      if (self%half%has_estimate) self%power = self%half%estimate_power
-      self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**max(self%order, 1) - 1))
+      self%power = self%method%order + 1
+      if (self%method%estimate_power > 0) self%power = self%method%estimate_power
+      self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**max(self%method%order, 1) - 1))
       self%t_first = state%t
       self%sense = sign(1.0_wp, self%plan%end_time - state%t)
       self%momentum_scale = length_of(body_momentum(state))
@@ -190,15 +191,16 @@ contains
       do while (abs(t_end - state%t) > 0.0_wp)
          if (summary%parts + self%record%continued >= self%plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
-            if (observer%keeps_archives) call self%offer(state, observer, summary, status)
+            if (observer%keeps_archives) call self%offer(system, state, observer, summary, status)
             return
          end if
-         if (self%half%chooses_steps) then
-            call self%half%choose_step(system, state, step_goal_t(self%goal%local_tolerance, self%goal%error_rate, &
-                                                                  t_end), self%step, status)
+         select type (method => self%half)
+         class is (dense_stepper_t)
+            call method%choose_step(system, state, step_goal_t(self%goal%local_tolerance, self%goal%error_rate, t_end), &
+                                    self%step, status)
             if (.not. status%ok()) return
             self%step = min(self%step, self%longest)
-         end if
+         end select
          ! What is left is not left over for a tiny step: less than two steps are halved.
          rest = abs((t_end - state%t) - self%t_compensation)
          step = self%step
@@ -214,7 +216,7 @@ contains
                self%t_compensation = 0.0_wp
             end if
             call self%show(system, start, work, state, observer, summary, status)
-            if (observer%wants_archive) call self%offer(state, observer, summary, status)
+            if (observer%wants_archive) call self%offer(system, state, observer, summary, status)
          end if
          if (.not. status%ok()) return
       end do
@@ -236,7 +238,7 @@ contains
 
       next = state
       self%record%iterations = 0
-      if (self%half%has_estimate .or. self%half%chooses_steps) then
+      if (self%method%estimate_power > 0 .or. self%method%dense) then
          call self%go_whole(system, next, step, error, status)
       else
          call self%go_halves(system, next, step, error, status)
@@ -246,7 +248,7 @@ contains
          call self%reject(0.5_wp*step, summary, status)
          return
       end if
-      if (.not. self%half%chooses_steps) then
+      if (.not. self%method%dense) then
          turn = step*length_of(angular_velocity(system, next))
          allowed = self%goal%local_tolerance
          if (self%goal%error_rate > 0.0_wp) allowed = self%goal%error_rate*step
@@ -264,7 +266,7 @@ contains
       summary%work(:) = summary%work + self%work
       summary%iterations = summary%iterations + self%record%iterations
       summary%most_iterations = max(summary%most_iterations, self%record%iterations)
-      if (.not. self%half%chooses_steps) call self%adapt(step, self%growth(allowed, error), turn)
+      if (.not. self%method%dense) call self%adapt(step, self%growth(allowed, error), turn)
    end subroutine try
 
    !> One step by a method that estimates its errors.
@@ -313,9 +315,7 @@ contains
       real(wp), intent(in) :: dt, middle
       type(run_record_t), intent(inout) :: record
       type(status_t), intent(inout) :: status
-      stepper%is_part = .true.
-      stepper%whole_middle = middle
-      call stepper%step(system, state, dt, status)
+      call stepper%advance(system, state, dt, middle, status)
       record%continued = record%continued + stepper%continued
       record%iterations = record%iterations + stepper%iterations
       record%residual = stepper%residual
@@ -336,7 +336,7 @@ contains
       change = body_momentum(once) - body_momentum(twice)
       estimate = attitude_distance(once%q, twice%q)
       if (self%momentum_scale > 0.0_wp) estimate = max(estimate, length_of(change)/self%momentum_scale)
-      estimate = estimate/(2.0_wp**self%order - 1)
+      estimate = estimate/(2.0_wp**self%method%order - 1)
    end function estimate
 
    !> Factor by which the step could grow: its error goes as its length to the order plus one, the error over its
@@ -348,7 +348,7 @@ contains
       exponent = 1.0_wp/self%power
       if (self%goal%error_rate > 0.0_wp) exponent = 1.0_wp/(self%power - 1)
       growth = min(most_growth, safety*(max(allowed, self%round_off) &
-                                        /max(error, noise/(2.0_wp**self%order - 1)))**exponent)
+                                        /max(error, noise/(2.0_wp**self%method%order - 1)))**exponent)
    end function growth
 
    !> The next step after one that was kept.
@@ -433,13 +433,14 @@ contains
       between = start
       row = self%record
       row%work = work
-      if (self%half%chooses_steps) then
-         call self%half%state_at(system, t, between, since, status)
+      select type (method => self%half)
+      class is (dense_stepper_t)
+         call method%state_at(system, t, between, since, status)
          if (.not. status%ok()) return
          row%work = work + since
          call observer%observe(system, between, row, status)
          return
-      end if
+      end select
       do i = 1, 2
          if (.not. abs(t - start%t) > 0.0_wp) exit
          call take_part(self%branch, system, between, 0.5_wp*(t - start%t), middle, row, status)
@@ -453,34 +454,36 @@ contains
    end subroutine show_between
 
    !> Puts the run in an archive and shows it to the observer.
-   subroutine offer(self, state, observer, summary, status)
+   subroutine offer(self, system, state, observer, summary, status)
       class(controller_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       class(observer_t), intent(inout) :: observer
       type(run_summary_t), intent(inout) :: summary
       !> Why the run ends, if it does; what the observer returned otherwise.
       type(status_t), intent(inout) :: status
-      type(archive_t) :: archive
+      type(byte_archive_t) :: archive
       type(status_t) :: kept
       call archive%begin_writing()
-      call self%transfer(archive, state, summary)
+      call self%transfer(system, archive, state, summary)
       observer%wants_archive = .false.
       call observer%keep(archive, kept)
       if (status%ok()) status = kept
    end subroutine offer
 
    !> All that changes in a run, shown to an archive.
-   subroutine transfer_controller(self, archive, state, summary)
+   subroutine transfer_controller(self, system, archive, state, summary)
       class(controller_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
       type(state_t), intent(inout) :: state
       type(run_summary_t), intent(inout) :: summary
       call state%transfer(archive)
       call summary%transfer(archive)
       call self%record%transfer(archive)
-      call self%half%transfer(archive)
-      if (allocated(self%whole)) call self%whole%transfer(archive)
-      if (allocated(self%branch)) call self%branch%transfer(archive)
+      call self%half%transfer(system, archive)
+      if (allocated(self%whole)) call self%whole%transfer(system, archive)
+      if (allocated(self%branch)) call self%branch%transfer(system, archive)
       call archive%transfer(self%momentum_scale)
       call archive%transfer(self%step)
       call archive%transfer(self%longest)

@@ -83,7 +83,7 @@ contains
    end subroutine prepare
 
    !> Starts a step at the attitude q0 = |q0| u.
-   pure subroutine start(self, effects, t, frame, norm, decisive)
+   pure subroutine start(self, effects, t, frame, norm, window_time)
       class(discrete_forces_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       !> Middle of the step, s.
@@ -93,11 +93,11 @@ contains
       !> |q0|
       real(wp), intent(in) :: norm
       !> Time that decides which torques act, s; default: `t`.
-      real(wp), intent(in), optional :: decisive
+      real(wp), intent(in), optional :: window_time
       real(wp) :: moment, columns(3, 3), square
       integer :: i, j
       moment = t
-      if (present(decisive)) moment = decisive
+      if (present(window_time)) moment = window_time
       do i = 1, effects%n_torques
          self%acts(i) = effects%torques(i)%item%acts_at(moment)
       end do

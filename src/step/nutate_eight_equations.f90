@@ -7,7 +7,6 @@
 !> * all eight unknowns are of order one, for a molecule as for a planet, and no digit depends on the units;
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
 module nutate_eight_equations
-   use nutate_archive, only: archive_t
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp, eps
    use nutate_discrete_forces, only: discrete_forces_t
@@ -52,8 +51,6 @@ module nutate_eight_equations
       procedure :: jacobian
       !> a = J⁻¹w̄ at the end that z stands for.
       procedure :: mean_rate
-      !> Shows to an archive what stays from step to step.
-      procedure :: transfer => transfer_equations
       !> The increments of q and p that the root stands for.
       procedure :: increments
       !> q·p is what rounding leaves of nothing, and stays so.
@@ -79,14 +76,14 @@ contains
    end subroutine set_unit
 
    !> Starts a step of `dt` seconds from a state.
-   pure subroutine start(self, system, state, dt, decisive)
+   pure subroutine start(self, system, state, dt, window_time)
       class(eight_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s.
       real(wp), intent(in) :: dt
       !> Time that decides which torques act, s; default: the middle of the step.
-      real(wp), intent(in), optional :: decisive
+      real(wp), intent(in), optional :: window_time
       real(wp) :: norm
       norm = norm2(state%q)
       self%dt = dt
@@ -94,7 +91,7 @@ contains
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
       self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%unit
       self%w0 = norm*self%y0
-      if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, decisive)
+      if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, window_time)
    end subroutine start
 
    !> a = J⁻¹(w̄ - 2h), w̄ = ½(w0 + w1); a = [w̄₀/J0, 2Ω̄], rad/s; shape (4).
@@ -251,15 +248,5 @@ contains
          matrix(5:8, i) = matrix(5:8, i) - factor*quat_product(xm, column)
       end do
    end subroutine add_forces
-
-   !> Shows to an archive what stays from step to step: the unit of momentum and what is measured in it.
-   subroutine transfer_equations(self, archive)
-      class(eight_equations_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-      call archive%transfer(self%unit)
-      call archive%transfer(self%inverse_inertia)
-      call archive%transfer(self%inverse_j0)
-      call archive%transfer(self%rotor)
-   end subroutine transfer_equations
 
 end module nutate_eight_equations

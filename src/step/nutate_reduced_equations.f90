@@ -11,7 +11,6 @@
 !> What a step always does is written component by component here: compilers keep components in registers, but arrays
 !> of three, and the arguments of a quaternion product in another file, in memory. It halves the time of a step.
 module nutate_reduced_equations
-   use nutate_archive, only: archive_t
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp
    use nutate_discrete_forces, only: discrete_forces_t
@@ -73,8 +72,6 @@ module nutate_reduced_equations
       procedure :: get_work
       !> Moves the state to the end of the step.
       procedure :: finish
-      !> Shows to an archive what stays from step to step.
-      procedure :: transfer => transfer_equations
    end type reduced_equations_t
 
 contains
@@ -102,12 +99,12 @@ contains
    end subroutine set_step
 
    !> Starts a step from a state.
-   pure subroutine start(self, system, state, decisive)
+   pure subroutine start(self, system, state, window_time)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> Time that decides which torques act, s; default: the middle of the step.
-      real(wp), intent(in), optional :: decisive
+      real(wp), intent(in), optional :: window_time
       real(wp) :: half, u0, u1, u2, u3
       associate (q => state%q, p => state%p)
          ! 1/|q| to the last digit where |q|² - 1 is below 1e-8.
@@ -129,7 +126,7 @@ contains
       self%momentum = self%scale*self%half_momentum(2:4)
       self%too_strong = .false.
       if (self%forces%active) &
-         call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, decisive)
+         call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, window_time)
    end subroutine start
 
    !> True if the momenta are of a size that a step can follow.
@@ -390,21 +387,6 @@ contains
       carry = ((total - (rounded - part)) + (addend - part)) + lost
       total = rounded
    end subroutine accumulate
-
-   !> Shows to an archive what stays from step to step: the step's length, what goes with it, the effects' derivatives.
-   subroutine transfer_equations(self, archive)
-      class(reduced_equations_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
-      call archive%transfer(self%dt)
-      call archive%transfer(self%rate)
-      call archive%transfer(self%scale)
-      call archive%transfer(self%weight)
-      call archive%transfer(self%torque_limit)
-      call archive%transfer(self%rotor)
-      call archive%transfer(self%inertia)
-      call archive%transfer(self%unloaded)
-      call archive%transfer(self%by_forces)
-   end subroutine transfer_equations
 
    !> a·b
    pure real(wp) function dot(a, b)

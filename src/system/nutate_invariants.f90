@@ -121,7 +121,7 @@ contains
    !> Shows its values to an archive; what follows from the system is not among them.
    subroutine transfer_invariants(self, archive)
       class(invariants_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%energy)
       call archive%transfer(self%momentum)
       call archive%transfer(self%energy_scale)

@@ -71,7 +71,7 @@ contains
       settings%method = methods(method)%name
       settings%linear_solver = methods(method)%linear_solver
       settings%order = methods(method)%order
-      settings%conserve = methods(method)%corrected
+      settings%conserve = methods(method)%projected
       settings%attitude = .true.
    end function settings_of
 

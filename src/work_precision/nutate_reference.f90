@@ -92,7 +92,7 @@ contains
       second = first
       best = 0
       do i = 1, size(methods)
-         if (methods(i)%order < 1 .or. methods(i)%corrected .or. methods(i)%chooses_steps) cycle
+         if (methods(i)%order < 1 .or. methods(i)%projected .or. methods(i)%dense) cycle
          if (methods(i)%name == methods(first)%name .and. methods(i)%order == methods(first)%order) cycle
          rank = 2*methods(i)%order
          if (methods(i)%name /= methods(first)%name) rank = rank + 1

@@ -99,7 +99,7 @@ contains
          else
             cost%method = self%method
             cost%time_step = scale(self%longest_step, -self%rung)
-            if (methods(self%method)%chooses_steps) cost%tolerance = loosest*0.1_wp**self%rung
+            if (methods(self%method)%dense) cost%tolerance = loosest*0.1_wp**self%rung
             ! The cost of the first run is not known: it must not eat up the time of the other methods.
             call measure_cost(problem, reference, sample_share*deadline, clock, min(deadline, begun + 1.5_wp*share), &
                               cost, status)

@@ -23,7 +23,7 @@ class Check(CommandLineTest):
 
     def test_the_correction_is_announced_and_summed_up(self):
         override = ("--set", "integrator.method='dop853'", "--set", "integrator.conserve=.true.")
-        self.assertIn("12 evaluations, conserving correction\n", self.succeed("check", "box.nml", *override).stdout)
+        self.assertIn("12 stages, projection onto the invariants\n", self.succeed("check", "box.nml", *override).stdout)
         self.assertNotIn("correction", self.succeed("check", "box.nml", *override[:2]).stdout)
         self.assertIn("  correction          after each step", self.succeed("run", "box.nml", *override).stderr)
         self.assertNotIn("correction", self.succeed("run", "box.nml", *override[:2]).stderr)

@@ -2,7 +2,7 @@
 module nutate_f77_check
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_body, only: diagonal, make_body
-   use nutate_f77_work, only: get_setup, goes_on, is_work, setup_t
+   use nutate_f77_work, only: get_place, get_setup, is_work, place_t, setup_t
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_norm
    use nutate_status, only: status_t
@@ -95,19 +95,22 @@ contains
    end subroutine check_setup
 
    !> The number of the first of N, DT, T, Q, P that is wrong, 0 if none is. What the last call left is not tested.
-   pure integer function find_bad_step(n, dt, t, q, p, work) result(bad)
+   integer function find_bad_step(n, dt, t, q, p, work) result(bad)
       integer, intent(in) :: n
       real(wp), intent(in) :: dt, t, q(4), p(4)
-      real(wp), intent(in) :: work(*)
+      !> From NUINIT, whole.
+      real(wp), intent(in), target, contiguous :: work(:)
       type(setup_t) :: setup
+      type(place_t) :: place
       bad = 0
+      call get_place(work, place)
       if (n < 0) then
          bad = 1
       else if (.not. is_usable(dt)) then
          bad = 2
       else if (abs(dt) < 1/largest) then
          bad = 2
-      else if (goes_on(work, t, q, p)) then
+      else if (place%continues_at(t, q, p)) then
          bad = 0
       else if (.not. is_usable(t)) then
          bad = 3

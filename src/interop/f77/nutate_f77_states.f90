@@ -33,7 +33,7 @@ subroutine nusetp(q, omega, p, work, lwork, info)
       info = -3 - is_ready(work, lwork)
    end if
    if (info /= 0) return
-   call get_setup(work, setup)
+   call get_setup(work(1:int(work(1))), setup)
    system%body = setup%body
    system%effects%rotor_momentum = setup%rotor
    state = make_state(system, q, omega)
@@ -72,7 +72,7 @@ subroutine nuomeg(q, p, omega, work, lwork, info)
       info = -3 - is_ready(work, lwork)
    end if
    if (info /= 0) return
-   call get_setup(work, setup)
+   call get_setup(work(1:int(work(1))), setup)
    system%body = setup%body
    system%effects%rotor_momentum = setup%rotor
    omega = angular_velocity(system, state_t(q=q, p=p))
@@ -115,5 +115,5 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    else if (is_ready(work, lwork) /= 0) then
       info = -8 - is_ready(work, lwork)
    end if
-   if (info == 0) call find_invariants(work, q, p, pot, iuser, ruser, e, al, c, info)
+   if (info == 0) call find_invariants(work(1:int(work(1))), q, p, pot, iuser, ruser, e, al, c, info)
 end subroutine nuinv

@@ -4,8 +4,8 @@ module nutate_f77_stepping
    use nutate_effect, only: effect_t
    use nutate_effect_list, only: effect_list_t
    use nutate_f77_callback, only: f77_potential, f77_potential_t, f77_torque, f77_torque_t
-   use nutate_f77_work, only: get_place, get_setup, goes_on, memory_at, place_t, put_place, put_setup, setup_t, &
-      work_size
+   use nutate_f77_work, only: count_work, fill_work, get_memory, get_place, get_setup, place_t, put_memory, put_place, &
+      setup_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
@@ -22,7 +22,7 @@ module nutate_f77_stepping
    implicit none
    private
 
-   public :: row_store_t, needed_size, fill_work, take_steps, find_invariants
+   public :: row_store_t, needed_size, start_work, take_steps, find_invariants
 
    !> Writes rows into an array of the program, or none.
    type, extends(observer_t) :: row_store_t
@@ -87,7 +87,7 @@ contains
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       call choose_stepper(setup, stepper, status)
-      n = work_size(stepper%memory_size())
+      n = count_work(stepper)
    end function needed_size
 
    !> The stepper that a set-up asks for, still to be prepared. Errors: those of `compose`.
@@ -104,16 +104,15 @@ contains
    end subroutine choose_stepper
 
    !> Makes WORK ready for the first step.
-   subroutine fill_work(setup, n, work)
-      type(setup_t), intent(in) :: setup
-      !> From `needed_size`.
-      integer, intent(in) :: n
-      real(wp), intent(inout) :: work(*)
-      type(place_t) :: place
-      work(1:n) = 0.0_wp
-      call put_setup(setup, n, work)
-      call put_place(place, work)
-   end subroutine fill_work
+   subroutine start_work(setup, work)
+      type(setup_t), intent(inout) :: setup
+      !> Shape (as `needed_size` says).
+      real(wp), intent(inout), target, contiguous :: work(:)
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      call choose_stepper(setup, stepper, status)
+      call fill_work(setup, stepper, work)
+   end subroutine start_work
 
    !> Takes steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
    subroutine take_steps(n, every, dt, t, q, p, pot, tor, iuser, ruser, store, work, info)
@@ -129,7 +128,7 @@ contains
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
       type(row_store_t), intent(inout), target :: store
-      real(wp), intent(inout), contiguous :: work(:)
+      real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(setup_t) :: setup
       type(system_t) :: system
@@ -154,7 +153,7 @@ contains
       type(setup_t), intent(in) :: setup
       type(system_t), intent(in) :: system
       type(row_store_t), intent(inout) :: store
-      real(wp), intent(inout), contiguous :: work(:)
+      real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(reduced_t) :: stepper
       call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
@@ -168,7 +167,7 @@ contains
       type(setup_t), intent(in) :: setup
       type(system_t), intent(in) :: system
       type(row_store_t), intent(inout) :: store
-      real(wp), intent(inout), contiguous :: work(:)
+      real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(nielsen_krenk_t) :: stepper
       call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
@@ -182,7 +181,7 @@ contains
       type(setup_t), intent(in) :: setup
       type(system_t), intent(in) :: system
       type(row_store_t), intent(inout) :: store
-      real(wp), intent(inout), contiguous :: work(:)
+      real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
@@ -199,7 +198,7 @@ contains
       type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       type(row_store_t), intent(inout) :: store
-      real(wp), intent(inout), contiguous :: work(:)
+      real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(place_t) :: place
       type(integrator_settings_t) :: settings
@@ -211,8 +210,8 @@ contains
       settings%order = setup%order
       settings%inverse_auxiliary_inertia = setup%inverse_j0
       call stepper%prepare(system, settings, status)
-      if (goes_on(work, t, q, p)) then
-         call stepper%set_memory(system, work(memory_at:))
+      if (place%continues_at(t, q, p)) then
+         call get_memory(work, system, stepper)
          if (dt /= place%dt) place%steps = 0
       else
          place%steps = 0
@@ -232,7 +231,7 @@ contains
       p = place%state%p
       call account(place, summary)
       call put_place(place, work)
-      call stepper%get_memory(work(memory_at:))
+      call put_memory(stepper, system, work)
    end subroutine advance
 
    !> Adds what a run took to what is known of the runs before.
@@ -252,7 +251,7 @@ contains
 
    !> What NUINV computes. Error, `info` > 0, with nothing written: `NUTATE_NOT_FINITE`.
    subroutine find_invariants(work, q, p, pot, iuser, ruser, e, al, c, info)
-      real(wp), intent(in) :: work(*)
+      real(wp), intent(in), target, contiguous :: work(:)
       !> Attitude and conjugate momentum; shape (4).
       real(wp), intent(in) :: q(4), p(4)
       procedure(f77_potential) :: pot

@@ -10,7 +10,7 @@
 !> triangle rule, are taken.
 subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, info)
    use nutate_f77_check, only: check_setup
-   use nutate_f77_stepping, only: fill_work, needed_size
+   use nutate_f77_stepping, only: needed_size, start_work
    use nutate_f77_work, only: setup_t
    use nutate_kinds, only: wp
    implicit none
@@ -59,7 +59,7 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, i
    else if (lwork == -1) then
       work(1) = real(n, wp)
    else
-      call fill_work(setup, n, work)
+      call start_work(setup, work(1:n))
    end if
 end subroutine nuinit
 
@@ -106,7 +106,7 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
       info = -9 - bad
       return
    end if
-   info = -find_bad_step(n, dt, t, q, p, work)
+   info = -find_bad_step(n, dt, t, q, p, work(1:int(work(1))))
    if (info /= 0 .or. n == 0) return
    call take_steps(n, n, dt, t, q, p, pot, tor, iuser, ruser, none, work(1:int(work(1))), info)
 end subroutine nustep
@@ -158,7 +158,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
       info = -13 - bad
       return
    end if
-   info = -find_bad_step(n, dt, t, q, p, work)
+   info = -find_bad_step(n, dt, t, q, p, work(1:int(work(1))))
    if (info == 0) then
       if (k < 1) then
          info = -10
@@ -194,7 +194,7 @@ subroutine nustat(istat, w, work, lwork, info)
       info = -2 - info
       return
    end if
-   call get_place(work, place)
+   call get_place(work(1:int(work(1))), place)
    istat = int(min([place%all_steps, place%iterations, place%cut_steps], int(huge(0), long)))
    w = place%work
 end subroutine nustat

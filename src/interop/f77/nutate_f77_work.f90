@@ -1,14 +1,20 @@
 !> The work array of the FORTRAN 77 routines: what NUINIT was told, where the last call stopped, and what the method
 !> remembers of its steps. Plain numbers, no addresses: a copy is as good as the original.
+!>
+!> WORK(1): its length; (2): a mark; (3), (4): the first numbers of the second and of the third part.
 module nutate_f77_work
    use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_archive, only: archive_t
    use nutate_body, only: body_t
    use nutate_kinds, only: wp, long
+   use nutate_number_archive, only: number_archive_t
    use nutate_state, only: state_t
+   use nutate_stepper, only: stepper_t
+   use nutate_system, only: system_t
    implicit none
    private
 
-   public :: setup_t, place_t, work_size, is_work, goes_on, put_setup, get_setup, put_place, get_place, memory_at
+   public :: setup_t, place_t, count_work, is_work, fill_work, get_setup, get_place, put_place, get_memory, put_memory
 
    !> What NUINIT was told.
    type :: setup_t
@@ -25,6 +31,9 @@ module nutate_f77_work
       !> n of POT, space axes; shape (3).
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       type(body_t) :: body
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_setup
    end type setup_t
 
    !> Where the last call stopped.
@@ -39,20 +48,60 @@ module nutate_f77_work
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
       !> Since NUINIT: steps, Newton iterations, steps that had to be cut into parts.
       integer(long) :: all_steps = 0, iterations = 0, cut_steps = 0
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_place
+      !> True if a call starts where the last one stopped.
+      procedure :: continues_at
    end type place_t
 
-   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 1` in ASCII.
-   integer(int64), parameter :: mark = int(z'4E55544154452031', int64)
-   !> First numbers of the parts.
-   integer, parameter :: setup_at = 3, body_at = 22, place_at = 52, state_at = 56, memory_at = 80
+   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 2` in ASCII.
+   integer(int64), parameter :: mark = int(z'4E55544154452032', int64)
+   !> First number of the first part.
+   integer, parameter :: setup_at = 5
 
 contains
 
-   !> Numbers that the array must hold for a method that remembers `memory` of them.
-   pure integer function work_size(memory)
-      integer, intent(in) :: memory
-      work_size = memory_at - 1 + memory
-   end function work_size
+   !> Numbers that the array must hold for a stepper.
+   integer function count_work(stepper) result(n)
+      class(stepper_t), intent(inout) :: stepper
+      integer :: place_at, memory_at
+      call find_parts(stepper, place_at, memory_at, n)
+   end function count_work
+
+   !> First numbers of the second and the third part, and the length of the array.
+   subroutine find_parts(stepper, place_at, memory_at, n)
+      class(stepper_t), intent(inout) :: stepper
+      integer, intent(out) :: place_at, memory_at, n
+      type(number_archive_t) :: archive
+      type(setup_t) :: setup
+      type(place_t) :: place
+      type(system_t) :: nothing
+      call archive%begin_counting()
+      call setup%transfer(archive)
+      place_at = setup_at + archive%count()
+      call place%transfer(archive)
+      memory_at = setup_at + archive%count()
+      call stepper%transfer(nothing, archive)
+      n = setup_at - 1 + archive%count()
+   end subroutine find_parts
+
+   !> Makes the array ready for the first step.
+   subroutine fill_work(setup, stepper, work)
+      type(setup_t), intent(inout) :: setup
+      class(stepper_t), intent(inout) :: stepper
+      !> Shape (as `count_work` says).
+      real(wp), intent(inout), target, contiguous :: work(:)
+      type(number_archive_t) :: archive
+      type(place_t) :: place
+      integer :: place_at, memory_at, n
+      call find_parts(stepper, place_at, memory_at, n)
+      work = 0.0_wp
+      work(1:4) = [real(n, wp), transfer(mark, 0.0_wp), real(place_at, wp), real(memory_at, wp)]
+      call archive%begin_writing(work(setup_at:place_at - 1))
+      call setup%transfer(archive)
+      call put_place(place, work)
+   end subroutine fill_work
 
    !> True if NUINIT has filled the array; false for any other numbers, whatever their bits.
    pure logical function is_work(work, n)
@@ -60,95 +109,98 @@ contains
       !> Shape (n).
       real(wp), intent(in) :: work(*)
       is_work = .false.
-      if (n >= memory_at) is_work = transfer(work(2), 0_int64) == mark
+      if (n >= setup_at) is_work = transfer(work(2), 0_int64) == mark
    end function is_work
 
-   !> True if a call starts where the last one stopped.
-   pure logical function goes_on(work, t, q, p)
-      real(wp), intent(in) :: work(*)
-      !> s; attitude and conjugate momentum, shape (4).
-      real(wp), intent(in) :: t, q(4), p(4)
-      goes_on = work(place_at) > 0.5_wp .and. t == work(state_at) .and. &
-                all(q == work(state_at + 1:state_at + 4)) .and. all(p == work(state_at + 5:state_at + 8))
-   end function goes_on
-
-   !> Writes the first part of the array.
-   pure subroutine put_setup(setup, n, work)
-      type(setup_t), intent(in) :: setup
-      !> Numbers of the array in use.
-      integer, intent(in) :: n
-      real(wp), intent(inout) :: work(*)
-      work(1) = real(n, wp)
-      work(2) = transfer(mark, 0.0_wp)
-      work(setup_at:setup_at + 3) = [real(setup%solver, wp), real(setup%order, wp), real(setup%callbacks, wp), &
-                                     setup%inverse_j0]
-      work(setup_at + 4:setup_at + 18) = [setup%gravity, setup%moment, setup%damping, setup%rotor, setup%direction]
-      work(body_at:body_at + 8) = reshape(setup%body%inertia, [9])
-      work(body_at + 9:body_at + 17) = reshape(setup%body%inverse_inertia, [9])
-      work(body_at + 18:body_at + 26) = reshape(setup%body%axes, [9])
-      work(body_at + 27:body_at + 29) = setup%body%moments
-   end subroutine put_setup
-
-   !> Reads the first part of the array.
-   pure subroutine get_setup(work, setup)
-      real(wp), intent(in) :: work(*)
+   !> Reads what NUINIT was told.
+   subroutine get_setup(work, setup)
+      real(wp), intent(in), target, contiguous :: work(:)
       type(setup_t), intent(inout) :: setup
-      integer :: i
-      setup%solver = int(work(setup_at))
-      setup%order = int(work(setup_at + 1))
-      setup%callbacks = int(work(setup_at + 2))
-      setup%inverse_j0 = work(setup_at + 3)
-      setup%gravity = work(setup_at + 4:setup_at + 6)
-      setup%moment = work(setup_at + 7:setup_at + 9)
-      setup%damping = work(setup_at + 10:setup_at + 12)
-      setup%rotor = work(setup_at + 13:setup_at + 15)
-      setup%direction = work(setup_at + 16:setup_at + 18)
-      do i = 1, 3
-         setup%body%inertia(:, i) = work(body_at + 3*i - 3:body_at + 3*i - 1)
-         setup%body%inverse_inertia(:, i) = work(body_at + 3*i + 6:body_at + 3*i + 8)
-         setup%body%axes(:, i) = work(body_at + 3*i + 15:body_at + 3*i + 17)
-      end do
-      setup%body%moments = work(body_at + 27:body_at + 29)
+      type(number_archive_t) :: archive
+      call archive%begin_reading(work(setup_at:))
+      call setup%transfer(archive)
    end subroutine get_setup
 
-   !> Writes the second part of the array.
-   pure subroutine put_place(place, work)
-      type(place_t), intent(in) :: place
-      real(wp), intent(inout) :: work(*)
-      work(place_at) = merge(1.0_wp, 0.0_wp, place%begun)
-      work(place_at + 1) = real(place%steps, wp)
-      work(place_at + 2) = place%dt
-      work(place_at + 3) = place%first_time
-      work(state_at) = place%state%t
-      work(state_at + 1:state_at + 4) = place%state%q
-      work(state_at + 5:state_at + 8) = place%state%p
-      work(state_at + 9:state_at + 12) = place%state%q_compensation
-      work(state_at + 13:state_at + 16) = place%state%p_compensation
-      work(state_at + 17) = place%work
-      work(state_at + 18) = place%work_compensation
-      work(state_at + 19) = real(place%all_steps, wp)
-      work(state_at + 20) = real(place%iterations, wp)
-      work(state_at + 21) = real(place%cut_steps, wp)
+   !> Reads where the last call stopped.
+   subroutine get_place(work, place)
+      real(wp), intent(in), target, contiguous :: work(:)
+      type(place_t), intent(inout) :: place
+      type(number_archive_t) :: archive
+      call archive%begin_reading(work(nint(work(3)):))
+      call place%transfer(archive)
+   end subroutine get_place
+
+   !> Writes where a call stopped.
+   subroutine put_place(place, work)
+      type(place_t), intent(inout) :: place
+      real(wp), intent(inout), target, contiguous :: work(:)
+      type(number_archive_t) :: archive
+      call archive%begin_writing(work(nint(work(3)):))
+      call place%transfer(archive)
    end subroutine put_place
 
-   !> Reads the second part of the array.
-   pure subroutine get_place(work, place)
-      real(wp), intent(in) :: work(*)
-      type(place_t), intent(inout) :: place
-      place%begun = work(place_at) > 0.5_wp
-      place%steps = int(work(place_at + 1), long)
-      place%dt = work(place_at + 2)
-      place%first_time = work(place_at + 3)
-      place%state%t = work(state_at)
-      place%state%q = work(state_at + 1:state_at + 4)
-      place%state%p = work(state_at + 5:state_at + 8)
-      place%state%q_compensation = work(state_at + 9:state_at + 12)
-      place%state%p_compensation = work(state_at + 13:state_at + 16)
-      place%work = work(state_at + 17)
-      place%work_compensation = work(state_at + 18)
-      place%all_steps = int(work(state_at + 19), long)
-      place%iterations = int(work(state_at + 20), long)
-      place%cut_steps = int(work(state_at + 21), long)
-   end subroutine get_place
+   !> Gives a stepper what it remembers of the steps of the last call.
+   subroutine get_memory(work, system, stepper)
+      real(wp), intent(in), target, contiguous :: work(:)
+      type(system_t), intent(in) :: system
+      !> Prepared for the system.
+      class(stepper_t), intent(inout) :: stepper
+      type(number_archive_t) :: archive
+      call archive%begin_reading(work(nint(work(4)):))
+      call stepper%transfer(system, archive)
+   end subroutine get_memory
+
+   !> Keeps what a stepper remembers of its steps.
+   subroutine put_memory(stepper, system, work)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout), target, contiguous :: work(:)
+      type(number_archive_t) :: archive
+      call archive%begin_writing(work(nint(work(4)):))
+      call stepper%transfer(system, archive)
+   end subroutine put_memory
+
+   !> Shows its values to an archive.
+   subroutine transfer_setup(self, archive)
+      class(setup_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%solver)
+      call archive%transfer(self%order)
+      call archive%transfer(self%callbacks)
+      call archive%transfer(self%inverse_j0)
+      call archive%transfer(self%gravity)
+      call archive%transfer(self%moment)
+      call archive%transfer(self%damping)
+      call archive%transfer(self%rotor)
+      call archive%transfer(self%direction)
+      call archive%transfer(self%body%inertia)
+      call archive%transfer(self%body%inverse_inertia)
+      call archive%transfer(self%body%axes)
+      call archive%transfer(self%body%moments)
+   end subroutine transfer_setup
+
+   !> Shows its values to an archive.
+   subroutine transfer_place(self, archive)
+      class(place_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%begun)
+      call archive%transfer(self%steps)
+      call archive%transfer(self%dt)
+      call archive%transfer(self%first_time)
+      call self%state%transfer(archive)
+      call archive%transfer(self%work)
+      call archive%transfer(self%work_compensation)
+      call archive%transfer(self%all_steps)
+      call archive%transfer(self%iterations)
+      call archive%transfer(self%cut_steps)
+   end subroutine transfer_place
+
+   !> True if a call starts where the last one stopped.
+   pure logical function continues_at(self, t, q, p)
+      class(place_t), intent(in) :: self
+      !> s; attitude and conjugate momentum, shape (4).
+      real(wp), intent(in) :: t, q(4), p(4)
+      continues_at = self%begun .and. t == self%state%t .and. all(q == self%state%q) .and. all(p == self%state%p)
+   end function continues_at
 
 end module nutate_f77_work

@@ -212,7 +212,7 @@ contains
    !> Shows to an archive what is remembered from earlier states.
    subroutine transfer_columns(self, archive)
       class(columns_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%shared%phi)
       call archive%transfer(self%shared%theta)
       call archive%transfer(self%shared%psi)

@@ -183,7 +183,7 @@ contains
    !> Shows its values to an archive.
    subroutine transfer_mark(self, archive)
       class(file_mark_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       call archive%transfer(self%bytes)
       call archive%transfer(self%tail)
    end subroutine transfer_mark

@@ -78,7 +78,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: inverse_j0
       !> Being read.
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
       type(file_mark_t) :: mark
       call start(self, columns, system, state, inverse_j0, status)
@@ -95,7 +95,7 @@ contains
    subroutine transfer_history(self, archive, status)
       class(history_t), intent(inout) :: self
       !> Being written.
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
       type(file_mark_t) :: mark
       call self%file%mark(mark, status)
@@ -104,7 +104,7 @@ contains
 
    subroutine transfer_values(self, archive, mark)
       class(history_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      class(archive_t), intent(inout) :: archive
       type(file_mark_t), intent(inout) :: mark
       call archive%transfer(self%rows)
       call self%columns%transfer(archive)

@@ -145,7 +145,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
       integer, parameter :: orders(*) = methods%order
-      logical, parameter :: corrected(*) = methods%corrected
+      logical, parameter :: corrected(*) = methods%projected
       logical :: fits(size(methods))
       character(len=name_length) :: numbers(size(methods))
       character(len=12) :: order

@@ -2,7 +2,7 @@
 !>
 !> The length of a step follows from the last coefficients before it is taken (À. Jorba, M. Zou, Experimental
 !> Mathematics 14 (2005) 99), so that no step is tried in vain, and the series is the state at all times between. The
-!> conserving correction follows each step.
+!> projection onto the invariants follows each step.
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
    use nutate_invariant_projection, only: invariant_projection_t
@@ -14,7 +14,7 @@ module nutate_taylor_stepper
    use nutate_power_series, only: highest_order
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
-   use nutate_stepper, only: integrator_settings_t, stepper_t, step_goal_t
+   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -37,7 +37,7 @@ module nutate_taylor_stepper
 
    !> One step of the method. `step` allocates nothing. Between steps it keeps the targets of the correction only; all
    !> else is computed anew from the state.
-   type, extends(stepper_t) :: taylor_t
+   type, extends(dense_stepper_t) :: taylor_t
       private
       !> Of the settings: order (0: by the tolerance), correction, attitude.
       integer :: order = 0
@@ -51,21 +51,21 @@ module nutate_taylor_stepper
       type(state_t) :: first
       logical, allocatable :: acted(:)
    contains
-      procedure :: prepare
-      procedure :: step
+      procedure :: set_up
+      procedure :: advance
       procedure :: choose_step
       procedure :: state_at
-      procedure :: transfer_memory
+      procedure :: transfer
    end type taylor_t
 
 contains
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for an effect without series, or an order that there is not.
-   subroutine prepare(self, system, settings, status)
+   subroutine set_up(self, system, settings, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(status_t), intent(out) :: status
+      type(status_t), intent(inout) :: status
       if (settings%series_order /= 0 .and. (settings%series_order < least_order .or. &
                                             settings%series_order > highest_order)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the series has no such order', 'series_order')
@@ -78,29 +78,27 @@ contains
       self%conserve = settings%conserve
       self%attitude = settings%attitude
       self%expanded = .false.
-      self%chooses_steps = .true.
       call prepare_rates(self%rates, system, settings%attitude)
       call self%correction%prepare(system, settings%attitude)
-      if (allocated(self%work)) deallocate (self%work, self%acted)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+      if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
-   end subroutine prepare
+   end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that the series does not follow
    !> the motion, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
-   subroutine step(self, system, state, dt, status)
+   subroutine advance(self, system, state, dt, window_time, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      real(wp), intent(in) :: dt
-      type(status_t), intent(out) :: status
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates)
       type(state_t) :: next
       logical :: converges
       integer :: i
       converges = .true.
-      if (.not. is_expanded(self, system, state, dt)) then
-         call begin_step(self%rates, system, state, dt, decisive_time(self, state, dt), y)
+      if (.not. is_expanded(self, system, state, dt, window_time)) then
+         call begin_step(self%rates, system, state, dt, window_time, y)
          self%series%order = merge(self%order, usual_order, self%order > 0)
          if (self%rates%failure == 0) call expand_from(self, system, state, dt, y, converges)
          if (.not. converges) self%rates%failure = NUTATE_OFF_BRANCH
@@ -120,17 +118,7 @@ contains
          if (status%code /= 0) return
       end if
       state = next
-   end subroutine step
-
-   !> Time that decides which torques act, s.
-   pure real(wp) function decisive_time(self, state, dt) result(t)
-      class(taylor_t), intent(in) :: self
-      type(state_t), intent(in) :: state
-      !> s.
-      real(wp), intent(in) :: dt
-      t = state%t + 0.5_wp*dt
-      if (self%is_part) t = self%whole_middle
-   end function decisive_time
+   end subroutine advance
 
    !> The length of the step that meets a goal.
    subroutine choose_step(self, system, state, goal, step, status)
@@ -210,12 +198,12 @@ contains
    end function momentum_scale
 
    !> True if the series of a step that was chosen starts from this state, with the same torques.
-   logical function is_expanded(self, system, state, dt)
+   logical function is_expanded(self, system, state, dt, window_time)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> s.
-      real(wp), intent(in) :: dt
+      !> s, and the time that decides which torques act, s.
+      real(wp), intent(in) :: dt, window_time
       integer :: i
       is_expanded = self%expanded
       if (.not. is_expanded) return
@@ -225,7 +213,7 @@ contains
       end do
       if (abs(state%t - self%first%t) > 0.0_wp) is_expanded = .false.
       do i = 1, size(self%acted)
-         if (self%acted(i) .neqv. system%effects%torques(i)%item%acts_at(decisive_time(self, state, dt))) &
+         if (self%acted(i) .neqv. system%effects%torques(i)%item%acts_at(window_time)) &
             is_expanded = .false.
       end do
       self%rates%dt = dt
@@ -302,11 +290,12 @@ contains
    end subroutine state_at
 
    !> The targets of the correction; the series is computed anew from the state.
-   subroutine transfer_memory(self, archive)
+   subroutine transfer(self, system, archive)
       class(taylor_t), intent(inout) :: self
-      type(archive_t), intent(inout) :: archive
+      type(system_t), intent(in) :: system
+      class(archive_t), intent(inout) :: archive
       call self%correction%transfer(archive)
       self%expanded = .false.
-   end subroutine transfer_memory
+   end subroutine transfer
 
 end module nutate_taylor_stepper
