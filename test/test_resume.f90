@@ -74,13 +74,12 @@ contains
    end function bytes_of
 
    !> The bytes of all that a stepper shows to an archive.
-   function memory_of(system, stepper) result(bytes)
-      type(system_t), intent(in) :: system
+   function memory_of(stepper) result(bytes)
       class(stepper_t), intent(inout) :: stepper
       character(len=:), allocatable :: bytes
       type(byte_archive_t) :: archive
       call archive%begin_writing()
-      call stepper%transfer(system, archive)
+      call stepper%transfer(archive)
       bytes = archive%content()
       if (archive%problem() /= '') bytes = ''
    end function memory_of
@@ -161,15 +160,15 @@ contains
          call stepper%step(problem%system, state, first(i), status)
       end do
       other = state
-      call archive%begin_reading(memory_of(problem%system, stepper))
-      call fresh%transfer(problem%system, archive)
+      call archive%begin_reading(memory_of(stepper))
+      call fresh%transfer(archive)
       call check(error, archive%problem() == '', label//": "//archive%problem())
       do i = 1, size(rest)
          if (allocated(error)) return
          call stepper%step(problem%system, state, rest(i), status)
          call fresh%step(problem%system, other, rest(i), status)
          call check(error, bytes_of(state, run_record_t()) == bytes_of(other, run_record_t()) .and. &
-                    memory_of(problem%system, stepper) == memory_of(problem%system, fresh), label)
+                    memory_of(stepper) == memory_of(fresh), label)
       end do
    end subroutine check_stepper
 
@@ -441,7 +440,7 @@ contains
       problem = box()
       call stepper%prepare(problem%system, integrator_settings_t(), status)
       call archive%begin_writing()
-      call stepper%transfer(problem%system, archive)
+      call stepper%transfer(archive)
       if (archive%problem() == '') call test_failed(error, "the archive says nothing")
    end subroutine forgetful_methods_are_refused
 

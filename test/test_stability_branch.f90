@@ -74,7 +74,7 @@ contains
       do i = 1, lengths
          call equations%set_step(system, (dt*i)/lengths)
          call equations%start(system, start, start%t + 0.5_wp*dt)
-         if (i == 1) root = equations%first_guess(system)
+         if (i == 1) root = equations%explicit_guess(system)
          if (i > 1) root = (real(i, wp)/(i - 1))*root
          do k = 1, 8
             call equations%residual(system, root, f)

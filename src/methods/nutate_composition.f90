@@ -140,13 +140,12 @@ contains
    end subroutine advance
 
    !> The memories of all stages.
-   recursive subroutine transfer(self, system, archive)
+   recursive subroutine transfer(self, archive)
       class(composition_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
       integer :: i
       do i = 1, size(self%stages)
-         call self%stages(i)%stepper%transfer(system, archive)
+         call self%stages(i)%stepper%transfer(archive)
       end do
    end subroutine transfer
 

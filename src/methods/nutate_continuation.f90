@@ -1,94 +1,132 @@
-!> The branch of the true motion: which root of a long step continues the motion from short steps.
+!> Which root of a step continues the true motion, and continuation in Δt where that is not known beforehand.
 !>
 !> The equations of a step have other roots, which conserve everything too. With |b| < 1 and a positive determinant of
-!> the Jacobian a root can still be a wrong one. So a root that is not surely the right one is found again by walking to
-!> it: the step grows from a short one to its length, each root the guess for the next.
+!> the Jacobian a root can still be a wrong one. So a root that is not surely the right one is found again by
+!> continuation: the step grows from a short one to its length, each root the prediction for the next. Both forms of the
+!> step's equations have their roots judged here.
 module nutate_continuation
+   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
+   use nutate_quaternion, only: quat_norm
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
    implicit none
    private
 
-   public :: continuation_t, is_surely_true, is_continued
+   public :: root_t, root_judge_t, continuation_t
 
    !> |b|, b = ¼Δt Ω̄, below which a root with a positive determinant is the true one. On a free body's axis the branch
    !> ends where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the
    !> earliest. Off the axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
    real(wp), parameter :: surely_true = 0.41_wp
    !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes
-   !> it large and brings no other root near, forces that depend on the attitude do.
+   !> it large and brings no other root near, forces that depend on the attitude do. No bound is proved with it: a
+   !> factor of two in each direction is as far as a Jacobian can be taken for that of a short step.
    real(wp), parameter :: mild = 4.0_wp
    !> |b| from which a root is refused. At |b| = 1, half a turn, the reduced equations are solved by what is no step.
    real(wp), parameter :: longest = 0.98_wp
-   !> Largest change of an unknown from guess to root that is no jump to another root.
+   !> Largest change of an unknown from prediction to root, rad of half the turn, that is no jump to another root: an
+   !> eighth of `surely_true`, which is how near to each other two roots of one step were seen.
    real(wp), parameter :: farthest_jump = 0.05_wp
-   !> Change of b that the walk aims at from one length to the next, part of the whole step below which it gives up,
-   !> and most lengths tried.
-   real(wp), parameter :: pace = 0.06_wp, shortest = 1e-3_wp, first_shortest = 1e-15_wp
+   !> Change of b that a continuation aims at from one length to the next: as far as the prediction by the secant is
+   !> within `farthest_jump` where the branch bends with a radius of its own length.
+   real(wp), parameter :: stride_aim = 0.06_wp
+   !> Part of the step by which a continuation must be able to go on, and most lengths tried: beyond, the branch has
+   !> ended. From a length with no turn at all it starts with the second.
+   real(wp), parameter :: shortest = 1e-3_wp, first_shortest = 1e-15_wp
    integer, parameter :: most_lengths = 250
 
-   !> A walk along the branch, in parts of the step's length.
+   !> What is seen of a root, in either form of the equations.
+   type :: root_t
+      !> |b|
+      real(wp) :: turn = 0.0_wp
+      !> Determinant of the Jacobian over that of a very short step.
+      real(wp) :: determinant = 1.0_wp
+      !> Largest distance of an unknown from its prediction, the attitude's and the momentum's over its size.
+      real(wp) :: jump = 0.0_wp
+   end type root_t
+
+   !> Judges roots from the system, the start of a step and its length.
+   type :: root_judge_t
+      !> There are effects; some depend on the attitude.
+      logical :: forced = .false., by_attitude = .false.
+   contains
+      procedure :: set_up
+      !> The root is surely the true one.
+      procedure :: proves
+      !> The root continues that of the last step.
+      procedure :: continues
+      !> Starts the continuation to a step.
+      procedure :: begin
+   end type root_judge_t
+
+   !> A continuation in parts of the step's length.
    type :: continuation_t
       !> Part of the step whose root is known; part to try next.
       real(wp) :: reached = 0.0_wp, next = 0.0_wp
+      !> Lengths tried so far.
+      integer :: tried = 0
       !> Part before the one reached; the determinant of the root reached.
       real(wp), private :: before = 0.0_wp, determinant = 1.0_wp
       !> Growth of the step that is tried.
-      real(wp), private :: stride = 0.0_wp
-      !> Lengths tried so far.
-      integer :: tried = 0
+      real(wp), private :: stride = 1.0_wp
    contains
-      !> Starts a walk.
-      procedure :: start
-      !> How much of the last change of the unknowns to add to the last root for the next guess.
+      !> How much of the last change of the unknowns to add to the last root for the next prediction.
       procedure :: secant
       !> The root found is on the branch.
       procedure :: keeps_to
       !> There is a length to try.
       procedure :: goes_on
       !> Takes the outcome of a trial.
-      procedure :: judge
+      procedure :: take
    end type continuation_t
 
 contains
 
-   !> True if a root needs no walk to be known as the true one.
-   pure logical function is_surely_true(turn, determinant, forced, by_attitude)
-      !> |b|
-      real(wp), intent(in) :: turn
-      !> Determinant of the Jacobian over that of a very short step.
-      real(wp), intent(in) :: determinant
-      !> There are effects; some depend on the attitude.
-      logical, intent(in) :: forced, by_attitude
-      is_surely_true = turn < surely_true .and. determinant > 0.0_wp
-      if (is_surely_true .and. forced) is_surely_true = determinant*mild > 1.0_wp
-      if (is_surely_true .and. by_attitude) is_surely_true = determinant < mild
-   end function is_surely_true
+   pure subroutine set_up(self, system)
+      class(root_judge_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      self%forced = system%effects%n_potentials + system%effects%n_torques > 0
+      self%by_attitude = system%effects%needs_attitude()
+   end subroutine set_up
+
+   !> True if a root needs no continuation to be known as the true one.
+   pure logical function proves(self, root)
+      class(root_judge_t), intent(in) :: self
+      type(root_t), intent(in) :: root
+      proves = root%turn < surely_true .and. root%determinant > 0.0_wp
+      if (proves .and. self%forced) proves = root%determinant*mild > 1.0_wp
+      if (proves .and. self%by_attitude) proves = root%determinant < mild
+   end function proves
 
    !> True if a root continues that of the last step, which was true: in a step that effects dominate.
-   pure logical function is_continued(turn, determinant, last_determinant, jump)
-      !> |b|
-      real(wp), intent(in) :: turn
-      !> Determinant of the Jacobian, and that of the last step of the same length; 0 where there is none.
-      real(wp), intent(in) :: determinant, last_determinant
-      !> Largest distance of an unknown from the guess that continues the last steps.
-      real(wp), intent(in) :: jump
-      is_continued = turn < surely_true .and. jump < farthest_jump .and. determinant > 0.5_wp*last_determinant .and. &
-                     determinant < 2*last_determinant
-   end function is_continued
+   pure logical function continues(self, root, last_determinant)
+      class(root_judge_t), intent(in) :: self
+      type(root_t), intent(in) :: root
+      !> Of the last step of the same length; 0 where there is none.
+      real(wp), intent(in) :: last_determinant
+      continues = self%forced .and. root%turn < surely_true .and. root%jump < farthest_jump .and. &
+                  root%determinant > 0.5_wp*last_determinant .and. root%determinant < 2*last_determinant
+   end function continues
 
-   !> Starts at a length whose root is surely the true one.
-   pure subroutine start(self, turn)
-      class(continuation_t), intent(inout) :: self
-      !> |b| of the whole step if its rate stayed that of the start.
-      real(wp), intent(in) :: turn
-      self%reached = 0.0_wp
-      self%before = 0.0_wp
-      self%determinant = 1.0_wp
-      self%tried = 0
-      self%stride = 1.0_wp
-      if (turn > 0.8_wp*surely_true) self%stride = 0.8_wp*surely_true/turn
-      self%next = self%stride
-   end subroutine start
+   !> Starts the continuation to a step at a length whose root is surely the true one: b0 = ¼ΔtΩ0, the b of the step if
+   !> its rate stayed that of the start, tells how far.
+   pure function begin(self, system, state, dt) result(path)
+      class(root_judge_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> At the start of the step.
+      type(state_t), intent(in) :: state
+      !> s
+      real(wp), intent(in) :: dt
+      type(continuation_t) :: path
+      real(wp) :: b0(4), turn
+      b0(1) = 0.0_wp
+      b0(2:4) = (0.25_wp*dt)*angular_velocity(system, state)
+      turn = quat_norm(b0)
+      ! With a margin: effects may speed the body up in the step.
+      if (turn > 0.8_wp*surely_true) path%stride = 0.8_wp*surely_true/turn
+      path%next = path%stride
+   end function begin
 
    !> True unless the whole step is reached or the branch has ended.
    pure logical function goes_on(self)
@@ -97,25 +135,24 @@ contains
                 self%stride > shortest*min(1.0_wp, max(self%reached, first_shortest/shortest))
    end function goes_on
 
-   !> How much of the last change of the unknowns to add to the last root for the next guess; the first root is
+   !> How much of the last change of the unknowns to add to the last root for the next prediction; the first root is
    !> reached from none.
    pure real(wp) function secant(self)
       class(continuation_t), intent(in) :: self
       secant = (self%next - self%reached)/(self%reached - self%before)
    end function secant
 
-   !> True if a root can be no other than the continued one: near the guess, the nearer the closer to the end of the
+   !> True if a root can be no other than the continued one: near its prediction, the nearer the closer to the end of the
    !> branch, and the determinant changed by no more than a factor of two.
-   pure logical function keeps_to(self, turn, determinant, jump)
+   pure logical function keeps_to(self, root)
       class(continuation_t), intent(in) :: self
-      !> |b| of the root, its determinant over that of a very short step, and its largest distance from the guess.
-      real(wp), intent(in) :: turn, determinant, jump
-      keeps_to = turn < longest .and. determinant > 0.5_wp*self%determinant .and. determinant < 2*self%determinant &
-                 .and. jump < farthest_jump*min(1.0_wp, self%determinant)
+      type(root_t), intent(in) :: root
+      keeps_to = root%turn < longest .and. root%determinant > 0.5_wp*self%determinant .and. &
+                 root%determinant < 2*self%determinant .and. root%jump < farthest_jump*min(1.0_wp, self%determinant)
    end function keeps_to
 
    !> Goes on from the length tried, or tries a shorter one.
-   pure subroutine judge(self, found, change, determinant)
+   pure subroutine take(self, found, change, determinant)
       class(continuation_t), intent(inout) :: self
       !> The root belongs to the branch.
       logical, intent(in) :: found
@@ -126,9 +163,9 @@ contains
       self%tried = self%tried + 1
       if (found) then
          if (self%reached > 0.0_wp) then
-            self%stride = self%stride*max(0.5_wp, min(2.0_wp, pace/max(change, 0.1_wp*pace)))
+            self%stride = self%stride*max(0.5_wp, min(2.0_wp, stride_aim/max(change, 0.1_wp*stride_aim)))
          else
-            self%stride = min(self%stride, pace/surely_true*self%next)
+            self%stride = min(self%stride, stride_aim/surely_true*self%next)
          end if
          self%before = self%reached
          self%reached = self%next
@@ -138,6 +175,6 @@ contains
       end if
       self%next = self%reached + self%stride
       if (self%next > 1.0_wp - 0.1_wp*self%stride) self%next = 1.0_wp
-   end subroutine judge
+   end subroutine take
 
 end module nutate_continuation

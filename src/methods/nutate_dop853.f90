@@ -187,9 +187,8 @@ contains
    end function weighted_square
 
    !> A step remembers nothing of the ones before.
-   subroutine transfer(self, system, archive)
+   subroutine transfer(self, archive)
       class(dop853_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
    end subroutine transfer
 

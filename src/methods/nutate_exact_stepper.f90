@@ -141,9 +141,8 @@ contains
    end subroutine state_at
 
    !> Where the solution started and where the last step ended; the solution is found again from its start.
-   subroutine transfer(self, system, archive)
+   subroutine transfer(self, archive)
       class(exact_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
       call self%first%transfer(archive)
       call self%last%transfer(archive)

@@ -83,11 +83,10 @@ contains
    end subroutine advance
 
    !> The stepper's memory and that of the correction.
-   subroutine transfer(self, system, archive)
+   subroutine transfer(self, archive)
       class(projected_stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
-      call self%base%transfer(system, archive)
+      call self%base%transfer(archive)
       call self%correction%transfer(archive)
    end subroutine transfer
 

@@ -57,9 +57,8 @@ contains
    end subroutine advance
 
    !> A step remembers nothing of the ones before.
-   subroutine transfer(self, system, archive)
+   subroutine transfer(self, archive)
       class(rk4_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
    end subroutine transfer
 

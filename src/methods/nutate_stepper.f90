@@ -156,10 +156,9 @@ contains
    end subroutine take_step
 
    !> Refuses: going on without a memory that nobody listed would be another run.
-   subroutine refuse_archive(self, system, archive)
+   subroutine refuse_archive(self, archive)
       !> Prepared for `system`.
       class(stepper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
       call archive%refuse('this method cannot be interrupted and go on')
    end subroutine refuse_archive

@@ -155,13 +155,13 @@ contains
       n_steps = plan%steps
       if (n_steps < 0) n_steps = count_steps(state%t, plan)
       if (present(resumed)) then
-         call transfer_run(resumed, system, stepper, state, progress, summary, record)
+         call transfer_run(resumed, stepper, state, progress, summary, record)
          call check_resumed(resumed, status)
       else
          call observer%observe(system, state, record, status)
       end if
       if (observer%wants_archive .and. status%ok()) &
-         call offer(system, stepper, state, progress, summary, record, observer, status)
+         call offer(stepper, state, progress, summary, record, observer, status)
       do while (status%code == 0 .and. summary%steps < n_steps)
          if (summary%parts + record%continued >= plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, too_many_steps)
@@ -177,16 +177,15 @@ contains
          end if
          if (mod(summary%steps, poll_every) == 0 .and. status%code == 0) then
             call observer%poll(real(summary%steps, wp)/real(n_steps, wp), status)
-            if (observer%wants_archive) call offer(system, stepper, state, progress, summary, record, observer, status)
+            if (observer%wants_archive) call offer(stepper, state, progress, summary, record, observer, status)
          end if
       end do
       if (status%code == NUTATE_STEP_LIMIT .and. observer%keeps_archives) &
-         call offer(system, stepper, state, progress, summary, record, observer, status)
+         call offer(stepper, state, progress, summary, record, observer, status)
    end subroutine integrate
 
    !> Puts the run in an archive and shows it to the observer.
-   subroutine offer(system, stepper, state, progress, summary, record, observer, status)
-      type(system_t), intent(in) :: system
+   subroutine offer(stepper, state, progress, summary, record, observer, status)
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(inout) :: state
       type(progress_t), intent(inout) :: progress
@@ -198,23 +197,22 @@ contains
       type(byte_archive_t) :: archive
       type(status_t) :: kept
       call archive%begin_writing()
-      call transfer_run(archive, system, stepper, state, progress, summary, record)
+      call transfer_run(archive, stepper, state, progress, summary, record)
       observer%wants_archive = .false.
       call observer%keep(archive, kept)
       if (status%ok()) status = kept
    end subroutine offer
 
    !> All that changes in a run.
-   subroutine transfer_run(archive, system, stepper, state, progress, summary, record)
+   subroutine transfer_run(archive, stepper, state, progress, summary, record)
       class(archive_t), intent(inout) :: archive
-      type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
       type(state_t), intent(inout) :: state
       type(progress_t), intent(inout) :: progress
       type(run_summary_t), intent(inout) :: summary
       type(run_record_t), intent(inout) :: record
       call state%transfer(archive)
-      call stepper%transfer(system, archive)
+      call stepper%transfer(archive)
       call progress%transfer(archive)
       call summary%transfer(archive)
       call record%transfer(archive)

@@ -132,12 +132,12 @@ contains
       if (.not. status%ok()) return
       control%ends = [system%effects%breaks_between(state%t, plan%end_time), plan%end_time]
       if (present(resumed)) then
-         call control%transfer(system, resumed, state, summary)
+         call control%transfer(resumed, state, summary)
          call check_resumed(resumed, status)
       else
          call observer%observe(system, state, control%record, status)
       end if
-      if (observer%wants_archive .and. status%ok()) call control%offer(system, state, observer, summary, status)
+      if (observer%wants_archive .and. status%ok()) call control%offer(state, observer, summary, status)
       do while (status%ok() .and. control%next_end <= size(control%ends))
          call control%reach(system, state, control%ends(control%next_end), observer, summary, status)
          control%next_end = control%next_end + 1
@@ -191,7 +191,7 @@ contains
       do while (abs(t_end - state%t) > 0.0_wp)
          if (summary%parts + self%record%continued >= self%plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
-            if (observer%keeps_archives) call self%offer(system, state, observer, summary, status)
+            if (observer%keeps_archives) call self%offer(state, observer, summary, status)
             return
          end if
          select type (method => self%half)
@@ -216,7 +216,7 @@ contains
                self%t_compensation = 0.0_wp
             end if
             call self%show(system, start, work, state, observer, summary, status)
-            if (observer%wants_archive) call self%offer(system, state, observer, summary, status)
+            if (observer%wants_archive) call self%offer(state, observer, summary, status)
          end if
          if (.not. status%ok()) return
       end do
@@ -454,9 +454,8 @@ contains
    end subroutine show_between
 
    !> Puts the run in an archive and shows it to the observer.
-   subroutine offer(self, system, state, observer, summary, status)
+   subroutine offer(self, state, observer, summary, status)
       class(controller_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       class(observer_t), intent(inout) :: observer
       type(run_summary_t), intent(inout) :: summary
@@ -465,25 +464,24 @@ contains
       type(byte_archive_t) :: archive
       type(status_t) :: kept
       call archive%begin_writing()
-      call self%transfer(system, archive, state, summary)
+      call self%transfer(archive, state, summary)
       observer%wants_archive = .false.
       call observer%keep(archive, kept)
       if (status%ok()) status = kept
    end subroutine offer
 
    !> All that changes in a run, shown to an archive.
-   subroutine transfer_controller(self, system, archive, state, summary)
+   subroutine transfer_controller(self, archive, state, summary)
       class(controller_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
       type(state_t), intent(inout) :: state
       type(run_summary_t), intent(inout) :: summary
       call state%transfer(archive)
       call summary%transfer(archive)
       call self%record%transfer(archive)
-      call self%half%transfer(system, archive)
-      if (allocated(self%whole)) call self%whole%transfer(system, archive)
-      if (allocated(self%branch)) call self%branch%transfer(system, archive)
+      call self%half%transfer(archive)
+      if (allocated(self%whole)) call self%whole%transfer(archive)
+      if (allocated(self%branch)) call self%branch%transfer(archive)
       call archive%transfer(self%momentum_scale)
       call archive%transfer(self%step)
       call archive%transfer(self%longest)

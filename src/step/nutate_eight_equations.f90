@@ -7,6 +7,7 @@
 !> * all eight unknowns are of order one, for a molecule as for a planet, and no digit depends on the units;
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
 module nutate_eight_equations
+   use nutate_archive, only: archive_t
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp, eps
    use nutate_discrete_forces, only: discrete_forces_t
@@ -31,8 +32,9 @@ module nutate_eight_equations
       real(wp) :: dt = 0.0_wp
       !> u = q0/|q0|, body→space; shape (4).
       real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> μ, the unit of momentum, kg m²/s.
+      !> μ, the unit of momentum, kg m²/s; inertia and rotor are those of the system, in this unit.
       real(wp) :: unit = 1.0_wp
+      logical :: scaled = .false.
       !> x0 = (|q0|, 0, 0, 0), y0 = u*∘p0/μ and w0 = x0*∘y0; shape (4).
       real(wp) :: x0(4) = 0.0_wp, y0(4) = 0.0_wp, w0(4) = 0.0_wp
       !> μ J⁻¹, 1/s; shape (3,3), and μ/J0, 1/s.
@@ -51,12 +53,16 @@ module nutate_eight_equations
       procedure :: jacobian
       !> a = J⁻¹w̄ at the end that z stands for.
       procedure :: mean_rate
+      !> The z of a step with the rates of its start.
+      procedure :: explicit_increments
       !> The increments of q and p that the root stands for.
       procedure :: increments
       !> q·p is what rounding leaves of nothing, and stays so.
       procedure :: is_tangent
       !> Takes that away.
       procedure :: make_tangent
+      !> Shows to an archive what stays from step to step.
+      procedure :: transfer
    end type eight_equations_t
 
 contains
@@ -70,6 +76,7 @@ contains
       !> μ, kg m²/s; a power of two.
       real(wp), intent(in) :: unit
       self%unit = unit
+      self%scaled = .true.
       self%inverse_inertia = unit*system%body%inverse_inertia
       self%inverse_j0 = unit*inverse_j0
       self%rotor = 2*system%effects%rotor_momentum/unit
@@ -105,6 +112,16 @@ contains
       a(1) = self%inverse_j0*w(1)
       a(2:4) = self%inverse_inertia(:, 1)*w(2) + self%inverse_inertia(:, 2)*w(3) + self%inverse_inertia(:, 3)*w(4)
    end function mean_rate
+
+   !> The z of a step that keeps the rates of its start: Δx = ¼Δt x0∘a0, Δy = -¼Δt y0∘Ca0; shape (8).
+   pure function explicit_increments(self) result(z)
+      class(eight_equations_t), intent(in) :: self
+      real(wp) :: z(8), a(4)
+      z = 0.0_wp
+      a = (0.25_wp*self%dt)*self%mean_rate(z)
+      z(1:4) = quat_product(self%x0, a)
+      z(5:8) = -quat_product(self%y0, conjugation*a)
+   end function explicit_increments
 
    !> R(z) = (Δx - ¼Δt x̄∘a, Δy + ¼Δt ȳ∘Ca - Δt f/μ), f = 2x̄∘s/|x̄|².
    pure subroutine residual(self, system, z, r)
@@ -248,5 +265,13 @@ contains
          matrix(5:8, i) = matrix(5:8, i) - factor*quat_product(xm, column)
       end do
    end subroutine add_forces
+
+   !> Shows to an archive what stays from step to step: the unit of momentum. What is measured in it is to be set again.
+   subroutine transfer(self, archive)
+      class(eight_equations_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%unit)
+      self%scaled = self%scaled .and. .not. archive%is_reading()
+   end subroutine transfer
 
 end module nutate_eight_equations

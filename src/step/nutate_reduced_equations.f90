@@ -59,7 +59,7 @@ module nutate_reduced_equations
       !> The momenta are of a size that a step can follow.
       procedure :: is_in_scale
       !> The b of a step in which the momentum stays.
-      procedure :: first_guess
+      procedure :: explicit_guess
       !> F(b)
       procedure :: residual
       !> ∂F/∂b
@@ -136,13 +136,13 @@ contains
    end function is_in_scale
 
    !> b = ¼Δt J⁻¹(L0 - h): the momentum of the start all through the step; shape (3).
-   pure function first_guess(self, system) result(b)
+   pure function explicit_guess(self, system) result(b)
       class(reduced_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
       real(wp) :: b(3)
       b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, &
                                          self%half_momentum(2:4) - system%effects%rotor_momentum)
-   end function first_guess
+   end function explicit_guess
 
    !> F(b); shape (3). Keeps the torque. Without that of the torque where it is too strong.
    pure subroutine residual(self, system, b, f)

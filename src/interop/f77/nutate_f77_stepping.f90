@@ -10,7 +10,7 @@ module nutate_f77_stepping
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: compose_stepper
+   use nutate_methods, only: make_stepper
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: quat_norm
    use nutate_reduced, only: reduced_t
@@ -82,26 +82,13 @@ contains
 
    !> Numbers that WORK must hold.
    integer function needed_size(setup) result(n)
-      !> Solver and order count.
+      !> Body, solver and order count.
       type(setup_t), intent(in) :: setup
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
-      call choose_stepper(setup, stepper, status)
+      call make_stepper(system_t(body=setup%body), settings_of(setup), stepper, status)
       n = count_work(stepper)
    end function needed_size
-
-   !> The stepper that a set-up asks for, still to be prepared. Errors: those of `compose`.
-   subroutine choose_stepper(setup, stepper, status)
-      type(setup_t), intent(in) :: setup
-      class(stepper_t), allocatable, intent(out) :: stepper
-      type(status_t), intent(out) :: status
-      if (setup%solver == 1) then
-         allocate (reduced_t :: stepper)
-      else
-         allocate (nielsen_krenk_t :: stepper)
-      end if
-      if (setup%order > 2) call compose_stepper(setup%order, stepper, status)
-   end subroutine choose_stepper
 
    !> Makes WORK ready for the first step.
    subroutine start_work(setup, work)
@@ -110,9 +97,17 @@ contains
       real(wp), intent(inout), target, contiguous :: work(:)
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
-      call choose_stepper(setup, stepper, status)
+      call make_stepper(system_t(body=setup%body), settings_of(setup), stepper, status)
       call fill_work(setup, stepper, work)
    end subroutine start_work
+
+   !> The settings of a stepper.
+   pure type(integrator_settings_t) function settings_of(setup) result(settings)
+      type(setup_t), intent(in) :: setup
+      settings%order = setup%order
+      settings%linear_solver = merge('reduced', 'lapack ', setup%solver == 1)
+      settings%inverse_auxiliary_inertia = setup%inverse_j0
+   end function settings_of
 
    !> Takes steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
    subroutine take_steps(n, every, dt, t, q, p, pot, tor, iuser, ruser, store, work, info)
@@ -185,7 +180,7 @@ contains
       integer, intent(out) :: info
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
-      call choose_stepper(setup, stepper, status)
+      call make_stepper(system, settings_of(setup), stepper, status)
       call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
    end subroutine with_composition
 
@@ -201,17 +196,14 @@ contains
       real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(place_t) :: place
-      type(integrator_settings_t) :: settings
       type(run_plan_t) :: plan
       type(run_summary_t) :: summary
       type(status_t) :: status
 
       call get_place(work, place)
-      settings%order = setup%order
-      settings%inverse_auxiliary_inertia = setup%inverse_j0
-      call stepper%prepare(system, settings, status)
+      call stepper%prepare(system, settings_of(setup), status)
       if (place%continues_at(t, q, p)) then
-         call get_memory(work, system, stepper)
+         call get_memory(work, stepper)
          if (dt /= place%dt) place%steps = 0
       else
          place%steps = 0
@@ -231,7 +223,7 @@ contains
       p = place%state%p
       call account(place, summary)
       call put_place(place, work)
-      call put_memory(stepper, system, work)
+      call put_memory(stepper, work)
    end subroutine advance
 
    !> Adds what a run took to what is known of the runs before.

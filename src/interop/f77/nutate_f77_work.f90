@@ -10,7 +10,6 @@ module nutate_f77_work
    use nutate_number_archive, only: number_archive_t
    use nutate_state, only: state_t
    use nutate_stepper, only: stepper_t
-   use nutate_system, only: system_t
    implicit none
    private
 
@@ -76,13 +75,12 @@ contains
       type(number_archive_t) :: archive
       type(setup_t) :: setup
       type(place_t) :: place
-      type(system_t) :: nothing
       call archive%begin_counting()
       call setup%transfer(archive)
       place_at = setup_at + archive%count()
       call place%transfer(archive)
       memory_at = setup_at + archive%count()
-      call stepper%transfer(nothing, archive)
+      call stepper%transfer(archive)
       n = setup_at - 1 + archive%count()
    end subroutine find_parts
 
@@ -140,24 +138,22 @@ contains
    end subroutine put_place
 
    !> Gives a stepper what it remembers of the steps of the last call.
-   subroutine get_memory(work, system, stepper)
+   subroutine get_memory(work, stepper)
       real(wp), intent(in), target, contiguous :: work(:)
-      type(system_t), intent(in) :: system
-      !> Prepared for the system.
+      !> Prepared.
       class(stepper_t), intent(inout) :: stepper
       type(number_archive_t) :: archive
       call archive%begin_reading(work(nint(work(4)):))
-      call stepper%transfer(system, archive)
+      call stepper%transfer(archive)
    end subroutine get_memory
 
    !> Keeps what a stepper remembers of its steps.
-   subroutine put_memory(stepper, system, work)
+   subroutine put_memory(stepper, work)
       class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
       real(wp), intent(inout), target, contiguous :: work(:)
       type(number_archive_t) :: archive
       call archive%begin_writing(work(nint(work(4)):))
-      call stepper%transfer(system, archive)
+      call stepper%transfer(archive)
    end subroutine put_memory
 
    !> Shows its values to an archive.

@@ -290,9 +290,8 @@ contains
    end subroutine state_at
 
    !> The targets of the correction; the series is computed anew from the state.
-   subroutine transfer(self, system, archive)
+   subroutine transfer(self, archive)
       class(taylor_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
       class(archive_t), intent(inout) :: archive
       call self%correction%transfer(archive)
       self%expanded = .false.

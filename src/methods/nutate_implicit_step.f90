@@ -1,0 +1,395 @@
+!> The implicit step, whatever form its equations have: prediction, modified Newton iteration, judgement of the root,
+!> continuation in Δt where the root is not surely that of the true motion.
+!>
+!> The unknowns are predicted by continuing the increments of the last steps. The iteration is the modified (chord)
+!> Newton method: what is dear in the Jacobian is kept as long as the iteration converges fast with it, over many steps
+!> if need be. By default it goes on until the increments stop falling, since every digit left on the table is a drift
+!> of the invariants. A form of the equations adds its mathematics: start, increment, Jacobian, update.
+module nutate_implicit_step
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
+   use nutate_continuation, only: continuation_t, root_judge_t, root_t
+   use nutate_kinds, only: wp, eps
+   use nutate_predictor, only: most_unknowns, predictor_t
+   use nutate_range, only: check_start, check_system
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: implicit_stepper_t, increment_t, most_unknowns
+
+   !> Increments that fall by less than this per iteration call for a new Jacobian: from there a new one, and quadratic
+   !> convergence, is cheaper than the iterations that are left to round-off.
+   real(wp), parameter :: too_slow = 0.1_wp
+   !> Relative increment that is round-off of the residual: of a sum and a product.
+   real(wp), parameter :: round_off = 2*eps
+   !> Relative increment below which an iteration that no longer falls has reached round-off, of sums whose terms may be
+   !> 1e4 times the result.
+   real(wp), parameter :: floor_level = 1e4_wp*eps
+   !> A force that varies steeply with the attitude is as uncertain as the attitude's own round-off makes it, however
+   !> short the step: increments of the attitude (rad) at this level, a rounding of each of some 16 products, that
+   !> failed to fall so many times (not by chance) are that noise.
+   real(wp), parameter :: attitude_noise = 16*eps
+   integer, parameter :: most_stalls = 3
+   !> Steps that the predictor keeps after one that it predicted badly: a polynomial of higher degree extrapolates what
+   !> was bad, in the end to another root.
+   integer, parameter :: kept_after_surprise = 3
+   !> Most iterations from a prediction of a continuation, which is near the root or of no use; who allows fewer than the
+   !> second in a step gets no continuation.
+   integer, parameter :: near = 12, fewest = 8
+
+   !> What a Newton increment came to.
+   type :: increment_t
+      !> Largest entry of the increment, and of the unknowns; of the unknowns that are the attitude's, likewise.
+      real(wp) :: size = huge(1.0_wp), length = 0.0_wp, attitude = huge(1.0_wp)
+      !> The unknowns left all bounds.
+      logical :: diverged = .false.
+      !> A bound says that no further increment would change anything.
+      logical :: is_last = .false.
+   end type increment_t
+
+   !> A step whose unknowns solve equations. `advance` allocates nothing.
+   type, abstract, extends(stepper_t) :: implicit_stepper_t
+      type(integrator_settings_t) :: settings
+      type(predictor_t) :: predictor
+      type(root_judge_t) :: judge
+      !> Determinant of the Jacobian last computed, over that of a very short step.
+      real(wp) :: determinant = 0.0_wp
+      !> Step to which the kept part of the Jacobian belongs, s; 0: there is none that is worth keeping.
+      real(wp) :: kept_dt = 0.0_wp
+      !> The next step is the first since `prepare`.
+      logical :: untested = .true.
+      !> Iterations of a step above which the next one starts with a new Jacobian.
+      integer, private :: slow = 0
+   contains
+      !> To be called by the form's `set_up`.
+      procedure, non_overridable :: begin
+      procedure :: advance
+      procedure :: transfer
+      !> Takes the state and the length of a step. Refuses states that the form cannot move.
+      procedure(start_equations), deferred :: start
+      !> Chooses units for a step that was started.
+      procedure(choose_units), deferred :: scale_unknowns
+      !> The unknowns of a step with the rates of its start.
+      procedure(extrapolate), deferred :: explicit_guess
+      !> One increment of the modified Newton iteration.
+      procedure(correct_unknowns), deferred :: correct
+      !> A new Jacobian, with its determinant.
+      procedure(linearize_equations), deferred :: linearize
+      !> The b of a root: the vector of its Cayley map.
+      procedure(find_cayley_vector), deferred :: get_cayley_vector
+      !> Moves the state to the end of the step.
+      procedure(move_state), deferred :: finish
+      !> Shows to an archive what the form remembers beside unknowns.
+      procedure(transfer_more), deferred :: transfer_form
+   end type implicit_stepper_t
+
+   abstract interface
+      !> Errors: `NUTATE_BAD_ARGUMENT`.
+      subroutine start_equations(self, system, state, dt, window_time, status)
+         import :: implicit_stepper_t, system_t, state_t, status_t, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         !> s, and the time that decides which torques act, s.
+         real(wp), intent(in) :: dt, window_time
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine start_equations
+
+      !> Errors: `NUTATE_OFF_BRANCH` where the body turns beyond all bounds in the step.
+      subroutine choose_units(self, system, state, dt, window_time, status)
+         import :: implicit_stepper_t, system_t, state_t, status_t, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         real(wp), intent(in) :: dt, window_time
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine choose_units
+
+      subroutine extrapolate(self, system, z)
+         import :: implicit_stepper_t, system_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         real(wp), intent(out) :: z(most_unknowns)
+      end subroutine extrapolate
+
+      !> Errors: `NUTATE_SINGULAR`, `NUTATE_OFF_BRANCH` for effects too strong for the step.
+      subroutine correct_unknowns(self, system, z, increment, status)
+         import :: implicit_stepper_t, system_t, increment_t, status_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         real(wp), intent(inout) :: z(most_unknowns)
+         !> The previous one on entry.
+         type(increment_t), intent(inout) :: increment
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine correct_unknowns
+
+      !> Errors as for `correct`.
+      subroutine linearize_equations(self, system, z, status)
+         import :: implicit_stepper_t, system_t, status_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         real(wp), intent(in) :: z(most_unknowns)
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine linearize_equations
+
+      pure subroutine find_cayley_vector(self, z, b)
+         import :: implicit_stepper_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         real(wp), intent(in) :: z(most_unknowns)
+         !> b = ¼Δt Ω̄, body axes; shape (3).
+         real(wp), intent(out) :: b(3)
+      end subroutine find_cayley_vector
+
+      subroutine move_state(self, system, state, dt, z)
+         import :: implicit_stepper_t, system_t, state_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(inout) :: state
+         real(wp), intent(in) :: dt
+         !> The root, for which `get_cayley_vector` was asked last.
+         real(wp), intent(in) :: z(most_unknowns)
+      end subroutine move_state
+
+      subroutine transfer_more(self, archive)
+         import :: implicit_stepper_t, archive_t
+         class(implicit_stepper_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine transfer_more
+   end interface
+
+contains
+
+   !> Starts anew with a system. Errors: those of `check_system`.
+   subroutine begin(self, system, settings, unknowns, degree, slow, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      !> Number of unknowns, degree of the predictor.
+      integer, intent(in) :: unknowns, degree
+      !> Iterations of a step above which the next one starts with a new Jacobian.
+      integer, intent(in) :: slow
+      type(status_t), intent(inout) :: status
+      call check_system(system, status)
+      if (.not. status%ok()) return
+      self%settings = settings
+      self%slow = slow
+      self%untested = .true.
+      self%kept_dt = 0.0_wp
+      self%determinant = 0.0_wp
+      call self%predictor%set_up(unknowns, degree)
+      call self%judge%set_up(system)
+   end subroutine begin
+
+   !> One step. Errors, with the state as it was: `NUTATE_BAD_ARGUMENT` for a state that the form cannot move;
+   !> `NUTATE_NOT_CONVERGED`, `NUTATE_SINGULAR`, `NUTATE_NOT_FINITE`; `NUTATE_OFF_BRANCH` where the branch of roots that
+   !> continues the true motion from short steps ends before this one.
+   subroutine advance(self, system, state, dt, window_time, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      real(wp) :: z(most_unknowns)
+
+      self%iterations = 0
+      self%continued = 0
+      if (self%untested) call check_start(system, state, dt, status)
+      if (status%code == 0) call self%start(system, state, dt, window_time, status)
+      if (status%code == 0) call self%scale_unknowns(system, state, dt, window_time, status)
+      if (status%code == 0) then
+         call find_root(self, system, dt, z, status)
+         if (status%code /= 0 .and. self%settings%max_iterations >= fewest) &
+            call continue_to_root(self, system, state, dt, window_time, z, status)
+      end if
+      status%iterations = self%iterations
+      status%residual = self%residual
+      if (status%code /= 0) then
+         self%kept_dt = 0.0_wp
+         call self%predictor%forget(0)
+         return
+      end if
+      self%untested = .false.
+      call self%finish(system, state, dt, z)
+      call self%predictor%remember(dt, z)
+      if (self%iterations > self%slow) then
+         call self%predictor%forget(kept_after_surprise)
+         self%kept_dt = 0.0_wp
+      end if
+   end subroutine advance
+
+   !> The root next to the prediction, if it can be no other than the true one. Errors: those of `iterate`;
+   !> `NUTATE_OFF_BRANCH`.
+   subroutine find_root(self, system, dt, z, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      real(wp), intent(out) :: z(most_unknowns)
+      type(status_t), intent(inout) :: status
+      real(wp) :: predicted(most_unknowns), b(3), last
+      type(root_t) :: root
+      last = 0.0_wp
+      if (self%predictor%known > 0) then
+         if (dt == self%predictor%dt) last = self%determinant
+         call self%predictor%predict(dt, z)
+      else
+         call self%explicit_guess(system, z)
+      end if
+      predicted = z
+      call iterate(self, system, z, self%settings%max_iterations, status)
+      if (status%code == NUTATE_NOT_CONVERGED .and. self%predictor%known == 0 .and. self%judge%forced) then
+         ! A stiff force may hold the body where it is.
+         status = status_t()
+         z = 0.0_wp
+         self%kept_dt = 0.0_wp
+         call iterate(self, system, z, self%settings%max_iterations, status)
+      end if
+      if (status%code /= 0) return
+      call self%get_cayley_vector(z, b)
+      root%turn = length_of(b)
+      root%determinant = self%determinant
+      if (self%judge%proves(root)) return
+      root%jump = maxval(abs(z - predicted))
+      if (.not. self%judge%continues(root, last)) &
+         status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
+   end subroutine find_root
+
+   !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
+   subroutine continue_to_root(self, system, state, dt, window_time, z, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt, window_time
+      real(wp), intent(out) :: z(most_unknowns)
+      !> On entry: why the root found at once will not do; it stays where the branch ends.
+      type(status_t), intent(inout) :: status
+      type(continuation_t) :: path
+      real(wp) :: last(most_unknowns), change(most_unknowns), b(3), last_b(3)
+      logical :: found
+      last = 0.0_wp
+      last_b = 0.0_wp
+      change = 0.0_wp
+      path = self%judge%begin(system, state, dt)
+      do while (path%goes_on())
+         call try_length(path%next*dt)
+         if (.not. found) cycle
+         change = z - last
+         last = z
+         last_b = b
+      end do
+      self%continued = path%tried
+      if (path%reached >= 1.0_wp) status = status_t()
+
+   contains
+
+      !> The root of a shorter step; is it on the branch?
+      subroutine try_length(length)
+         !> s
+         real(wp), intent(in) :: length
+         real(wp) :: predicted(most_unknowns)
+         type(root_t) :: root
+         type(status_t) :: trial
+         call self%start(system, state, length, window_time, trial)
+         if (path%reached > 0.0_wp) then
+            predicted = last + path%secant()*change
+         else
+            call self%explicit_guess(system, predicted)
+         end if
+         z = predicted
+         self%kept_dt = 0.0_wp
+         call iterate(self, system, z, min(near, self%settings%max_iterations), trial)
+         ! The determinant counts at the root itself.
+         if (trial%code == 0) call self%linearize(system, z, trial)
+         call self%get_cayley_vector(z, b)
+         root = root_t(length_of(b), self%determinant, maxval(abs(z - predicted)))
+         found = trial%code == 0
+         if (found .and. path%reached > 0.0_wp) then
+            found = path%keeps_to(root)
+         else if (found) then
+            found = self%judge%proves(root)
+         end if
+         call path%take(found, length_of(b - last_b), self%determinant)
+      end subroutine try_length
+
+   end subroutine continue_to_root
+
+   !> The modified Newton iteration from the prediction z to a root. Errors: those of an increment;
+   !> `NUTATE_NOT_CONVERGED`, `NUTATE_NOT_FINITE`.
+   subroutine iterate(self, system, z, most, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: z(most_unknowns)
+      !> Most iterations.
+      integer, intent(in) :: most
+      type(status_t), intent(inout) :: status
+      type(increment_t) :: increment
+      real(wp) :: previous
+      integer :: k, stalls
+
+      stalls = 0
+      do k = 1, most
+         self%iterations = self%iterations + 1
+         previous = increment%size
+         call self%correct(system, z, increment, status)
+         if (status%code /= 0) return
+         if (increment%diverged) exit
+         if (increment%size > 0.5_wp*previous .and. increment%attitude <= attitude_noise) stalls = stalls + 1
+         if (increment%is_last .or. has_converged(increment, previous, self%settings%tolerance) .or. &
+             (stalls >= most_stalls .and. self%settings%tolerance <= 0.0_wp)) then
+            self%residual = 0.0_wp
+            if (increment%length > 0.0_wp) self%residual = increment%size/increment%length
+            return
+         end if
+         if (increment%size > too_slow*previous) self%kept_dt = 0.0_wp
+      end do
+      if (increment%length > 0.0_wp) self%residual = increment%size/increment%length
+      if (.not. ieee_is_finite(sum(z))) then
+         status = fail(NUTATE_NOT_FINITE, 'the step gave a number that is not finite')
+      else
+         status = fail(NUTATE_NOT_CONVERGED, 'the Newton iteration of the step did not converge')
+      end if
+   end subroutine iterate
+
+   !> True if a further increment would change nothing: the present one is below the tolerance, or, by default, so far
+   !> down at round-off that even at the slowest rate the next is below it, or the increments stopped falling at that
+   !> level. How fast they fell so far says nothing of those in directions not yet seen: trusting it makes energy drift.
+   pure logical function has_converged(increment, previous, tolerance)
+      type(increment_t), intent(in) :: increment
+      !> Largest entry of the previous increment.
+      real(wp), intent(in) :: previous
+      !> 0: until the increment stops falling.
+      real(wp), intent(in) :: tolerance
+      associate (size => increment%size, length => increment%length)
+         if (tolerance > 0.0_wp) then
+            has_converged = size <= tolerance*length
+         else
+            has_converged = size <= round_off*length .or. (size > 0.5_wp*previous .and. size <= floor_level*length)
+         end if
+      end associate
+   end function has_converged
+
+   !> |v|, for vectors that no power of two overflows.
+   pure real(wp) function length_of(v)
+      real(wp), intent(in) :: v(3)
+      length_of = sqrt(v(1)**2 + v(2)**2 + v(3)**2)
+   end function length_of
+
+   !> What it remembers of its steps.
+   subroutine transfer(self, archive)
+      class(implicit_stepper_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%untested)
+      call archive%transfer(self%determinant)
+      call archive%transfer(self%kept_dt)
+      call self%predictor%transfer(archive)
+      call self%transfer_form(archive)
+   end subroutine transfer
+
+end module nutate_implicit_step
