@@ -43,8 +43,10 @@ module nutate_implicit_step
 
    !> What a Newton increment came to.
    type :: increment_t
-      !> Largest entry of the increment, and of the unknowns; of the unknowns that are the attitude's, likewise.
-      real(wp) :: size = huge(1.0_wp), length = 0.0_wp, attitude = huge(1.0_wp)
+      !> Largest entry of the increment, and of the unknowns.
+      real(wp) :: size = huge(1.0_wp), length = 0.0_wp
+      !> The part of the increment that is the attitude's, rad of half the turn; shape (4).
+      real(wp) :: attitude(4) = 0.0_wp
       !> The unknowns left all bounds.
       logical :: diverged = .false.
       !> A bound says that no further increment would change anything.
@@ -168,12 +170,12 @@ module nutate_implicit_step
 contains
 
    !> Starts anew with a system. Errors: those of `check_system`.
-   subroutine begin(self, system, settings, unknowns, degree, slow, status)
+   subroutine begin(self, system, settings, unknowns, slow, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> Number of unknowns, degree of the predictor.
-      integer, intent(in) :: unknowns, degree
+      !> Number of unknowns.
+      integer, intent(in) :: unknowns
       !> Iterations of a step above which the next one starts with a new Jacobian.
       integer, intent(in) :: slow
       type(status_t), intent(inout) :: status
@@ -184,7 +186,7 @@ contains
       self%untested = .true.
       self%kept_dt = 0.0_wp
       self%determinant = 0.0_wp
-      call self%predictor%set_up(unknowns, degree)
+      call self%predictor%set_up(unknowns)
       call self%judge%set_up(system)
    end subroutine begin
 
@@ -233,16 +235,16 @@ contains
       real(wp), intent(in) :: dt
       real(wp), intent(out) :: z(most_unknowns)
       type(status_t), intent(inout) :: status
-      real(wp) :: predicted(most_unknowns), b(3), last
+      real(wp) :: b(3), last
       type(root_t) :: root
       last = 0.0_wp
       if (self%predictor%known > 0) then
          if (dt == self%predictor%dt) last = self%determinant
-         call self%predictor%predict(dt, z)
+         call self%predictor%predict(dt)
       else
-         call self%explicit_guess(system, z)
+         call self%explicit_guess(system, self%predictor%guess)
       end if
-      predicted = z
+      z = self%predictor%guess
       call iterate(self, system, z, self%settings%max_iterations, status)
       if (status%code == NUTATE_NOT_CONVERGED .and. self%predictor%known == 0 .and. self%judge%forced) then
          ! A stiff force may hold the body where it is.
@@ -256,7 +258,7 @@ contains
       root%turn = length_of(b)
       root%determinant = self%determinant
       if (self%judge%proves(root)) return
-      root%jump = maxval(abs(z - predicted))
+      root%jump = maxval(abs(z - self%predictor%guess))
       if (.not. self%judge%continues(root, last)) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
    end subroutine find_root
@@ -340,7 +342,9 @@ contains
          call self%correct(system, z, increment, status)
          if (status%code /= 0) return
          if (increment%diverged) exit
-         if (increment%size > 0.5_wp*previous .and. increment%attitude <= attitude_noise) stalls = stalls + 1
+         if (increment%size > 0.5_wp*previous) then
+            if (maxval(abs(increment%attitude)) <= attitude_noise) stalls = stalls + 1
+         end if
          if (increment%is_last .or. has_converged(increment, previous, self%settings%tolerance) .or. &
              (stalls >= most_stalls .and. self%settings%tolerance <= 0.0_wp)) then
             self%residual = 0.0_wp

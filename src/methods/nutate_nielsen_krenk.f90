@@ -15,8 +15,6 @@ module nutate_nielsen_krenk
 
    public :: nielsen_krenk_t
 
-   !> Degree of the predictor: one more saves no iteration, since the Jacobian of an earlier step is what slows it down.
-   integer, parameter :: degree = 3
    !> Iterations of a step above which the next one starts with a new Jacobian: it costs about as much as 15 iterations,
    !> and leaves half of so many.
    integer, parameter :: slow = 7
@@ -73,7 +71,7 @@ contains
                        'auxiliary_inertia')
          return
       end if
-      call self%begin(system, settings, most_unknowns, degree, slow, status)
+      call self%begin(system, settings, most_unknowns, slow, status)
       call self%equations%forces%prepare(system%effects, settings%projection)
       self%equations%scaled = .false.
    end subroutine set_up
@@ -152,16 +150,21 @@ contains
          if (status%code /= 0) return
       end if
       call self%equations%residual(system, z, r)
-      d = self%inverse(:, 1)*r(1)
-      do j = 2, 8
-         d = d + self%inverse(:, j)*r(j)
-      end do
+      d = (self%inverse(:, 1)*r(1) + self%inverse(:, 2)*r(2)) + (self%inverse(:, 3)*r(3) + self%inverse(:, 4)*r(4)) &
+          + ((self%inverse(:, 5)*r(5) + self%inverse(:, 6)*r(6)) + (self%inverse(:, 7)*r(7) + self%inverse(:, 8)*r(8)))
       z = z - d
-      increment%attitude = maxval(abs(d(1:4)))
-      increment%size = max(increment%attitude, maxval(abs(d(5:8))))
-      increment%length = maxval(abs(z))
-      increment%diverged = .not. (maxval(abs(z(1:4))) <= farthest .and. increment%length <= farthest_momentum)
+      increment%attitude = d(1:4)
+      increment%size = largest(d)
+      increment%length = largest(z)
+      if (.not. increment%length <= farthest) &
+         increment%diverged = .not. (maxval(abs(z(1:4))) <= farthest .and. increment%length <= farthest_momentum)
    end subroutine correct
+
+   !> max |vᵢ|
+   pure real(wp) function largest(v)
+      real(wp), intent(in) :: v(8)
+      largest = max(abs(v(1)), abs(v(2)), abs(v(3)), abs(v(4)), abs(v(5)), abs(v(6)), abs(v(7)), abs(v(8)))
+   end function largest
 
    !> A new Jacobian at z, its inverse from the LU factors, and its determinant, which is 1 for a very short step; of a
    !> large one the sign and a bound.

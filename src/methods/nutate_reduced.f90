@@ -6,7 +6,6 @@ module nutate_reduced
    use nutate_archive, only: archive_t
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
    use nutate_kinds, only: wp, eps
-   use nutate_predictor, only: highest_degree
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
@@ -68,7 +67,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the reduced form cannot leave the projection out', 'projection')
          return
       end if
-      call self%begin(system, settings, 3, highest_degree, slow, status)
+      call self%begin(system, settings, 3, slow, status)
       call self%equations%forces%prepare(system%effects, .true.)
       self%equations%dt = 0.0_wp
    end subroutine set_up
@@ -138,7 +137,7 @@ contains
          z(i) = z(i) - d(i)
       end do
       increment%size = max(abs(d(1)), abs(d(2)), abs(d(3)))
-      increment%attitude = increment%size
+      increment%attitude(1:3) = d
       increment%length = max(abs(z(1)), abs(z(2)), abs(z(3)))
       increment%diverged = .not. increment%length <= farthest
       self%moved = self%moved + increment%size
