@@ -49,7 +49,7 @@ module test_f77_twins
    end type row_keeper_t
 
    !> Longest WORK of the tests: order 8 of the eight equations.
-   integer, parameter :: most = 2000
+   integer, parameter :: most = 2200
    integer, parameter :: iuser(2) = [3, 0]
    !> Stiffness, weight; motor: strength, rate, friction; time and value of what spoils a motion.
    real(wp), parameter :: plain(7) = [3.0_wp, 2.0_wp, 0.7_wp, 1.3_wp, 0.2_wp, 0.35_wp, 0.0_wp]

@@ -5,7 +5,7 @@ module nutate_state
    implicit none
    private
 
-   public :: state_t, add_increment
+   public :: state_t, add_increment, add_turned
 
    !> A point in phase space. Made by `make_state`; moved by a stepper.
    type :: state_t
@@ -50,5 +50,16 @@ contains
       carry = ((total - (rounded - part)) + (addend - part)) + lost
       total = rounded
    end subroutine add_increment
+
+   !> Adds the increment of a quaternion that was turned, and takes away by how much the turn made it too long: before the
+   !> sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.
+   pure subroutine add_turned(increment, excess, x, compensation)
+      real(wp), intent(in) :: increment(4)
+      !> Part of x.
+      real(wp), intent(in) :: excess
+      real(wp), intent(inout) :: x(4), compensation(4)
+      compensation = compensation - excess*(x + increment)
+      call add_increment(x, compensation, increment)
+   end subroutine add_turned
 
 end module nutate_state

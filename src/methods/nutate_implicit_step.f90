@@ -45,8 +45,8 @@ module nutate_implicit_step
    type :: increment_t
       !> Largest entry of the increment, and of the unknowns.
       real(wp) :: size = huge(1.0_wp), length = 0.0_wp
-      !> The part of the increment that is the attitude's, rad of half the turn; shape (4).
-      real(wp) :: attitude(4) = 0.0_wp
+      !> Largest entry of the part of the increment that is the attitude's, rad of half the turn.
+      real(wp) :: attitude = 0.0_wp
       !> The unknowns left all bounds.
       logical :: diverged = .false.
       !> A bound says that no further increment would change anything.
@@ -342,18 +342,17 @@ contains
          call self%correct(system, z, increment, status)
          if (status%code /= 0) return
          if (increment%diverged) exit
-         if (increment%size > 0.5_wp*previous) then
-            if (maxval(abs(increment%attitude)) <= attitude_noise) stalls = stalls + 1
+         if (increment%is_last) exit
+         if (has_converged(increment, previous, self%settings%tolerance)) exit
+         if (increment%size > too_slow*previous) then
+            if (increment%size > 0.5_wp*previous .and. increment%attitude <= attitude_noise) stalls = stalls + 1
+            if (stalls >= most_stalls .and. self%settings%tolerance <= 0.0_wp) exit
+            self%kept_dt = 0.0_wp
          end if
-         if (increment%is_last .or. has_converged(increment, previous, self%settings%tolerance) .or. &
-             (stalls >= most_stalls .and. self%settings%tolerance <= 0.0_wp)) then
-            self%residual = 0.0_wp
-            if (increment%length > 0.0_wp) self%residual = increment%size/increment%length
-            return
-         end if
-         if (increment%size > too_slow*previous) self%kept_dt = 0.0_wp
       end do
+      self%residual = 0.0_wp
       if (increment%length > 0.0_wp) self%residual = increment%size/increment%length
+      if (k <= most .and. .not. increment%diverged) return
       if (.not. ieee_is_finite(sum(z))) then
          status = fail(NUTATE_NOT_FINITE, 'the step gave a number that is not finite')
       else

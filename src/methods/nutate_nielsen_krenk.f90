@@ -6,7 +6,7 @@ module nutate_nielsen_krenk
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
-   use nutate_state, only: state_t, add_increment
+   use nutate_state, only: state_t, add_turned
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
@@ -153,17 +153,17 @@ contains
       d = (self%inverse(:, 1)*r(1) + self%inverse(:, 2)*r(2)) + (self%inverse(:, 3)*r(3) + self%inverse(:, 4)*r(4)) &
           + ((self%inverse(:, 5)*r(5) + self%inverse(:, 6)*r(6)) + (self%inverse(:, 7)*r(7) + self%inverse(:, 8)*r(8)))
       z = z - d
-      increment%attitude = d(1:4)
-      increment%size = largest(d)
-      increment%length = largest(z)
+      increment%attitude = largest(d(1:4))
+      increment%size = max(increment%attitude, largest(d(5:8)))
+      increment%length = max(largest(z(1:4)), largest(z(5:8)))
       if (.not. increment%length <= farthest) &
          increment%diverged = .not. (maxval(abs(z(1:4))) <= farthest .and. increment%length <= farthest_momentum)
    end subroutine correct
 
    !> max |vᵢ|
    pure real(wp) function largest(v)
-      real(wp), intent(in) :: v(8)
-      largest = max(abs(v(1)), abs(v(2)), abs(v(3)), abs(v(4)), abs(v(5)), abs(v(6)), abs(v(7)), abs(v(8)))
+      real(wp), intent(in) :: v(4)
+      largest = max(abs(v(1)), abs(v(2)), abs(v(3)), abs(v(4)))
    end function largest
 
    !> A new Jacobian at z, its inverse from the LU factors, and its determinant, which is 1 for a very short step; of a
@@ -222,12 +222,8 @@ contains
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*self%rate(2:4), self%work)
       call self%equations%increments(state, z, self%rate, dq, dp, excess)
-      ! Before the sums, whose rounding leaves compensations that are zero on the average: the next step does not see
-      ! them.
-      state%q_compensation = state%q_compensation - excess*(state%q + dq)
-      state%p_compensation = state%p_compensation - excess*(state%p + dp)
-      call add_increment(state%q, state%q_compensation, dq)
-      call add_increment(state%p, state%p_compensation, dp)
+      call add_turned(dq, excess, state%q, state%q_compensation)
+      call add_turned(dp, excess, state%p, state%p_compensation)
       call self%equations%make_tangent(state)
       state%t = state%t + dt
    end subroutine finish

@@ -79,7 +79,7 @@ contains
    !> Σ wₖ xₖ
    pure real(wp) function continued(w, x)
       real(wp), intent(in) :: w(most_steps), x(most_steps)
-      continued = (w(1)*x(1) + w(2)*x(2) + w(3)*x(3)) + (w(4)*x(4) + w(5)*x(5) + w(6)*x(6))
+      continued = (w(1)*x(1) + w(3)*x(3) + w(5)*x(5)) + (w(2)*x(2) + w(4)*x(4) + w(6)*x(6))
    end function continued
 
    !> Takes up the unknowns of a step that was done.

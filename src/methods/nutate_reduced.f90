@@ -124,20 +124,20 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: f(3), d(3)
       integer :: i
-      if (increment%size > coarse) then
-         call self%linearize(system, z, status)
-         if (status%code /= 0) return
-         self%moved = 0.0_wp
-      end if
       call self%equations%residual(system, z(1:3), f)
       increment%diverged = self%equations%too_strong
       if (increment%diverged) return
+      if (increment%size > coarse) then
+         call renew(self, system, z(1:3), status)
+         if (status%code /= 0) return
+         self%moved = 0.0_wp
+      end if
       do i = 1, 3
          d(i) = self%rows(1, i)*f(1) + self%rows(2, i)*f(2) + self%rows(3, i)*f(3)
          z(i) = z(i) - d(i)
       end do
       increment%size = max(abs(d(1)), abs(d(2)), abs(d(3)))
-      increment%attitude(1:3) = d
+      increment%attitude = increment%size
       increment%length = max(abs(z(1)), abs(z(2)), abs(z(3)))
       increment%diverged = .not. increment%length <= farthest
       self%moved = self%moved + increment%size
@@ -147,24 +147,34 @@ contains
          curvature*self%moved*increment%size <= (0.5_wp*eps)*increment%length*self%raw_determinant
    end subroutine correct
 
-   !> A new Jacobian at z; the effects' part of it only if it is no longer worth keeping.
+   !> A new Jacobian at z.
    subroutine linearize(self, system, z, status)
       class(reduced_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: z(most_unknowns)
       type(status_t), intent(inout) :: status
+      call self%equations%take(z(1:3))
+      call renew(self, system, z(1:3), status)
+   end subroutine linearize
+
+   !> A new Jacobian at the b last taken; the effects' part of it only if it is no longer worth keeping.
+   subroutine renew(self, system, b, status)
+      class(reduced_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: b(3)
+      type(status_t), intent(inout) :: status
       if (self%equations%forces%active .and. self%kept_dt /= self%equations%dt) &
-         call self%equations%linearize_forces(system, z(1:3))
+         call self%equations%linearize_forces(system, b)
       if (self%equations%too_strong) then
          status = fail(NUTATE_OFF_BRANCH, 'the effects are too strong for a step of this length')
          return
       end if
       self%kept_dt = self%equations%dt
-      call self%equations%invert(z(1:3), self%rows, self%raw_determinant)
+      call self%equations%invert(b, self%rows, self%raw_determinant)
       self%determinant = self%raw_determinant/self%equations%unloaded
       if (.not. abs(self%raw_determinant) > least_determinant) &
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
-   end subroutine linearize
+   end subroutine renew
 
    pure subroutine get_cayley_vector(self, z, b)
       class(reduced_t), intent(inout) :: self
