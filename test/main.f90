@@ -41,6 +41,7 @@ program unit
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
    use test_plan, only: collect_plan
+   use test_predictor, only: collect_predictor
    use test_quaternion, only: collect_quaternion
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
@@ -146,6 +147,7 @@ contains
          new_testsuite("literature", collect_literature), &
          new_testsuite("paper", collect_paper), &
          new_testsuite("plan", collect_plan), &
+         new_testsuite("predictor", collect_predictor), &
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("resume", collect_resume), &

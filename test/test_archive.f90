@@ -5,6 +5,7 @@ module test_archive
    use nutate_byte_archive, only: byte_archive_t
    use nutate_checksum, only: checksum
    use nutate_kinds, only: wp, long
+   use nutate_number_archive, only: number_archive_t
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -30,6 +31,8 @@ contains
                   new_unittest("another kind or size is noticed", another_kind_or_size_is_noticed), &
                   new_unittest("an archive cut short is noticed anywhere", cut_short_is_noticed), &
                   new_unittest("what cannot be archived is told", refusal_is_told), &
+                  new_unittest("numbers in an array come back", numbers_come_back), &
+                  new_unittest("an array too short is noticed", short_arrays_are_noticed), &
                   new_unittest("the checksum is that of the standard", checksum_is_that_of_the_standard), &
                   new_unittest("the checksum sees every flipped bit", checksum_sees_every_flipped_bit)]
    end subroutine collect_archive
@@ -154,6 +157,53 @@ contains
       call archive%begin_writing()
       call check(error, archive%problem() == '')
    end subroutine refusal_is_told
+
+   !> What a program may keep in an array of reals.
+   subroutine transfer_numbers(archive, sample)
+      class(archive_t), intent(inout) :: archive
+      type(sample_t), intent(inout) :: sample
+      call archive%transfer(sample%number)
+      call archive%transfer(sample%matrix)
+      call archive%transfer(sample%whole)
+      call archive%transfer(sample%count)
+      call archive%transfer(sample%flag)
+   end subroutine transfer_numbers
+
+   subroutine numbers_come_back(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(number_archive_t) :: archive
+      type(sample_t) :: sample, other
+      character(len=:), allocatable :: bytes
+      real(wp), target :: store(11)
+      call fill(sample, bytes)
+      call archive%begin_counting()
+      call transfer_numbers(archive, sample)
+      call check(error, archive%count(), 10)
+      if (allocated(error)) return
+      store = 7.0_wp
+      call archive%begin_writing(store)
+      call transfer_numbers(archive, sample)
+      call archive%begin_reading(store)
+      call transfer_numbers(archive, other)
+      call check(error, archive%problem() == '' .and. store(11) == 7.0_wp .and. other%number == sample%number .and. &
+                 all(other%matrix == sample%matrix) .and. other%whole == sample%whole .and. &
+                 other%count == sample%count .and. (other%flag .eqv. sample%flag), 'values')
+      if (allocated(error)) return
+      call archive%transfer(sample%text)
+      call check(error, archive%problem() /= '', 'a text is no number')
+   end subroutine numbers_come_back
+
+   subroutine short_arrays_are_noticed(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(number_archive_t) :: archive
+      type(sample_t) :: sample
+      character(len=:), allocatable :: bytes
+      real(wp), target :: store(9)
+      call fill(sample, bytes)
+      call archive%begin_writing(store)
+      call transfer_numbers(archive, sample)
+      call check(error, archive%problem() /= '', 'nine numbers do not hold ten')
+   end subroutine short_arrays_are_noticed
 
    !> The catalogue's check value of CRC-64/XZ, in two halves; and nothing has checksum 0.
    subroutine checksum_is_that_of_the_standard(error)
