@@ -70,9 +70,9 @@ module nutate_cli
       character(len=:), allocatable :: checkpoint, resume
       !> Time between checkpoints, s.
       real(wp) :: every_seconds = 60.0_wp
-      !> Where to draw and to write the runs of a cost study; not allocated where not wanted.
+      !> Where to draw and to write the runs of a work-precision study; not allocated where not wanted.
       character(len=:), allocatable :: plot, csv
-      !> Time for a cost study, s.
+      !> Time for a work-precision study, s.
       real(wp) :: seconds = 20.0_wp
       !> What is wrong with the arguments; not allocated if nothing is.
       character(len=:), allocatable :: error

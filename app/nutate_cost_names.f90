@@ -1,4 +1,4 @@
-!> How a cost study speaks of methods.
+!> How a work-precision study speaks of methods.
 module nutate_cost_names
    use nutate_console, only: count_text
    use nutate_kinds, only: long
