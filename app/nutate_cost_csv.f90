@@ -89,9 +89,9 @@ contains
       associate (method => methods(point%method))
          line = trim(family_of(method))//','//count_text(int(method%order, long))//','//trim(method%linear_solver)
       end associate
-      line = line//field(decimal, point%time_step)//','//count_text(point%steps)//','//count_text(point%cut_steps)//','// &
-             count_text(int(point%samples, long))//field(decimal, point%seconds)//field(decimal, point%nanoseconds())// &
-             field(decimal, point%iterations)
+      line = line//field(decimal, point%time_step)//','//count_text(point%steps)//','// &
+             count_text(point%cut_steps)//','//count_text(int(point%samples, long))//field(decimal, point%seconds)// &
+             field(decimal, point%nanoseconds())//field(decimal, point%iterations)
       if (reference%known()) then
          line = line//field(decimal, point%attitude_error)//field(decimal, reference%uncertainty)
       else

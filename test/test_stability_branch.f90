@@ -1,7 +1,8 @@
 !> A stepper that watches another one: is each step it accepts the continuation of the true motion?
 !>
 !> The root of a step is continued from short steps: from the same start, with the step growing to its length by small
-!> amounts and each root the predictor of the next. A wrong root, with every invariant at round-off, is not found this way.
+!> amounts and each root the predictor of the next. A wrong root, with every invariant at round-off, is not found this
+!> way.
 module test_stability_branch
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper

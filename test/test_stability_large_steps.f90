@@ -199,8 +199,8 @@ contains
       type(watched_t) :: watched
       if (way%order == 2) then
          call follow(problem, way, dt, n, record, stepper=watched)
-         call record%require(watched%accepted > 0 .and. watched%off_branch == 0, 'a wrong root was accepted at Δt = '// &
-                             number_text(dt)//' s')
+         call record%require(watched%accepted > 0 .and. watched%off_branch == 0, &
+                             'a wrong root was accepted at Δt = '//number_text(dt)//' s')
       else
          call follow(problem, way, dt, n, record)
       end if

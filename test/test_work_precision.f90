@@ -38,7 +38,7 @@ contains
                   new_unittest("a study ends in time with runs of every method", study_ends_in_time), &
                   new_unittest("the user's step is among those of a study", longest_step_leads_to_the_users), &
                   new_unittest("points between runs follow from power laws", points_follow_from_power_laws), &
-                  new_unittest("a hopeless step does not make the next look better", points_are_no_better_than_the_order), &
+                  new_unittest("a hopeless step does not make the next look better", no_better_than_the_order), &
                   new_unittest("an error that is small by accident does not count", accidents_do_not_count), &
                   new_unittest("the median is the middle", median_is_the_middle)]
    end subroutine collect_work_precision
@@ -235,7 +235,7 @@ contains
       call check_close(error, point%time_step, 0.5_wp, 0.0_wp, 'met by the first')
    end subroutine points_follow_from_power_laws
 
-   subroutine points_are_no_better_than_the_order(error)
+   subroutine no_better_than_the_order(error)
       type(error_type), allocatable, intent(out) :: error
       type(work_point_t) :: runs(6)
       type(work_point_t) :: point
@@ -246,7 +246,7 @@ contains
       if (allocated(error)) return
       point = point_at_error(runs, 4, 4*runs(2)%attitude_error)
       call check_close(error, point%time_step, sqrt(0.125_wp), 1e-14_wp)
-   end subroutine points_are_no_better_than_the_order
+   end subroutine no_better_than_the_order
 
    subroutine accidents_do_not_count(error)
       type(error_type), allocatable, intent(out) :: error
