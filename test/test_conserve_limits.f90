@@ -1,5 +1,5 @@
-!> Where the projection onto the invariants could go astray: equilibria, saddles, the turning points of a pendulum, steps that
-!> are too long.
+!> Where the projection onto the invariants could go astray: equilibria, saddles, the turning points of a pendulum,
+!> steps that are too long.
 module test_conserve_limits
    use nutate_invariant_projection, only: invariant_projection_t
    use nutate_damping, only: damping_t

@@ -1,8 +1,8 @@
 !> Quaternion algebra: products, their matrices, exponential, logarithm, Cayley map and the rotation of vectors.
 !>
-!> A quaternion is `q(4)` with the scalar first, `q = [q0, u]`. A unit quaternion takes body components to space
-!> components: `v_space = vec(q∘v∘q*)`. The routines work on what they are given and never normalise silently.
-!> Components have to be finite unless a routine says what it does with others.
+!> A quaternion is `q(4)` with the scalar first, `q = [q0, u]`: equation (1) of Nielsen & Krenk (2012). One of length 1,
+!> equation (2), takes body components to space components: `v_space = vec(q∘v∘q*)`. The routines work on what they are
+!> given and never normalise silently. Components have to be finite unless a routine says what it does with others.
 module nutate_quaternion
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, pi
@@ -102,7 +102,8 @@ contains
       end if
    end function quat_normalized
 
-   !> Matrix `Q(q)` of the product from the left: `Q(q) x = q∘x`. Orthogonal for a unit quaternion; `Q(q)ᵀ = Q(q*)`.
+   !> Matrix `Q(q)` of the product from the left, the paper's Q: `Q(q) x = q∘x`. Orthogonal for a unit quaternion;
+   !> `Q(q)ᵀ = Q(q*)`.
    pure function quat_left_matrix(q) result(m)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)

@@ -15,8 +15,8 @@ module nutate_gravity_gradient
       key_t(name='direction', least=3, most=3, range=NOT_ZERO, required=.true.), &
       key_t(name='strength', required=.true.)]
 
-   !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the
-   !> effect's V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient.
+   !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the effect's
+   !> V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient: ∇̄U = Aγ̄.
    !>
    !> The isotropic part of J turns nothing, but would be felt at finite steps. Without it a body with three equal
    !> moments feels no torque at all.
@@ -102,6 +102,7 @@ contains
       hessian = self%stiffness
    end function quadratic_hessian
 
+   !> ∇̄U = Aγ̄.
    pure function midpoint_gradient(self, gamma0, gamma1) result(gradient)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -109,6 +110,7 @@ contains
       gradient = self%gradient(0.5_wp*(gamma0 + gamma1))
    end function midpoint_gradient
 
+   !> ∂∇̄U/∂γ1 = ½A.
    pure function half_hessian(self, gamma0, gamma1) result(hessian)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)

@@ -115,7 +115,8 @@ contains
       hessian = 2*self%discrete_hessian(gamma, gamma)
    end function spring_hessian
 
-   !> -k(1 - 2l₀/(ℓ0 + ℓ1)) (x - cγ̄): ℓ² falls by 2(x - cγ̄)·Δγ between the ends, and ℓ by that over ℓ0 + ℓ1.
+   !> Discrete gradient -k(1 - 2l₀/(ℓ0 + ℓ1)) (x - cγ̄): ℓ² falls by 2(x - cγ̄)·Δγ between the ends, and ℓ by that over
+   !> ℓ0 + ℓ1.
    pure function spring_discrete_gradient(self, gamma0, gamma1) result(gradient)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)

@@ -1,4 +1,5 @@
-!> The projection onto the invariants: puts the state that a step of any method reached back onto the invariants of the run.
+!> The projection onto the invariants: puts the state that a step of any method reached back onto the invariants of the
+!> run.
 !>
 !> In this order: `q` is normalised; the conserved components of the space momentum `l` take their stored values; then
 !> the excess `ΔH = H - (H₀ + work)` is removed by the smallest move along which it falls. The moves that leave the
