@@ -203,7 +203,7 @@ contains
       text = '1e'//count_text(int(floor(log10(max(1e3_wp*seconds, 1e-9_wp))) + above, long))
    end function power_text
 
-   !> Colour by method, correction and order; a second solver of the same is dashed.
+   !> Colour by method, projection and order; a second solver of the same is dashed.
    function style(method) result(text)
       !> Row of `methods`.
       integer, intent(in) :: method

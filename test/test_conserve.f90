@@ -274,10 +274,10 @@ contains
       type(status_t) :: status
       type(guard_t) :: guard
       type(run_record_t) :: record
-      real(wp) :: carry
+      real(wp) :: compensation
       integer :: i, k
       do k = 1, 2
-         carry = 0.0_wp
+         compensation = 0.0_wp
          problem = box()
          if (k == 2) problem = forced_body()
          call get_stepper(problem, 'rk4', .true., stepper, status)
@@ -289,7 +289,7 @@ contains
             try = state
             if (status%ok()) call stepper%step(problem%system, try, 0.02_wp, status)
             if (status%ok()) call stepper%step(problem%system, state, 0.01_wp, status)
-            call add_increment(record%work, carry, sum(stepper%work))
+            call add_increment(record%work, compensation, sum(stepper%work))
             if (mod(i, 100) == 1) call guard_row(guard, problem%system, state, record, status)
          end do
          call check(error, status%ok(), trim(status%message))

@@ -108,7 +108,7 @@ contains
       class(potential_t), intent(in) :: potential
       character(len=*), intent(in) :: label
       real(wp), dimension(3, 0:highest_order) :: gamma, terms
-      real(wp) :: memory(0:highest_order, potential%series_memory()), expected(3), now(3)
+      real(wp) :: auxiliary(0:highest_order, potential%auxiliary_series()), expected(3), now(3)
       integer :: k
       if (allocated(error)) return
       gamma = turned_series(potential%direction)
@@ -116,7 +116,7 @@ contains
          if (potential%series_kind() == LINEAR_SERIES) then
             terms(:, k) = cross(potential%series_moment(), gamma(:, k))
          else
-            call potential%series_torque(k, gamma(:, 0:k), memory, terms(:, k))
+            call potential%series_torque(k, gamma(:, 0:k), auxiliary, terms(:, k))
          end if
       end do
       do k = 1, size(times)
@@ -161,7 +161,7 @@ contains
       class(torque_t), intent(in) :: torque
       character(len=*), intent(in) :: label
       real(wp), dimension(3, 0:highest_order) :: omega, gamma, terms
-      real(wp) :: memory(0:highest_order, torque%series_memory()), expected(3)
+      real(wp) :: auxiliary(0:highest_order, torque%auxiliary_series()), expected(3)
       integer :: k
       if (allocated(error)) return
       gamma = turned_series(torque%series_direction())
@@ -173,7 +173,7 @@ contains
          if (torque%series_kind() == LINEAR_SERIES) then
             terms(:, k) = matmul(torque%series_drag(), omega(:, k))
          else
-            call torque%series_torque(k, t_start, unit, omega(:, 0:k), gamma(:, 0:k), memory, terms(:, k))
+            call torque%series_torque(k, t_start, unit, omega(:, 0:k), gamma(:, 0:k), auxiliary, terms(:, k))
          end if
       end do
       do k = 1, size(times)

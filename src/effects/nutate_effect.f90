@@ -7,8 +7,8 @@
 !> adds a constant body momentum.
 !>
 !> An effect may supply the power series in time of its torque, from the series of γ and Ω: then the method 'taylor' can
-!> integrate with it. All series are in `s = (t - t₀)/unit`; coefficient k is asked for when the coefficients 0..k of
-!> what it depends on are there, k = 0, 1, 2, ... in turn.
+!> integrate with it. All series are in `s = (t - t₀)/time_unit`; coefficient k is asked for when the coefficients 0..k
+!> of what it depends on are there, k = 0, 1, 2, ... in turn.
 module nutate_effect
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, eps
@@ -34,8 +34,8 @@ module nutate_effect
    contains
       !> `NO_SERIES` unless overridden, `LINEAR_SERIES` or `GENERAL_SERIES`.
       procedure :: series_kind => no_kind
-      !> Number of scalar series that a general series keeps from coefficient to coefficient; 0 unless overridden.
-      procedure :: series_memory => no_memory
+      !> Number of auxiliary series, scalar ones that a general series is computed from; 0 unless overridden.
+      procedure :: auxiliary_series => no_auxiliary
       !> The effect's numbers are finite and of a size that can be computed with; `.true.` unless overridden.
       procedure :: in_range => not_judged
    end type effect_t
@@ -281,10 +281,10 @@ contains
       constant_series = LINEAR_SERIES
    end function constant_series
 
-   pure integer function no_memory(self)
+   pure integer function no_auxiliary(self)
       class(effect_t), intent(in) :: self
-      no_memory = 0
-   end function no_memory
+      no_auxiliary = 0
+   end function no_auxiliary
 
    pure function no_moment(self) result(moment)
       class(potential_t), intent(in) :: self
@@ -305,28 +305,30 @@ contains
    end function no_direction
 
    !> Coefficient k of γ×∇U.
-   pure subroutine no_potential_torque(self, k, gamma, memory, tau)
+   pure subroutine no_potential_torque(self, k, gamma, auxiliary, tau)
       class(potential_t), intent(in) :: self
       integer, intent(in) :: k
       !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
       real(wp), intent(in) :: gamma(3, 0:k)
-      !> What the series keeps; shape (0:highest_order, series_memory()).
-      real(wp), intent(inout) :: memory(0:, :)
+      !> Coefficients 0..k-1 of the auxiliary series on entry, 0..k on exit; shape (0:highest_order,
+      !> auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
    end subroutine no_potential_torque
 
    !> Coefficient k of τ.
-   pure subroutine no_torque(self, k, t, unit, omega, gamma, memory, tau)
+   pure subroutine no_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(torque_t), intent(in) :: self
       integer, intent(in) :: k
       !> t₀ and the unit of time of the series, s.
-      real(wp), intent(in) :: t, unit
+      real(wp), intent(in) :: t, time_unit
       !> Coefficients 0..k of Ω and of γ, body axes; shape (3, 0:k). γ is zero where there is no `series_direction`.
       real(wp), intent(in) :: omega(3, 0:k), gamma(3, 0:k)
-      !> What the series keeps; shape (0:highest_order, series_memory()).
-      real(wp), intent(inout) :: memory(0:, :)
+      !> Coefficients 0..k-1 of the auxiliary series on entry, 0..k on exit; shape (0:highest_order,
+      !> auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
