@@ -33,7 +33,7 @@ contains
       c(3) = a(1)*b(2) - a(2)*b(1)
    end function cross
 
-   !> Hamilton product `a∘b`; as attitudes, `a∘b` turns by `b` first and by `a` after it.
+   !> Hamilton product `a∘b`; as attitudes, `a∘b` rotates by `b` first and by `a` after it.
    pure function quat_product(a, b) result(c)
       !> Left factor, scalar first. Shape: (4).
       real(wp), intent(in) :: a(4)
@@ -85,20 +85,20 @@ contains
    end function quat_norm
 
    !> Unit quaternion `q/|q|`. Zero and what is not finite have no direction and come back as they are.
-   pure function quat_normalized(q) result(unit)
+   pure function quat_normalized(q) result(normalized)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
-      real(wp) :: unit(4)
+      real(wp) :: normalized(4)
       real(wp) :: norm, s(4)
       norm = quat_norm(q)
-      unit = q
+      normalized = q
       if (.not. ieee_is_finite(norm)) return
       if (norm > square_low .and. norm < square_high) then
-         unit = q/norm
+         normalized = q/norm
       else if (norm > 0) then
          ! At the ends of the range the norm itself may be too coarse to divide by.
          s = scale(q, -exponent(maxval(abs(q))))
-         unit = s/sqrt(s(1)**2 + s(2)**2 + s(3)**2 + s(4)**2)
+         normalized = s/sqrt(s(1)**2 + s(2)**2 + s(3)**2 + s(4)**2)
       end if
    end function quat_normalized
 
