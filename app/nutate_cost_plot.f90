@@ -2,7 +2,7 @@
 module nutate_cost_plot
    use nutate_console, only: count_text
    use nutate_cost_files, only: discard_file
-   use nutate_cost_names, only: short_label
+   use nutate_cost_names, only: hopeless, short_label
    use nutate_decimal, only: rounded_text
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp, long
@@ -18,10 +18,8 @@ module nutate_cost_plot
    !> Colours that differ for every kind of colour vision, one for each method and order.
    character(len=7), parameter :: colours(10) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &
                                                 '#666666', '#000000', '#8c510a', '#66a61e']
-   !> Errors are drawn no lower than here: zero has no logarithm.
+   !> Errors are drawn no lower than here, below ε: zero has no logarithm.
    real(wp), parameter :: lowest = 1e-17_wp
-   !> Attitude errors above this are not drawn, rad.
-   real(wp), parameter :: hopeless = 1.0_wp
    !> Lines of the script that do not depend on the runs.
    character(len=*), parameter :: head(*) = [character(len=96) :: &
       'set encoding utf8', &

@@ -1,7 +1,7 @@
 !> The runs of a work-precision study as a table for people.
 module nutate_cost_table
    use nutate_console, only: count_text, page_t
-   use nutate_cost_names, only: method_label
+   use nutate_cost_names, only: hopeless, method_label
    use nutate_decimal, only: rounded_text
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT
    use nutate_kinds, only: wp, long
@@ -20,8 +20,6 @@ module nutate_cost_table
    character(len=9), parameter :: heads(10, 2) = reshape( &
       [character(len=9) :: 'time_step', 'steps', 'cut', 'time', 'step', 'Newton', 'attitude', 'momentum', 'energy', &
        'norm', '/ s', '', '', '/ ms', '/ ns', '', '/ rad', '', '', ''], [10, 2])
-   !> Attitude errors above this say nothing but that the step is too long, rad.
-   real(wp), parameter :: hopeless = 1.0_wp
 
 contains
 

@@ -10,7 +10,7 @@ module nutate_power_series
 
    public :: highest_order, inverses, product_term, power_term, cosine_term
 
-   !> Longest series: coefficients 0 to this.
+   !> Longest series: coefficients 0 to this. A tolerance at round-off asks for 24 or so, a user may for some more.
    integer, parameter :: highest_order = 28
 
    !> 1, 2, ...; shape (29).

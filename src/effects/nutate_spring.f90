@@ -18,9 +18,10 @@ module nutate_spring
       key_t(name='stiffness', required=.true.), &
       key_t(name='rest_length', range=NON_NEGATIVE)]
 
-   !> The ends of the spring can meet if |x| and |a| differ by less than this fraction of them.
+   !> The ends of the spring can come near each other if |x| and |a| differ by less than this fraction of |a|. Farther
+   !> apart, |x|² + |a|² - 2x·γ loses four digits of ℓ² at most.
    real(wp), parameter :: nearly = 1e-2_wp
-   !> Lengths below this fraction of l₀ have no direction.
+   !> Lengths below this fraction of l₀ have no direction: products with l₀/ℓ would leave the range of numbers.
    real(wp), parameter :: negligible = 1e-100_wp
 
    !> U(γ) = ½k(ℓ - l₀)², γ = Rᵀa, with ℓ² = |x|² + |a|² - 2x·γ, the square of |x - γ| wherever |γ| = |a|.

@@ -10,7 +10,7 @@ module nutate_invariants
    implicit none
    private
 
-   public :: invariants_t, conserved_momentum, NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
+   public :: invariants_t, conserved_momentum, parallel, NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
 
    !> Which components of the space momentum are conserved; only its length where the attitude is not known.
    integer, parameter :: NO_COMPONENT = 0, ALONG_AXIS = 1, ONLY_LENGTH = 2, ALL_COMPONENTS = 3

@@ -7,6 +7,7 @@
 module nutate_torque_series
    use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES
    use nutate_effect_list, only: effect_list_t
+   use nutate_invariants, only: parallel
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
    use nutate_power_series, only: highest_order, inverses
@@ -15,9 +16,6 @@ module nutate_torque_series
    private
 
    public :: torque_series_t
-
-   !> Sines below this between a direction and the span of others are round-off of the input.
-   real(wp), parameter :: parallel = 1e-14_wp
 
    !> The torque of the effects of a system.
    type :: torque_series_t
