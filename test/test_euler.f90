@@ -29,7 +29,7 @@ contains
                   new_unittest("Euler angles come back, close to the poles too", euler_angles_come_back), &
                   new_unittest("Euler angles are in their ranges", euler_angles_are_in_their_ranges), &
                   new_unittest("at the poles the spin is zero", spin_is_zero_at_poles), &
-                  new_unittest("unwrapping takes the nearest turn", unwrapping_takes_the_nearest_turn), &
+                  new_unittest("unwrapping takes the nearest revolution", unwrapping_takes_the_nearest_turn), &
                   new_unittest("angles are followed over many revolutions", angles_are_followed_on), &
                   new_unittest("at the poles the spin is kept when following", spin_is_kept_at_poles), &
                   new_unittest("through a pole the angles jump by half a turn", angles_jump_through_a_pole), &
