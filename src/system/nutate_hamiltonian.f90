@@ -1,5 +1,5 @@
-!> The Hamiltonian of a rigid body in quaternions and conjugate momenta, and what follows from it. Numbers in brackets
-!> are those of the equations of Nielsen & Krenk (2012).
+!> The Hamiltonian of a rigid body in quaternions and conjugate momenta, and what follows from it. Numbers in
+!> parentheses are those of the equations of Nielsen & Krenk (2012).
 !>
 !> `J = diag(J0, inertia)` is the extended inertia; only `1/J0` ever enters (`inverse_j0`, 0 for an infinite J0), so
 !> that the physical body is its default.
