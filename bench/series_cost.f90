@@ -1,5 +1,5 @@
 !> What an attitude error costs with the Taylor series, as ratios to dop853: to the best that its chosen steps reach and
-!> to fixed steps. Then what a step is made of.
+!> to fixed steps. Then what a step costs by order, and a run.
 !>
 !> Runs are repeated in turn, so that a busy machine slows all of them alike, and the shortest counts.
 program bench_series
@@ -69,6 +69,7 @@ contains
       call repeat_runs(problem, ways)
       call write_times(title, reference%uncertainty, ways)
       call write_step(problem)
+      call write_orders(problem)
    end subroutine study
 
    type(way_t) function way(method, conserve, chosen)
@@ -249,5 +250,36 @@ contains
          nanoseconds = min(nanoseconds, 1e9_wp*clock%seconds()/repeats)
       end do
    end function step_time
+
+   !> ms of a run of the series by order, at three tolerances of its steps; where no order is asked for it is 8 and one
+   !> for each decimal digit of the tolerance.
+   subroutine write_orders(problem)
+      type(problem_t), intent(in) :: problem
+      integer, parameter :: orders(6) = [8, 12, 16, 20, 24, 28]
+      real(wp), parameter :: tolerances(3) = [1e-4_wp, 1e-8_wp, 1e-12_wp]
+      type(integrator_settings_t) :: settings
+      type(follower_t) :: follower
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      real(wp) :: seconds, shortest
+      integer :: i, k, round
+      write (*, '(a,t32,6i10)') 'ms by order, at a tolerance of', orders
+      settings = default_settings('taylor')
+      do i = 1, size(tolerances)
+         write (*, '(t24,es8.0)', advance='no') tolerances(i)
+         do k = 1, size(orders)
+            settings%series_order = orders(k)
+            shortest = huge(shortest)
+            do round = 1, rounds
+               call run_to_tolerance(problem, settings, tolerances(i), follower, state, summary, seconds, status)
+               if (status%ok()) shortest = min(shortest, seconds)
+            end do
+            write (*, '(f10.4)', advance='no') 1e3_wp*shortest
+         end do
+         write (*, *)
+      end do
+      write (*, *)
+   end subroutine write_orders
 
 end program bench_series
