@@ -1,4 +1,5 @@
-!> The integration methods a scene can name: one line each. A new method is its own file and a line here.
+!> The integration methods a scene can name: one line each. A new method is a file of its own, and here a `use`, a line
+!> of the table and a case of `make_stepper`.
 module nutate_methods
    use nutate_composition, only: composition_t
    use nutate_projected_stepper, only: projected_stepper_t
@@ -44,7 +45,7 @@ module nutate_methods
 
    !> Every combination of method, linear solver, order and projection that there is; of each method the default comes
    !> first.
-   type(method_t), parameter :: methods(15) = [ &
+   type(method_t), parameter :: methods(*) = [ &
       method_t('nielsen_krenk', 'lapack', 2, 1, eight), &
       method_t('nielsen_krenk', 'lapack', 4, 5, eight), &
       method_t('nielsen_krenk', 'lapack', 6, 9, eight), &
