@@ -1,4 +1,4 @@
-!> A sample of every effect that a scene can name, as scenes/all_effects.nml gives it: all inclined to each other, on a
+!> A sample of every effect that a scene can name, as test/effect_samples.nml gives it: all inclined to each other, on a
 !> body without any symmetry. And a simple body for one effect alone.
 module test_effect_samples
    use nutate_body, only: diagonal, make_body
@@ -22,7 +22,7 @@ module test_effect_samples
       integer :: kind = 0
    end type sample_t
 
-   !> Samples of all kinds: of a potential one, of other effects as many as the scene has.
+   !> Samples of all kinds: of a potential one, of other effects as many as the file has.
    type :: effect_samples_t
       !> Names of the kinds, as in the catalogue; shape (number of kinds).
       character(len=24), allocatable :: names(:)
@@ -32,7 +32,7 @@ module test_effect_samples
       !> How many there are of them.
       integer :: n_items = 0
    contains
-      !> Takes the samples from the scene.
+      !> Takes the samples from the file.
       procedure :: load
       !> Adds the samples of a kind to a system.
       procedure :: add
@@ -64,7 +64,7 @@ contains
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, rate])
    end function spinner
 
-   !> Takes the samples from the scene. Fails where one of the catalogue is not in it.
+   !> Takes the samples from the file. Fails where a kind of the catalogue is not in it.
    subroutine load(self, error)
       class(effect_samples_t), intent(out) :: self
       type(error_type), allocatable, intent(out) :: error
@@ -73,7 +73,7 @@ contains
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i, k
-      call read_scene('scenes/all_effects.nml', scene, status, message)
+      call read_scene('test/effect_samples.nml', scene, status, message)
       call check(error, status%ok(), message)
       if (allocated(error)) return
       allocate (kinds, source=effect_kinds())
@@ -94,7 +94,7 @@ contains
             self%n_items = self%n_items + 1
          end do
          call check(error, any(self%items(:self%n_items)%kind == k), &
-                    'scenes/all_effects.nml has no &'//trim(self%names(k)))
+                    'test/effect_samples.nml has no &'//trim(self%names(k)))
          if (allocated(error)) return
       end do
    end subroutine load

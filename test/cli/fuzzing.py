@@ -27,8 +27,8 @@ def read_bases():
 
 
 def read_effects():
-    """The first group of each effect in scenes/all_effects.nml: keys and numbers by name."""
-    text = (ROOT / "scenes" / "all_effects.nml").read_text(encoding="utf-8")
+    """The first group of each effect in test/effect_samples.nml: keys and numbers by name."""
+    text = (ROOT / "test" / "effect_samples.nml").read_text(encoding="utf-8")
     found = {}
     for name, body in re.findall(r"^&(\w+)\n(.*?)^/", text, flags=re.DOTALL | re.MULTILINE):
         if name not in ("scene", "body", "initial", "integrator", "output"):
@@ -432,8 +432,8 @@ def rotor(_, scales):
     return group("rotor", [f"momentum = {scales.text(3, length=2, mass=1, time=-1)}"])
 
 
-def as_in_the_scene(name, keys):
-    """An effect of the scene of all effects without a function of its own: its numbers, each scaled at random."""
+def from_samples(name, keys):
+    """An effect of the samples without a function of its own: its numbers, each scaled at random."""
 
     def effect(dice, _):
         lines = [f"{key} = " + ", ".join(number_text(float(number) * 10.0 ** dice.uniform(-3, 3))
@@ -445,7 +445,7 @@ def as_in_the_scene(name, keys):
 
 # In the units of a scene, and then those that have no function of their own.
 EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor]
-EFFECTS += [as_in_the_scene(name, keys) for name, keys in read_effects().items()
+EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 
 
