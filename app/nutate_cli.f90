@@ -22,7 +22,7 @@ module nutate_cli
    end type verb_t
 
    !> All commands.
-   type(verb_t), parameter :: verbs(3) = [ &
+   type(verb_t), parameter :: verbs(*) = [ &
       verb_t('run', 'simulate a scene and write its history as CSV'), &
       verb_t('check', 'say what would be simulated; write nothing'), &
       verb_t('cost', 'say what accuracy costs in time on this scene, with every method')]
@@ -38,7 +38,7 @@ module nutate_cli
    end type option_t
 
    !> All options.
-   type(option_t), parameter :: options(12) = [ &
+   type(option_t), parameter :: options(*) = [ &
       option_t('--output', 'FILE', 'run', 'where to write the history; - is standard output'), &
       option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost', &
                'override a value of the scene; may be given several times'), &
@@ -70,9 +70,9 @@ module nutate_cli
       character(len=:), allocatable :: checkpoint, resume
       !> Time between checkpoints, s.
       real(wp) :: every_seconds = 60.0_wp
-      !> Where to draw and to write the runs of a cost study; not allocated where not wanted.
+      !> Where to draw and to write the runs of a work-precision study; not allocated where not wanted.
       character(len=:), allocatable :: plot, csv
-      !> Time for a cost study, s.
+      !> Time for a work-precision study, s.
       real(wp) :: seconds = 20.0_wp
       !> What is wrong with the arguments; not allocated if nothing is.
       character(len=:), allocatable :: error

@@ -1,13 +1,12 @@
-!> The answer of a cost study: what some accuracies cost, in sentences.
+!> The answer of a work-precision study: what some accuracies cost, in sentences.
 module nutate_cost_answer
    use nutate_console, only: page_t
    use nutate_cost_names, only: method_label
    use nutate_decimal, only: rounded_text
    use nutate_kinds, only: wp
-   use nutate_step_ladder, only: step_ladder_t
    use nutate_methods, only: family_of, methods
-   use nutate_accuracy_price, only: price_of, accuracy_price_t
-   use nutate_reference, only: reference_t
+   use nutate_work_point, only: point_at_error, work_point_t
+   use nutate_work_precision, only: work_precision_t
    implicit none
    private
 
@@ -21,46 +20,40 @@ module nutate_cost_answer
 contains
 
    !> A sentence for every accuracy.
-   subroutine add_answer(page, reference, ladder, end_time)
+   subroutine add_answer(page, study)
       type(page_t), intent(inout) :: page
-      type(reference_t), intent(in) :: reference
-      type(step_ladder_t), intent(in) :: ladder
-      !> s.
-      real(wp), intent(in) :: end_time
+      type(work_precision_t), intent(in) :: study
       integer :: i
-      if (.not. reference%known()) return
+      if (.not. study%reference%known()) return
       call page%line('')
       do i = 1, size(tolerances)
-         call add_wrapped(page, sentence(reference, ladder, tolerances(i), end_time))
+         call add_wrapped(page, sentence(study, tolerances(i)))
       end do
    end subroutine add_answer
 
    !> What one accuracy costs.
-   function sentence(reference, ladder, tolerance, end_time) result(text)
-      type(reference_t), intent(in) :: reference
-      type(step_ladder_t), intent(in) :: ladder
+   function sentence(study, tolerance) result(text)
+      type(work_precision_t), intent(in) :: study
       !> rad.
       real(wp), intent(in) :: tolerance
-      !> s.
-      real(wp), intent(in) :: end_time
       character(len=:), allocatable :: text
-      type(accuracy_price_t) :: price
+      type(work_point_t) :: point
       integer :: m
       logical :: first
 
-      text = rounded_text(tolerance, 2)//' rad at t = '//rounded_text(end_time)//' s'
-      if (tolerance < reference%uncertainty) then
+      text = rounded_text(tolerance, 2)//' rad at t = '//rounded_text(study%problem%end_time)//' s'
+      if (tolerance < study%reference%uncertainty) then
          text = text//' cannot be told from the reference, which is known to '// &
-                rounded_text(reference%uncertainty, 2)//' rad.'
+                rounded_text(study%reference%uncertainty, 2)//' rad.'
          return
       end if
       first = .true.
       do m = 1, size(methods)
          if (methods(m)%order < 1 .or. any(family_of(methods(:m - 1)) == family_of(methods(m)))) cycle
-         price = cheapest(ladder, family_of(methods(m)), tolerance)
+         point = cheapest(study, family_of(methods(m)), tolerance)
          if (.not. first) text = text//';'
-         if (price%reached) then
-            text = text//price_text(price, first)
+         if (point%exists()) then
+            text = text//point_text(point, first)
          else if (first) then
             text = text//' is reached by no '//trim(family_of(methods(m)))//' run here'
          else
@@ -71,41 +64,42 @@ contains
       text = text//'.'
    end function sentence
 
-   !> The least price among the rows of a method.
-   function cheapest(ladder, family, tolerance) result(best)
-      type(step_ladder_t), intent(in) :: ladder
+   !> The fastest among the rows of a method.
+   function cheapest(study, family, tolerance) result(best)
+      type(work_precision_t), intent(in) :: study
       !> `family_of` its rows.
       character(len=*), intent(in) :: family
       !> rad.
       real(wp), intent(in) :: tolerance
-      type(accuracy_price_t) :: best, price
+      type(work_point_t) :: best, point
       integer :: m
       do m = 1, size(methods)
          if (family_of(methods(m)) /= family .or. methods(m)%order < 1) cycle
-         price = price_of(ladder%runs_of(m), methods(m)%order, tolerance)
-         if (price%reached .and. price%seconds < best%seconds) best = price
+         point = point_at_error(study%points_of(m), methods(m)%order, tolerance)
+         if (.not. point%exists()) cycle
+         if (.not. best%exists() .or. point%seconds < best%seconds) best = point
       end do
    end function cheapest
 
-   !> A price in words.
-   function price_text(price, first) result(text)
-      type(accuracy_price_t), intent(in) :: price
+   !> Time and setting of a point in words.
+   function point_text(point, first) result(text)
+      type(work_point_t), intent(in) :: point
       !> It is the first of the sentence.
       logical, intent(in) :: first
       character(len=:), allocatable :: text, cost
-      cost = rounded_text(1e3_wp*price%seconds, 2)//' ms'
+      cost = rounded_text(1e3_wp*point%seconds, 2)//' ms'
       if (first) then
-         text = ' costs '//cost//' with '//method_label(price%method)//','
+         text = ' costs '//cost//' with '//method_label(point%method)//','
       else
-         text = ' '//method_label(price%method)//' needs '//cost//' with'
+         text = ' '//method_label(point%method)//' needs '//cost//' with'
       end if
-      if (price%tolerance > 0.0_wp) then
-         text = text//' local_tolerance = '//rounded_text(price%tolerance, 2)
+      if (point%tolerance > 0.0_wp) then
+         text = text//' local_tolerance = '//rounded_text(point%tolerance, 2)
       else
-         text = text//' time_step = '//rounded_text(price%time_step, 2)
+         text = text//' time_step = '//rounded_text(point%time_step, 2)
       end if
-      text = text//', energy kept to '//rounded_text(price%energy_error, 1)
-   end function price_text
+      text = text//', energy kept to '//rounded_text(point%energy_error, 1)
+   end function point_text
 
    !> Adds a sentence in lines that are not too long, the later ones indented.
    subroutine add_wrapped(page, text)

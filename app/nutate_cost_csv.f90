@@ -1,4 +1,4 @@
-!> The runs of a cost study as CSV: one row for each run, in the notation of histories.
+!> The runs of a work-precision study as CSV: one row for each run, in the notation of histories.
 module nutate_cost_csv
    use nutate_console, only: count_text
    use nutate_cost_files, only: discard_file
@@ -6,12 +6,11 @@ module nutate_cost_csv
    use nutate_files, only: output_file_t
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT
    use nutate_kinds, only: wp, long
-   use nutate_step_ladder, only: step_ladder_t
    use nutate_methods, only: family_of, methods
    use nutate_reference, only: reference_t
-   use nutate_run_cost, only: run_cost_t
    use nutate_status, only: status_t
-   use nutate_measured_run, only: problem_t
+   use nutate_work_point, only: work_point_t
+   use nutate_work_precision, only: work_precision_t
    implicit none
    private
 
@@ -53,25 +52,23 @@ contains
    end subroutine discard
 
    !> Writes all runs, method by method, longest step first, and gives the file its name. Errors: `NUTATE_IO`.
-   subroutine write(self, problem, reference, ladder, status)
+   subroutine write(self, study, status)
       class(cost_csv_t), intent(inout) :: self
-      type(problem_t), intent(in) :: problem
-      type(reference_t), intent(in) :: reference
-      type(step_ladder_t), intent(in) :: ladder
+      type(work_precision_t), intent(in) :: study
       type(status_t), intent(out) :: status
-      type(run_cost_t), allocatable :: runs(:)
+      type(work_point_t), allocatable :: points(:)
       type(decimal_t) :: decimal
       integer :: m, i, components
       real(wp) :: axis(3)
 
-      call conserved_momentum(problem%system%effects, components, axis)
+      call conserved_momentum(study%problem%system%effects, components, axis)
       call decimal%prepare()
       call self%file%put_line(header, status)
       do m = 1, size(methods)
-         runs = ladder%runs_of(m)
-         do i = 1, size(runs)
+         points = study%points_of(m)
+         do i = 1, size(points)
             if (status%ok()) call self%file%put_line( &
-               row(decimal, runs(i), reference, components /= NO_COMPONENT), status)
+               row(decimal, points(i), study%reference, components /= NO_COMPONENT), status)
          end do
       end do
       if (status%ok()) then
@@ -82,30 +79,30 @@ contains
    end subroutine write
 
    !> One run. What is not known is an empty field.
-   function row(decimal, run, reference, has_momentum) result(line)
+   function row(decimal, point, reference, has_momentum) result(line)
       type(decimal_t), intent(in) :: decimal
-      type(run_cost_t), intent(in) :: run
+      type(work_point_t), intent(in) :: point
       type(reference_t), intent(in) :: reference
       !> A component of the momentum is conserved.
       logical, intent(in) :: has_momentum
       character(len=:), allocatable :: line
-      associate (method => methods(run%method))
+      associate (method => methods(point%method))
          line = trim(family_of(method))//','//count_text(int(method%order, long))//','//trim(method%linear_solver)
       end associate
-      line = line//field(decimal, run%time_step)//','//count_text(run%steps)//','//count_text(run%cut_steps)//','// &
-             count_text(int(run%samples, long))//field(decimal, run%seconds)//field(decimal, run%nanoseconds())// &
-             field(decimal, run%iterations)
+      line = line//field(decimal, point%time_step)//','//count_text(point%steps)//','// &
+             count_text(point%cut_steps)//','//count_text(int(point%samples, long))//field(decimal, point%seconds)// &
+             field(decimal, point%nanoseconds())//field(decimal, point%iterations)
       if (reference%known()) then
-         line = line//field(decimal, run%attitude_error)//field(decimal, reference%uncertainty)
+         line = line//field(decimal, point%attitude_error)//field(decimal, reference%uncertainty)
       else
          line = line//',,'
       end if
       if (has_momentum) then
-         line = line//field(decimal, run%momentum_error)
+         line = line//field(decimal, point%momentum_error)
       else
          line = line//','
       end if
-      line = line//field(decimal, run%energy_error)//field(decimal, run%norm_error)
+      line = line//field(decimal, point%energy_error)//field(decimal, point%norm_error)
    end function row
 
    !> A comma and a number.

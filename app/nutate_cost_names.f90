@@ -1,12 +1,15 @@
-!> How a cost study speaks of methods.
+!> How a work-precision study speaks of methods.
 module nutate_cost_names
    use nutate_console, only: count_text
-   use nutate_kinds, only: long
+   use nutate_kinds, only: wp, long
    use nutate_methods, only: family_of, methods
    implicit none
    private
 
-   public :: method_label, short_label
+   public :: method_label, short_label, hopeless
+
+   !> Attitude errors above this say nothing but that the step is too long, rad.
+   real(wp), parameter :: hopeless = 1.0_wp
 
 contains
 

@@ -1,16 +1,15 @@
-!> The runs of a cost study as a picture, drawn by gnuplot: attitude error and energy residual against time.
+!> A work-precision diagram, drawn by gnuplot: attitude error and energy residual against time.
 module nutate_cost_plot
    use nutate_console, only: count_text
    use nutate_cost_files, only: discard_file
-   use nutate_cost_names, only: short_label
+   use nutate_cost_names, only: hopeless, short_label
    use nutate_decimal, only: rounded_text
    use nutate_files, only: output_file_t
    use nutate_kinds, only: wp, long
-   use nutate_step_ladder, only: step_ladder_t
    use nutate_methods, only: family_of, methods
-   use nutate_reference, only: reference_t
-   use nutate_run_cost, only: run_cost_t
    use nutate_status, only: status_t, fail, NUTATE_IO
+   use nutate_work_point, only: work_point_t
+   use nutate_work_precision, only: work_precision_t
    implicit none
    private
 
@@ -19,10 +18,8 @@ module nutate_cost_plot
    !> Colours that differ for every kind of colour vision, one for each method and order.
    character(len=7), parameter :: colours(10) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &
                                                 '#666666', '#000000', '#8c510a', '#66a61e']
-   !> Errors are drawn no lower than here: zero has no logarithm.
+   !> Errors are drawn no lower than here, below ε: zero has no logarithm.
    real(wp), parameter :: lowest = 1e-17_wp
-   !> Attitude errors above this are not drawn, rad.
-   real(wp), parameter :: hopeless = 1.0_wp
    !> Lines of the script that do not depend on the runs.
    character(len=*), parameter :: head(*) = [character(len=96) :: &
       'set encoding utf8', &
@@ -72,16 +69,15 @@ contains
    end subroutine open
 
    !> Draws the runs. Errors: `NUTATE_IO`; nothing is left then.
-   subroutine draw(self, title, reference, ladder, status)
+   subroutine draw(self, title, study, status)
       class(cost_plot_t), intent(inout) :: self
       character(len=*), intent(in) :: title
-      type(reference_t), intent(in) :: reference
-      type(step_ladder_t), intent(in) :: ladder
+      type(work_precision_t), intent(in) :: study
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: target
       integer :: exit_status, command_status
 
-      call write_script(self%script, self%is_svg, title, reference, ladder, status)
+      call write_script(self%script, self%is_svg, title, study, status)
       if (status%ok()) call self%script%flush(status)
       if (status%ok()) then
          target = self%picture%name
@@ -106,24 +102,23 @@ contains
    end subroutine discard
 
    !> Writes what gnuplot is to do, the data included. Errors: `NUTATE_IO`.
-   subroutine write_script(script, is_svg, title, reference, ladder, status)
+   subroutine write_script(script, is_svg, title, study, status)
       type(output_file_t), intent(inout) :: script
       logical, intent(in) :: is_svg
       character(len=*), intent(in) :: title
-      type(reference_t), intent(in) :: reference
-      type(step_ladder_t), intent(in) :: ladder
+      type(work_precision_t), intent(in) :: study
       type(status_t), intent(out) :: status
       integer :: i
       call add_terminal(script, is_svg, status)
       do i = 1, size(head)
          if (status%ok()) call script%put_line(trim(head(i)), status)
       end do
-      if (status%ok()) call add_data(script, reference, ladder, status)
-      if (status%ok()) call script%put_line('set xrange ['//power_text(minval(ladder%runs%seconds), 0)//':'// &
-                                            power_text(maxval(ladder%runs%seconds), 1)//']', status)
+      if (status%ok()) call add_data(script, study, status)
+      if (status%ok()) call script%put_line('set xrange ['//power_text(minval(study%points%seconds), 0)//':'// &
+                                            power_text(maxval(study%points%seconds), 1)//']', status)
       if (status%ok()) call script%put_line('set multiplot title '//gnuplot_quoted(title)//' noenhanced', status)
-      if (status%ok() .and. reference%known()) call add_panel(script, ladder, 'attitude', status)
-      if (status%ok()) call add_panel(script, ladder, 'energy', status)
+      if (status%ok() .and. study%reference%known()) call add_panel(script, study, 'attitude', status)
+      if (status%ok()) call add_panel(script, study, 'energy', status)
       if (status%ok()) call script%put_line('unset multiplot', status)
    end subroutine write_script
 
@@ -145,23 +140,22 @@ contains
    end subroutine add_terminal
 
    !> A block of data for each method: time (ms), attitude error, energy residual.
-   subroutine add_data(script, reference, ladder, status)
+   subroutine add_data(script, study, status)
       type(output_file_t), intent(inout) :: script
-      type(reference_t), intent(in) :: reference
-      type(step_ladder_t), intent(in) :: ladder
+      type(work_precision_t), intent(in) :: study
       type(status_t), intent(out) :: status
-      type(run_cost_t), allocatable :: runs(:)
+      type(work_point_t), allocatable :: points(:)
       character(len=:), allocatable :: attitude
       integer :: m, i
       do m = 1, size(methods)
          call script%put_line('$m'//count_text(int(m, long))//' << EOD', status)
-         runs = ladder%runs_of(m)
-         do i = 1, size(runs)
+         points = study%points_of(m)
+         do i = 1, size(points)
             attitude = 'NaN'
-            if (runs(i)%attitude_error >= 0.0_wp .and. runs(i)%attitude_error <= hopeless) &
-               attitude = rounded_text(max(runs(i)%attitude_error, reference%uncertainty, lowest), 6)
-            if (status%ok()) call script%put_line(rounded_text(1e3_wp*runs(i)%seconds, 6)//' '//attitude//' '// &
-                                                  rounded_text(max(runs(i)%energy_error, lowest), 6), status)
+            if (points(i)%attitude_error >= 0.0_wp .and. points(i)%attitude_error <= hopeless) &
+               attitude = rounded_text(max(points(i)%attitude_error, study%reference%uncertainty, lowest), 6)
+            if (status%ok()) call script%put_line(rounded_text(1e3_wp*points(i)%seconds, 6)//' '//attitude//' '// &
+                                                  rounded_text(max(points(i)%energy_error, lowest), 6), status)
          end do
          if (status%ok()) call script%put_line('EOD', status)
          if (.not. status%ok()) return
@@ -169,9 +163,9 @@ contains
    end subroutine add_data
 
    !> One panel: `attitude` above, or `energy` below.
-   subroutine add_panel(script, ladder, what, status)
+   subroutine add_panel(script, study, what, status)
       type(output_file_t), intent(inout) :: script
-      type(step_ladder_t), intent(in) :: ladder
+      type(work_precision_t), intent(in) :: study
       character(len=*), intent(in) :: what
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: curves, column
@@ -186,11 +180,11 @@ contains
                               'set ylabel ''worst energy residual'' offset 1; '// &
                               'set xlabel ''time of a run  (ms)''', status)
          column = '3'
-         if (status%ok() .and. any(ladder%runs%attitude_error >= 0.0_wp)) call script%put_line('unset key', status)
+         if (status%ok() .and. any(study%points%attitude_error >= 0.0_wp)) call script%put_line('unset key', status)
       end if
       curves = ''
       do m = 1, size(methods)
-         if (.not. any(ladder%runs%method == m)) cycle
+         if (.not. any(study%points%method == m)) cycle
          if (curves /= '') curves = curves//', '
          curves = curves//'$m'//count_text(int(m, long))//' using 1:'//column//' with linespoints '//style(m)// &
                   ' title '//gnuplot_quoted(short_label(m))
@@ -207,7 +201,7 @@ contains
       text = '1e'//count_text(int(floor(log10(max(1e3_wp*seconds, 1e-9_wp))) + above, long))
    end function power_text
 
-   !> Colour by method, correction and order; a second solver of the same is dashed.
+   !> Colour by method, projection and order; a second solver of the same is dashed.
    function style(method) result(text)
       !> Row of `methods`.
       integer, intent(in) :: method

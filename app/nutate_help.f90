@@ -72,13 +72,13 @@ contains
       call add_exit_codes(page)
    end subroutine add_run_notes
 
-   !> What a cost study is.
+   !> What a work-precision study is.
    subroutine add_cost_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
-      call page%line('The scene is run with every method over a ladder of time steps, each half of the one before,')
+      call page%line('The scene is run with every method at a series of time steps, each half of the one before,')
       call page%line('from about 4 rad of turn in a step down to round-off, as far as the time allows; taylor, which')
-      call page%line('chooses its steps, over a ladder of tolerances, each a tenth of the one before. Times are')
+      call page%line('chooses its steps, at a series of tolerances, each a tenth of the one before. Times are')
       call page%line('medians of repeated runs without output; errors come from a run of their own. The attitude')
       call page%line('error is that at end_time, from the exact motion (free bodies, tops on their axis of symmetry)')
       call page%line('or from what two independent methods agree on. A table goes to standard output, and below it')

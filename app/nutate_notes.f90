@@ -10,10 +10,15 @@ module nutate_notes
 
    public :: note_t, body_notes, scene_notes
 
-   !> Moments that differ by less than this of their size, but do differ, are worth a note.
+   !> Moments that differ by less than this of their size, but do differ, are worth a note: rounded input does so.
    real(wp), parameter :: nearly_equal = 1e-6_wp
-   !> Cosine of the angle to an axis below which a rotation is not near it.
+   !> Cosine of the angle to an axis, 26 degrees, below which a rotation is not near it.
    real(wp), parameter :: near_axis = 0.9_wp
+   !> Turns of the body, steps of which are worth a note, rad: where |b| = 1 at the latest no step follows the rotation;
+   !> from a radian on order 2 is off by 2 % of the phase and more.
+   real(wp), parameter :: too_long = 4.0_wp, long = 1.0_wp
+   !> Rates of growth below this part of the rate of rotation do not show in a run.
+   real(wp), parameter :: slow_growth = 1e-3_wp
 
    type :: note_t
       character(len=:), allocatable :: text
@@ -38,10 +43,10 @@ contains
       call body_notes(scene%system%body, notes)
       omega = angular_velocity(scene%system, scene%initial)
       turn = abs(scene%plan%time_step)*norm2(omega)
-      if (turn >= 4.0_wp) then
+      if (turn >= too_long) then
          call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
                   ' rad: steps of 4 rad and more cannot follow a rotation and will be cut')
-      else if (turn >= 1.0_wp) then
+      else if (turn >= long) then
          call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
                   ' rad: the invariants will hold, the phase will not')
       end if
@@ -81,7 +86,7 @@ contains
          rate = norm2(omega)
          if (abs(dot_product(body%axes(:, k), omega)) <= near_axis*rate) return
          growth = rate*sqrt((1 - least/middle)*(middle/least)*(1 - middle/most))
-         if (growth <= 1e-3_wp*rate) return
+         if (growth <= slow_growth*rate) return
       end associate
       call add(notes, 'rotation near the axis of middle inertia: small differences grow tenfold every '// &
                rounded_text(log(10.0_wp)/growth, 3)//' s')

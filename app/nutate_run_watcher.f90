@@ -58,7 +58,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_plan_t), intent(in) :: plan
       type(integrator_settings_t), intent(in) :: settings
-      !> No progress bar; no invariants, unless there are checkpoints: who resumes may want to see them.
+      !> No progress bar; no invariants, unless there are checkpoints: the run that is resumed may show them.
       logical, intent(in) :: quiet
       self%sees_every_step = self%history%sees_every_step
       self%keeps_archives = self%checkpoint%is_wanted()

@@ -51,10 +51,11 @@ contains
       type(status_t) :: status
       real(wp) :: rate
       call clock%start()
+      clock%deadline = 10.0_wp
       call fastest_rate(problem, 1, rate, status)
       call reference%begin(problem, rate)
       do while (.not. reference%settled)
-         call reference%refine(problem, clock, 10.0_wp)
+         call reference%refine(problem, clock)
       end do
    end subroutine find_reference
 

@@ -1,5 +1,5 @@
 !> What an attitude error costs with the Taylor series, as ratios to dop853: to the best that its chosen steps reach and
-!> to fixed steps. Then what a step is made of.
+!> to fixed steps. Then what a step costs by order, and a run.
 !>
 !> Runs are repeated in turn, so that a busy machine slows all of them alike, and the shortest counts.
 program bench_series
@@ -13,13 +13,13 @@ program bench_series
    use nutate_measured_run, only: follower_t, problem_t, run_once, run_to_tolerance
    implicit none
 
-   !> A way to integrate, and its price at every rung of a ladder.
+   !> A way to integrate, and its time at a series of steps or tolerances.
    type :: way_t
       character(len=32) :: name = ''
       type(integrator_settings_t) :: settings
       !> Steps are chosen to a tolerance; else they have one length.
       logical :: chosen = .false.
-      integer :: rungs = 0
+      integer :: levels = 0
       !> Tolerance, rad, or step, s.
       real(wp) :: setting(40) = 0.0_wp
       !> rad, s and number of steps.
@@ -41,7 +41,7 @@ program bench_series
 
 contains
 
-   !> Prices of all ways on a problem.
+   !> Times of all ways on a problem.
    subroutine study(scene, end_time, title)
       !> Blank: the asymmetric top.
       character(len=*), intent(in) :: scene, title
@@ -64,11 +64,12 @@ contains
       ways(4) = way('dop853', .false., .true.)
       ways(5) = way('dop853', .false., .false.)
       do i = 1, n_ways
-         call climb(problem, reference%q, ways(i))
+         call find_levels(problem, reference%q, ways(i))
       end do
       call repeat_runs(problem, ways)
-      call write_prices(title, reference%uncertainty, ways)
+      call write_times(title, reference%uncertainty, ways)
       call write_step(problem)
+      call write_orders(problem)
    end subroutine study
 
    type(way_t) function way(method, conserve, chosen)
@@ -82,8 +83,8 @@ contains
       way%name = trim(way%name)//merge(', chosen steps', ', fixed steps ', chosen)
    end function way
 
-   !> Errors and steps of every rung; a rung without gain near round-off, or one that takes too long, is the last.
-   subroutine climb(problem, exact, one)
+   !> Errors and steps at every level; one without gain near round-off, or one that takes too long, is the last.
+   subroutine find_levels(problem, exact, one)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: exact(4)
       type(way_t), intent(inout) :: one
@@ -94,16 +95,16 @@ contains
       do k = 1, size(one%setting)
          setting = setting*merge(0.3162277660168379_wp, 0.75_wp, one%chosen)
          one%setting(k) = setting
-         call run_rung(problem, one, k, exact)
-         one%rungs = k
+         call run_level(problem, one, k, exact)
+         one%levels = k
          if (one%seconds(k) > patience .or. setting < 1e-16_wp) return
          if (k > 4 .and. one%error(k) < 1e-8_wp) worse = worse + merge(1, 0, one%error(k) > 0.7_wp*one%error(k - 1))
          if (worse > 3) return
       end do
-   end subroutine climb
+   end subroutine find_levels
 
-   !> One run of a rung: its time counts if it is the shortest so far.
-   subroutine run_rung(problem, one, k, exact)
+   !> One run at a level: its time counts if it is the shortest so far.
+   subroutine run_level(problem, one, k, exact)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(inout) :: one
       integer, intent(in) :: k
@@ -130,23 +131,23 @@ contains
          if (status%ok() .and. 10*summary%cut_steps <= summary%steps) one%error(k) = attitude_distance(state%q, exact)
       end if
       one%seconds(k) = min(one%seconds(k), seconds)
-   end subroutine run_rung
+   end subroutine run_level
 
    subroutine repeat_runs(problem, ways)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(inout) :: ways(:)
       integer :: i, k, round
       do round = 1, rounds
-         do k = 1, maxval(ways%rungs)
+         do k = 1, maxval(ways%levels)
             do i = 1, size(ways)
-               if (k <= ways(i)%rungs) call run_rung(problem, ways(i), k)
+               if (k <= ways(i)%levels) call run_level(problem, ways(i), k)
             end do
          end do
       end do
    end subroutine repeat_runs
 
-   !> Time for an error: that of the cheapest rung that is within it, and whose next rung is too; interpolated.
-   pure subroutine price(one, accuracy, seconds, steps)
+   !> Time for an error: that of the first level that is within it, and whose next is too; interpolated.
+   pure subroutine time_for_error(one, accuracy, seconds, steps)
       type(way_t), intent(in) :: one
       real(wp), intent(in) :: accuracy
       !> s; huge where it is not reached.
@@ -156,9 +157,9 @@ contains
       integer :: k
       seconds = huge(seconds)
       steps = 0
-      do k = 2, one%rungs
+      do k = 2, one%levels
          if (one%error(k) > accuracy) cycle
-         if (one%error(min(k + 1, one%rungs)) > 4*accuracy) cycle
+         if (one%error(min(k + 1, one%levels)) > 4*accuracy) cycle
          seconds = one%seconds(k)
          steps = one%steps(k)
          if (one%error(k - 1) > accuracy .and. one%error(k - 1) < 1.0_wp .and. one%error(k) > 0.0_wp) then
@@ -167,9 +168,9 @@ contains
          end if
          return
       end do
-   end subroutine price
+   end subroutine time_for_error
 
-   subroutine write_prices(title, uncertainty, ways)
+   subroutine write_times(title, uncertainty, ways)
       character(len=*), intent(in) :: title
       real(wp), intent(in) :: uncertainty
       type(way_t), intent(in) :: ways(:)
@@ -177,7 +178,7 @@ contains
       integer :: steps(n_ways, size(accuracies)), i, k
       do k = 1, size(accuracies)
          do i = 1, n_ways
-            call price(ways(i), accuracies(k), seconds(i, k), steps(i, k))
+            call time_for_error(ways(i), accuracies(k), seconds(i, k), steps(i, k))
          end do
       end do
       write (*, '(a," (attitude known to",es8.1," rad): ms and steps to an attitude error",/)') title, uncertainty
@@ -207,9 +208,9 @@ contains
          write (*, *)
       end do
       write (*, *)
-   end subroutine write_prices
+   end subroutine write_times
 
-   !> ns of a step of the series by order, with and without correction, and of dop853.
+   !> ns of a step of the series by order, with and without the projection onto the invariants, and of dop853.
    subroutine write_step(problem)
       type(problem_t), intent(in) :: problem
       integer, parameter :: orders(5) = [4, 8, 12, 16, 24]
@@ -249,5 +250,36 @@ contains
          nanoseconds = min(nanoseconds, 1e9_wp*clock%seconds()/repeats)
       end do
    end function step_time
+
+   !> ms of a run of the series by order, at three tolerances of its steps; where no order is asked for it is 8 and one
+   !> for each decimal digit of the tolerance.
+   subroutine write_orders(problem)
+      type(problem_t), intent(in) :: problem
+      integer, parameter :: orders(6) = [8, 12, 16, 20, 24, 28]
+      real(wp), parameter :: tolerances(3) = [1e-4_wp, 1e-8_wp, 1e-12_wp]
+      type(integrator_settings_t) :: settings
+      type(follower_t) :: follower
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      real(wp) :: seconds, shortest
+      integer :: i, k, round
+      write (*, '(a,t32,6i10)') 'ms by order, at a tolerance of', orders
+      settings = default_settings('taylor')
+      do i = 1, size(tolerances)
+         write (*, '(t24,es8.0)', advance='no') tolerances(i)
+         do k = 1, size(orders)
+            settings%series_order = orders(k)
+            shortest = huge(shortest)
+            do round = 1, rounds
+               call run_to_tolerance(problem, settings, tolerances(i), follower, state, summary, seconds, status)
+               if (status%ok()) shortest = min(shortest, seconds)
+            end do
+            write (*, '(f10.4)', advance='no') 1e3_wp*shortest
+         end do
+         write (*, *)
+      end do
+      write (*, *)
+   end subroutine write_orders
 
 end program bench_series

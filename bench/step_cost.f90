@@ -5,7 +5,7 @@ program bench_step
    use bench_timing, only: mean_iterations, time_dgesv, time_steps
    use nutate, only: applied_torque_t, damping_t, diagonal, dipole_t, effect_t, gravity_gradient_t, gravity_t, &
       integrator_settings_t, make_body, make_shape_body, make_state, rotor_t, spring_t, state_t, status_t, system_t, wp
-   use nutate_run_cost, only: median
+   use nutate_work_point, only: median
    implicit none
 
    !> One line of the table.

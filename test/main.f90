@@ -63,11 +63,11 @@ program unit
    use test_stability_time, only: collect_stability_time
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
-   use test_study, only: collect_study
    use test_taylor, only: collect_taylor
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
+   use test_work_precision, only: collect_work_precision
    implicit none
 
    integer :: tests, failures
@@ -168,11 +168,11 @@ contains
          new_testsuite("stability_time", collect_stability_time), &
          new_testsuite("stability_top", collect_stability_top), &
          new_testsuite("step", collect_step), &
-         new_testsuite("study", collect_study), &
          new_testsuite("taylor", collect_taylor), &
          new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &
-         new_testsuite("torque_physics", collect_torque_physics) &
+         new_testsuite("torque_physics", collect_torque_physics), &
+         new_testsuite("work_precision", collect_work_precision) &
          ]
    end function all_suites
 

@@ -25,11 +25,11 @@ module test_choice
    public :: collect_choice
 
    !> A user's effect, without series: U = γ₃⁴.
-   type, extends(potential_t) :: stranger_t
+   type, extends(potential_t) :: own_potential_t
    contains
       procedure :: energy => fourth_power
       procedure :: gradient => fourth_power_gradient
-   end type stranger_t
+   end type own_potential_t
 
    !> Counts rows; keeps their largest distance from a closed solution, if there is one.
    type, extends(observer_t) :: spectator_t
@@ -49,7 +49,7 @@ contains
                   new_unittest("a free body is solved in closed form", free_body_is_solved), &
                   new_unittest("a fast top takes the series from 1e-2 rad on", fast_top_takes_series), &
                   new_unittest("other motions take the series from 1e-8 rad on", others_take_series_late), &
-                  new_unittest("an effect without series takes dop853 with the correction", stranger_takes_dop853), &
+                  new_unittest("an effect without series takes dop853 with conserve", without_series_dop853), &
                   new_unittest("strong damping takes the implicit step", strong_damping_takes_implicit_step), &
                   new_unittest("what is not the method's is kept", other_settings_are_kept), &
                   new_unittest("extreme input is judged without a trap", extreme_input), &
@@ -76,7 +76,7 @@ contains
       if (allocated(error)) return
       call check(error, index(reason, words) > 0, reason)
       if (allocated(error)) return
-      call check(error, settings%conserve .eqv. (method == 'dop853' .or. method == 'taylor'), "correction")
+      call check(error, settings%conserve .eqv. (method == 'dop853' .or. method == 'taylor'), "conserve")
       if (allocated(error)) return
       call make_stepper(problem%system, settings, stepper, status)
       call check(error, status%ok(), trim(status%message))
@@ -101,8 +101,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       problem = bruls_top()
-      call expect(error, problem, 2.0_wp, 1e-2_wp, 'taylor', 'many turns')
-      if (.not. allocated(error)) call expect(error, problem, -2.0_wp, 1e-6_wp, 'taylor', 'many turns')
+      call expect(error, problem, 2.0_wp, 1e-2_wp, 'taylor', 'many revolutions')
+      if (.not. allocated(error)) call expect(error, problem, -2.0_wp, 1e-6_wp, 'taylor', 'many revolutions')
       if (.not. allocated(error)) call expect(error, problem, 2.0_wp, 2e-2_wp, 'dop853', 'above 1e-8')
       ! Less than a hundred radians.
       if (.not. allocated(error)) call expect(error, problem, 0.5_wp, 1e-6_wp, 'dop853', 'above 1e-8')
@@ -117,20 +117,20 @@ contains
       if (.not. allocated(error)) call expect(error, forced_body(), 100.0_wp, 1e-8_wp, 'taylor', 'from 1e-8')
    end subroutine others_take_series_late
 
-   subroutine stranger_takes_dop853(error)
+   subroutine without_series_dop853(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(stranger_t) :: stranger
+      type(own_potential_t) :: own
       problem = bruls_top()
-      stranger%name = 'stranger'
-      call problem%system%effects%add(stranger)
-      call expect(error, problem, 2.0_wp, 1e-12_wp, 'dop853', "effect 'stranger' has no series")
+      own%name = 'own'
+      call problem%system%effects%add(own)
+      call expect(error, problem, 2.0_wp, 1e-12_wp, 'dop853', "effect 'own' has no series")
       if (allocated(error)) return
       problem = box()
-      stranger%name = ''
-      call problem%system%effects%add(stranger)
+      own%name = ''
+      call problem%system%effects%add(own)
       call expect(error, problem, 2.0_wp, 1e-12_wp, 'dop853', "effect 'unnamed' has no series")
-   end subroutine stranger_takes_dop853
+   end subroutine without_series_dop853
 
    !> A rate of 1000/s for 100 s takes the implicit step from 1e-2 rad on (3e4), not at 1e-4 (3e5). Negative
    !> coefficients drive.
@@ -282,13 +282,13 @@ contains
 
    !> γ₃⁴.
    pure real(wp) function fourth_power(self, gamma) result(energy)
-      class(stranger_t), intent(in) :: self
+      class(own_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       energy = gamma(3)**4
    end function fourth_power
 
    pure function fourth_power_gradient(self, gamma) result(gradient)
-      class(stranger_t), intent(in) :: self
+      class(own_potential_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       real(wp) :: gradient(3)
       gradient = [0.0_wp, 0.0_wp, 4*gamma(3)**3]

@@ -14,6 +14,7 @@ module test_conserve
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_conserving_runs, only: check_guard, check_run, get_stepper, go, guard_row, guard_t, methods, round_off
    use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t, simo_top
+   use test_shipped_scenes, only: scene_names
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -43,23 +44,19 @@ contains
 
    subroutine every_scene_keeps_its_invariants(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=26), parameter :: names(11) = [character(len=26) :: &
-                                                   'all_effects', 'box', 'compass', 'fast_top', &
-                                                   'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
-                                                   'precessing_top', 'slowing_plate', 'spin_up', 'spring_gyroscope']
       type(scene_t) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i, m
-      do i = 1, size(names)
-         call read_scene('scenes/'//trim(names(i))//'.nml', scene, status, message)
+      do i = 1, size(scene_names)
+         call read_scene('scenes/'//trim(scene_names(i))//'.nml', scene, status, message)
          call check(error, status%ok(), message)
          do m = 1, 2
             if (.not. allocated(error)) &
                call check_run(error, problem_t(scene%system, scene%initial), methods(m), scene%plan%time_step, 2000, 1)
          end do
          if (allocated(error)) then
-            error%message = trim(names(i))//': '//error%message
+            error%message = trim(scene_names(i))//': '//error%message
             return
          end if
       end do
@@ -274,10 +271,10 @@ contains
       type(status_t) :: status
       type(guard_t) :: guard
       type(run_record_t) :: record
-      real(wp) :: carry
+      real(wp) :: compensation
       integer :: i, k
       do k = 1, 2
-         carry = 0.0_wp
+         compensation = 0.0_wp
          problem = box()
          if (k == 2) problem = forced_body()
          call get_stepper(problem, 'rk4', .true., stepper, status)
@@ -289,7 +286,7 @@ contains
             try = state
             if (status%ok()) call stepper%step(problem%system, try, 0.02_wp, status)
             if (status%ok()) call stepper%step(problem%system, state, 0.01_wp, status)
-            call add_increment(record%work, carry, sum(stepper%work))
+            call add_increment(record%work, compensation, sum(stepper%work))
             if (mod(i, 100) == 1) call guard_row(guard, problem%system, state, record, status)
          end do
          call check(error, status%ok(), trim(status%message))

@@ -1,5 +1,5 @@
-!> Where the projection onto the invariants could go astray: equilibria, saddles, the turning points of a pendulum, steps that
-!> are too long.
+!> Where the projection onto the invariants could go astray: equilibria, saddles, the turning points of a pendulum,
+!> steps that are too long.
 module test_conserve_limits
    use nutate_invariant_projection, only: invariant_projection_t
    use nutate_damping, only: damping_t
@@ -75,7 +75,7 @@ contains
       end do
    end subroutine check_spin
 
-   !> Tilted from an equilibrium by angles around the square root of round-off, and more: the correction adds no more to
+   !> Tilted from an equilibrium by angles around the square root of round-off, and more: the projection adds no more to
    !> the attitude than the method's own error and √eps, whatever it takes for energy.
    subroutine next_to_equilibria(error)
       type(error_type), allocatable, intent(out) :: error
@@ -122,7 +122,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: tilts(3) = [0.05_wp, 0.1_wp, 0.5_wp]
       type(problem_t) :: problem
-      type(invariant_projection_t) :: correction
+      type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
@@ -131,11 +131,11 @@ contains
          problem = free_body([5.0_wp, 20.0_wp, 17.0_wp], &
                              170*[sin(tilts(i))*0.8_wp, sin(tilts(i))*0.6_wp, cos(tilts(i))])
          energy = total_energy(problem%system, problem%start)
-         call correction%prepare(problem%system, .true.)
+         call projection%prepare(problem%system, .true.)
          do k = 2, 8
-            call correction%follow(problem%system, problem%start)
+            call projection%follow(problem%system, problem%start)
             state = turned(problem%start, 0.1_wp**k*[0.5_wp, -0.4_wp, 0.3_wp])
-            call correction%correct(problem%system, state, 0.0_wp, status)
+            call projection%project(problem%system, state, 0.0_wp, status)
             call check(error, status%ok(), trim(status%message))
             if (allocated(error)) return
             call check_close(error, total_energy(problem%system, state), energy, 8*eps*energy, "energy")
@@ -214,7 +214,7 @@ contains
    subroutine round_off_moves_nothing(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(invariant_projection_t) :: correction
+      type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
@@ -223,15 +223,15 @@ contains
          problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, merge(0.0_wp, 0.1_wp**k, k == 10), 1.0_wp])
          energy = total_energy(problem%system, problem%start)
          state = problem%start
-         call correction%prepare(problem%system, .true.)
-         call correction%follow(problem%system, state)
-         call correction%correct(problem%system, state, 10*eps*energy, status)
+         call projection%prepare(problem%system, .true.)
+         call projection%follow(problem%system, state)
+         call projection%project(problem%system, state, 10*eps*energy, status)
          call check(error, status%ok(), trim(status%message))
          if (.not. allocated(error)) &
             call check_below(error, attitude_distance(state%q, problem%start%q), 1.1_wp*sqrt(eps), "moved")
          if (allocated(error)) return
       end do
-      call correction%correct(problem%system, state, 1000*eps*energy, status)
+      call projection%project(problem%system, state, 1000*eps*energy, status)
       call check(error, status%code, NUTATE_OFF_BRANCH)
    end subroutine round_off_moves_nothing
 
@@ -240,18 +240,18 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: lengths(4) = [1 + 3e-9_wp, 1 - 3e-9_wp, 1.01_wp, 0.5_wp]
       type(problem_t) :: problem
-      type(invariant_projection_t) :: correction
+      type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       integer :: i
       problem = simo_top()
-      call correction%prepare(problem%system, .true.)
+      call projection%prepare(problem%system, .true.)
       do i = 1, size(lengths)
          state = problem%start
-         call correction%follow(problem%system, state)
+         call projection%follow(problem%system, state)
          state%q = lengths(i)*state%q
          state%p = lengths(i)*state%p
-         call correction%correct(problem%system, state, 0.0_wp, status)
+         call projection%project(problem%system, state, 0.0_wp, status)
          call check(error, status%ok(), trim(status%message))
          if (.not. allocated(error)) call check_close(error, state%q, problem%start%q, 4*eps, "q")
          if (.not. allocated(error)) call check_close(error, state%p, problem%start%p, 8*eps*norm2(state%p), "p")
@@ -263,23 +263,23 @@ contains
    subroutine wild_state_leaves_no_trace(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(invariant_projection_t) :: correction
+      type(invariant_projection_t) :: projection
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
       problem = simo_top()
       energy = total_energy(problem%system, problem%start)
-      call correction%prepare(problem%system, .true.)
-      call correction%follow(problem%system, problem%start)
+      call projection%prepare(problem%system, .true.)
+      call projection%follow(problem%system, problem%start)
       state = problem%start
       state%p = 1e4_wp*state%p
-      call correction%correct(problem%system, state, 0.0_wp, status)
+      call projection%project(problem%system, state, 0.0_wp, status)
       call check(error, status%code, NUTATE_OFF_BRANCH)
       if (allocated(error)) return
       state = problem%start
       state%p = (1 + 1e-12_wp)*state%p
       status = status_t()
-      call correction%correct(problem%system, state, 0.0_wp, status)
+      call projection%project(problem%system, state, 0.0_wp, status)
       call check(error, status%ok(), trim(status%message))
       if (.not. allocated(error)) &
          call check_close(error, total_energy(problem%system, state), energy, 8*eps*energy, "energy")

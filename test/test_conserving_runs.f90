@@ -16,7 +16,7 @@ module test_conserving_runs
 
    public :: guard_t, guard_row, get_stepper, go, check_run, check_guard, methods, round_off
 
-   !> Round-off of an invariant, as part of the largest T + |V| or |l|, whatever the number of steps: the correction
+   !> Round-off of an invariant, as part of the largest T + |V| or |l|, whatever the number of steps: the projection
    !> does not let it add up.
    real(wp), parameter :: round_off = 1e-14_wp
    character(len=6), parameter :: methods(2) = ['rk4   ', 'dop853']
@@ -54,7 +54,7 @@ contains
       call self%invariants%measure(system, state, record%work)
    end subroutine guard_row
 
-   !> A prepared stepper of a method, with the correction or without.
+   !> A prepared stepper of a method, with the projection onto the invariants or without.
    subroutine get_stepper(problem, method, conserve, stepper, status)
       type(problem_t), intent(in) :: problem
       character(len=*), intent(in) :: method
@@ -67,7 +67,7 @@ contains
       call make_stepper(problem%system, settings, stepper, status)
    end subroutine get_stepper
 
-   !> The state after n steps with the correction, or without.
+   !> The state after n steps with the projection, or without.
    subroutine go(error, problem, method, conserve, dt, n, state)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
@@ -84,7 +84,7 @@ contains
       call check(error, status%ok(), trim(method)//': '//trim(status%message))
    end subroutine go
 
-   !> Runs with the correction and checks that all steps keep the invariants.
+   !> Runs with the projection and checks that all steps keep the invariants.
    subroutine check_run(error, problem, method, dt, n, every)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem

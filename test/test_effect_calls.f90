@@ -263,7 +263,7 @@ contains
       jacobians = (counts(ENERGY) - 2*iterations)/6
       call check(error, jacobians >= 1 .and. jacobians <= n_steps/10, "Jacobians are kept")
       if (allocated(error)) return
-      ! ∇U in the Jacobian: two discrete gradients, six for second differences, two for the correction.
+      ! ∇U in the Jacobian: two discrete gradients, six for second differences, two for the rest.
       call check(error, counts(GRADIENT) == iterations + 10*jacobians + 1, "gradient of U")
    end subroutine short_potential_is_evaluated_as_needed
 

@@ -9,7 +9,7 @@ module test_effect_gradients
    use nutate_quaternion, only: rotate_to_body
    use nutate_spring, only: spring_t
    use nutate_system, only: system_t
-   use test_effect_samples, only: add_sample, n_samples, quartic_t, sample_body, sample_names
+   use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_jacobian, only: check_jacobian
    use test_support, only: check_below, check_close, random_unit_quaternion, random_vector
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -182,14 +182,17 @@ contains
 
    subroutine jacobian_of_each_effect(error)
       type(error_type), allocatable, intent(out) :: error
+      type(effect_samples_t) :: samples
       type(system_t) :: system
       integer :: k
-      do k = 1, n_samples
+      call samples%load(error)
+      if (allocated(error)) return
+      do k = 1, size(samples%names)
          system = sample_body()
-         call add_sample(system, k)
+         call samples%add(system, k)
          call check_jacobian(error, system, 0.0_wp, .true.)
          if (allocated(error)) then
-            error%message = trim(sample_names(k))//": "//error%message
+            error%message = trim(samples%names(k))//": "//error%message
             return
          end if
          call check_jacobian(error, system, 0.3_wp, .false.)
@@ -199,11 +202,14 @@ contains
 
    subroutine jacobian_of_all_effects(error)
       type(error_type), allocatable, intent(out) :: error
+      type(effect_samples_t) :: samples
       type(system_t) :: system
       integer :: k
+      call samples%load(error)
+      if (allocated(error)) return
       system = sample_body()
-      do k = 1, n_samples
-         call add_sample(system, k)
+      do k = 1, size(samples%names)
+         call samples%add(system, k)
       end do
       call check_jacobian(error, system, 0.3_wp, .true.)
    end subroutine jacobian_of_all_effects

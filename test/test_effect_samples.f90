@@ -1,29 +1,44 @@
-!> One effect of every kind, all inclined to each other, on a body without any symmetry; a simple body for one alone.
+!> A sample of every effect that a scene can name, as test/effect_samples.nml gives it: all inclined to each other, on a
+!> body without any symmetry. And a simple body for one effect alone.
 module test_effect_samples
-   use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
-   use nutate_damping, only: damping_t
-   use nutate_dipole, only: dipole_t
-   use nutate_effect, only: potential_t, rotor_t
-   use nutate_gravity, only: gravity_t
-   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_effect, only: effect_t, potential_t
+   use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
-   use nutate_spring, only: spring_t
+   use nutate_scene, only: read_scene, scene_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    use test_problems, only: problem_t
+   use testdrive, only: check, error_type
    implicit none
    private
 
-   public :: sample_body, add_sample, sample_names, n_samples, n_sample_potentials, quartic_t, spinner
+   public :: effect_samples_t, sample_body, quartic_t, spinner
 
-   !> Kinds of effect; the potentials come first.
-   integer, parameter :: n_samples = 7, n_sample_potentials = 4
+   !> One effect, and which kind it is of.
+   type :: sample_t
+      class(effect_t), allocatable :: effect
+      integer :: kind = 0
+   end type sample_t
 
-   character(len=16), parameter :: sample_names(n_samples) = [character(len=16) :: &
-                                                              'gravity', 'dipole', 'gravity_gradient', 'spring', &
-                                                              'damping', 'torque', 'rotor']
+   !> Samples of all kinds: of a potential one, of other effects as many as the file has.
+   type :: effect_samples_t
+      !> Names of the kinds, as in the catalogue; shape (number of kinds).
+      character(len=24), allocatable :: names(:)
+      !> Those that are potentials; shape (number of potentials).
+      integer, allocatable :: potentials(:)
+      type(sample_t), allocatable :: items(:)
+      !> How many there are of them.
+      integer :: n_items = 0
+   contains
+      !> Takes the samples from the file.
+      procedure :: load
+      !> Adds the samples of a kind to a system.
+      procedure :: add
+      !> Position of a kind.
+      procedure :: position
+   end type effect_samples_t
 
    !> U = γ1⁴ - 2γ1γ2γ3 + 3γ2²: given by U and ∇U alone.
    type, extends(potential_t) :: quartic_t
@@ -49,40 +64,69 @@ contains
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, rate])
    end function spinner
 
-   !> Adds the effect of kind `k`; along `n` instead of its own direction, for a potential, where given.
-   subroutine add_sample(system, k, n)
+   !> Takes the samples from the file. Fails where a kind of the catalogue is not in it.
+   subroutine load(self, error)
+      class(effect_samples_t), intent(out) :: self
+      type(error_type), allocatable, intent(out) :: error
+      type(effect_kind_t), allocatable :: kinds(:)
+      type(scene_t) :: scene
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      integer :: i, k
+      call read_scene('test/effect_samples.nml', scene, status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      allocate (kinds, source=effect_kinds())
+      allocate (self%names(size(kinds)), self%items(size(scene%groups)), self%potentials(0))
+      do k = 1, size(kinds)
+         self%names(k) = kinds(k)%group%name
+         do i = 1, size(scene%groups)
+            if (scene%groups(i)%name /= self%names(k)) cycle
+            if (any(self%potentials == k)) exit
+            associate (sample => self%items(self%n_items + 1))
+               call kinds(k)%build(scene%groups(i), scene%system%body, sample%effect, status)
+               sample%kind = k
+               select type (effect => sample%effect)
+               class is (potential_t)
+                  self%potentials = [self%potentials, k]
+               end select
+            end associate
+            self%n_items = self%n_items + 1
+         end do
+         call check(error, any(self%items(:self%n_items)%kind == k), &
+                    'test/effect_samples.nml has no &'//trim(self%names(k)))
+         if (allocated(error)) return
+      end do
+   end subroutine load
+
+   !> Adds the samples of kind `k` to a system; along `n` instead of its own direction, for a potential, where given.
+   subroutine add(self, system, k, n)
+      class(effect_samples_t), intent(in) :: self
       type(system_t), intent(inout) :: system
       integer, intent(in) :: k
       !> Space axes; shape (3).
       real(wp), intent(in), optional :: n(3)
-      real(wp) :: directions(3, n_sample_potentials)
+      class(effect_t), allocatable :: effect
       integer :: i
-      directions = reshape([0.0_wp, 1.0_wp, -9.0_wp, 1.0_wp, 0.5_wp, -0.3_wp, 1.0_wp, 2.0_wp, -1.0_wp, &
-                            0.5_wp, 1.0_wp, -0.8_wp], [3, n_sample_potentials])
-      if (present(n)) then
-         do i = 1, n_sample_potentials
-            directions(:, i) = (-2)**i*n
-         end do
-      end if
-      select case (k)
-      case (1)
-         call system%effects%add(gravity_t(system%body, directions(:, 1)))
-      case (2)
-         call system%effects%add(dipole_t([0.5_wp, -1.0_wp, 2.0_wp], directions(:, 2)))
-      case (3)
-         call system%effects%add(gravity_gradient_t(system%body, directions(:, 3), 0.4_wp))
-      case (4)
-         call system%effects%add(spring_t([0.4_wp, 0.1_wp, -0.6_wp], directions(:, 4), 5.0_wp, 0.7_wp))
-      case (5)
-         call system%effects%add(damping_t([0.3_wp, 0.1_wp, 0.2_wp]))
-      case (6)
-         call system%effects%add(applied_torque_t(name='torque', amplitude=[0.5_wp, -0.2_wp, 0.8_wp], in_space=.true., &
-                                                  frequency=0.7_wp, phase=0.4_wp))
-         call system%effects%add(applied_torque_t(name='torque', amplitude=[-0.3_wp, 0.6_wp, 0.1_wp]))
-      case default
-         call system%effects%add(rotor_t(name='rotor', momentum=[0.5_wp, -1.0_wp, 2.0_wp]))
-      end select
-   end subroutine add_sample
+      do i = 1, self%n_items
+         if (self%items(i)%kind /= k) cycle
+         effect = self%items(i)%effect
+         if (present(n)) then
+            select type (effect)
+            class is (potential_t)
+               effect%direction = ((-1)**k*norm2(effect%direction)/norm2(n))*n
+            end select
+         end if
+         call system%effects%add(effect)
+      end do
+   end subroutine add
+
+   !> Position of a kind among the names; 0 where there is none.
+   pure integer function position(self, name)
+      class(effect_samples_t), intent(in) :: self
+      character(len=*), intent(in) :: name
+      position = findloc(self%names == name, .true., dim=1)
+   end function position
 
    pure real(wp) function quartic_energy(self, gamma)
       class(quartic_t), intent(in) :: self

@@ -15,7 +15,7 @@ module test_effects
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use test_effect_samples, only: add_sample, n_sample_potentials, n_samples, quartic_t, sample_body, sample_names
+   use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_problems, only: problem_t, solve
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -43,15 +43,18 @@ contains
                   new_unittest("several effects of a kind add up", effects_of_a_kind_add_up)]
    end subroutine collect_effects
 
-   !> The 128 combinations of the seven kinds, with J0 infinite and finite.
+   !> All combinations of the kinds, with J0 infinite and finite.
    subroutine account_closes_for_every_combination(error)
       type(error_type), allocatable, intent(out) :: error
+      type(effect_samples_t) :: samples
       type(system_t) :: system
       integer :: combination, k
-      do combination = 0, 2**n_samples - 1
+      call samples%load(error)
+      if (allocated(error)) return
+      do combination = 0, 2**size(samples%names) - 1
          system = sample_body()
-         do k = 1, n_samples
-            if (btest(combination, k - 1)) call add_sample(system, k)
+         do k = 1, size(samples%names)
+            if (btest(combination, k - 1)) call samples%add(system, k)
          end do
          call check_account(error, system, 0.0_wp, 150)
          if (allocated(error)) return
@@ -122,32 +125,47 @@ contains
    !> l·n within 1e-13 of |l|, while the rest of l changes.
    subroutine each_potential_keeps_its_own(error)
       type(error_type), allocatable, intent(out) :: error
+      type(effect_samples_t) :: samples
       type(system_t) :: system
-      integer :: k
-      do k = 1, n_sample_potentials
+      integer :: i
+      call samples%load(error)
+      if (allocated(error)) return
+      do i = 1, size(samples%potentials)
          system = sample_body()
-         call add_sample(system, k)
-         call add_sample(system, 7)
-         call check_component(error, system, trim(sample_names(k)))
+         call samples%add(system, samples%potentials(i))
+         call samples%add(system, samples%position('rotor'))
+         call check_component(error, system, trim(samples%names(samples%potentials(i))))
          if (allocated(error)) return
       end do
    end subroutine each_potential_keeps_its_own
 
    subroutine parallel_potentials_keep_it(error)
       type(error_type), allocatable, intent(out) :: error
+      type(effect_samples_t) :: samples
       type(system_t) :: system
       real(wp), parameter :: n(3) = [0.3_wp, -0.2_wp, 0.25_wp]
       integer :: i, k
-      do i = 1, n_sample_potentials
-         do k = i + 1, n_sample_potentials
+      call samples%load(error)
+      if (allocated(error)) return
+      do i = 1, size(samples%potentials)
+         do k = i + 1, size(samples%potentials)
             system = sample_body()
-            call add_sample(system, i, n)
-            call add_sample(system, k, n)
-            call check_component(error, system, trim(sample_names(i))//" and "//trim(sample_names(k)))
+            call samples%add(system, samples%potentials(i), n)
+            call samples%add(system, samples%potentials(k), n)
+            call check_component(error, system, pair_name(samples, i, k))
             if (allocated(error)) return
          end do
       end do
    end subroutine parallel_potentials_keep_it
+
+   !> Two potentials by name.
+   function pair_name(samples, i, k) result(name)
+      type(effect_samples_t), intent(in) :: samples
+      !> Positions among the potentials.
+      integer, intent(in) :: i, k
+      character(len=:), allocatable :: name
+      name = trim(samples%names(samples%potentials(i)))//" and "//trim(samples%names(samples%potentials(k)))
+   end function pair_name
 
    subroutine check_component(error, system, label)
       type(error_type), allocatable, intent(out) :: error
@@ -180,17 +198,20 @@ contains
    !> Two potentials whose directions differ: neither direction keeps its component, nor does what they have in common.
    subroutine inclined_directions_keep_none(error)
       type(error_type), allocatable, intent(out) :: error
+      type(effect_samples_t) :: samples
       type(problem_t) :: problem
       type(invariants_t) :: invariants
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: change(3), n(3)
       integer :: i, j, k
-      do i = 1, n_sample_potentials
-         do k = i + 1, n_sample_potentials
+      call samples%load(error)
+      if (allocated(error)) return
+      do i = 1, size(samples%potentials)
+         do k = i + 1, size(samples%potentials)
             problem%system = sample_body()
-            call add_sample(problem%system, i)
-            call add_sample(problem%system, k)
+            call samples%add(problem%system, samples%potentials(i))
+            call samples%add(problem%system, samples%potentials(k))
             problem%start = make_state(problem%system, tilted, turning)
             call invariants%start(problem%system, problem%start)
             call check(error, invariants%components, NO_COMPONENT)
@@ -200,7 +221,7 @@ contains
             do j = 1, 2
                n = problem%system%effects%potentials(j)%item%direction
                call check(error, abs(dot_product(change, n)) > 1e-3_wp*norm2(n)*norm2(space_momentum(state)), &
-                          trim(sample_names(i))//" and "//trim(sample_names(k))//" keep momentum")
+                          pair_name(samples, i, k)//" keep momentum")
                if (allocated(error)) return
             end do
          end do

@@ -29,8 +29,8 @@ contains
                   new_unittest("Euler angles come back, close to the poles too", euler_angles_come_back), &
                   new_unittest("Euler angles are in their ranges", euler_angles_are_in_their_ranges), &
                   new_unittest("at the poles the spin is zero", spin_is_zero_at_poles), &
-                  new_unittest("unwrapping takes the nearest turn", unwrapping_takes_the_nearest_turn), &
-                  new_unittest("angles are followed over many turns", angles_are_followed_over_turns), &
+                  new_unittest("unwrapping takes the nearest revolution", unwrapping_takes_the_nearest_turn), &
+                  new_unittest("angles are followed over many revolutions", angles_are_followed_on), &
                   new_unittest("at the poles the spin is kept when following", spin_is_kept_at_poles), &
                   new_unittest("through a pole the angles jump by half a turn", angles_jump_through_a_pole), &
                   new_unittest("through a pole what is defined is continuous", sums_continue_through_poles), &
@@ -155,7 +155,7 @@ contains
       call check_close(error, unwrap_angle(2*pi*1.0e10_wp, 0.5_wp), 2*pi*1.0e10_wp + 0.5_wp, 2*pi*1.0e10_wp*eps, "many")
    end subroutine unwrapping_takes_the_nearest_turn
 
-   subroutine angles_are_followed_over_turns(error)
+   subroutine angles_are_followed_on(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: t, phi, theta, psi, phi_t, theta_t, psi_t
       integer :: n
@@ -171,7 +171,7 @@ contains
          call check_close(error, [phi, theta, psi], [phi_t, theta_t, psi_t], 4*64*eps)
          if (allocated(error)) return
       end do
-   end subroutine angles_are_followed_over_turns
+   end subroutine angles_are_followed_on
 
    subroutine spin_is_kept_at_poles(error)
       type(error_type), allocatable, intent(out) :: error

@@ -34,7 +34,7 @@ contains
          new_unittest("each set has as many columns as names", each_set_has_as_many_columns_as_names), &
          new_unittest("unknown columns are refused", unknown_columns_are_refused), &
          new_unittest("columns hold what their names say", columns_hold_what_their_names_say), &
-         new_unittest("angles keep their turns", angles_keep_their_turns), &
+         new_unittest("angles keep their whole revolutions", angles_keep_their_turns), &
          new_unittest("a history has its name when complete", a_history_has_its_name_when_complete), &
          new_unittest("an abandoned history keeps its rows", an_abandoned_history_keeps_its_rows), &
          new_unittest("a history has one writer", a_history_has_one_writer), &

@@ -54,7 +54,7 @@ contains
                   new_unittest("so they do with rows at intervals, backwards", controlled_runs_go_on_with_intervals), &
                   new_unittest("a poll can ask for an archive and stop", a_poll_can_ask_and_stop), &
                   new_unittest("an archive of another run is refused", another_run_is_refused), &
-                  new_unittest("a method that does not list its memory is refused", forgetful_methods_are_refused)]
+                  new_unittest("a method that does not list what it remembers is refused", forgetful_methods_are_refused)]
    end subroutine collect_resume
 
    !> The bytes of a state and a record.
@@ -74,7 +74,7 @@ contains
    end function bytes_of
 
    !> The bytes of all that a stepper shows to an archive.
-   function memory_of(stepper) result(bytes)
+   function remembered_by(stepper) result(bytes)
       class(stepper_t), intent(inout) :: stepper
       character(len=:), allocatable :: bytes
       type(byte_archive_t) :: archive
@@ -82,7 +82,7 @@ contains
       call stepper%transfer(archive)
       bytes = archive%content()
       if (archive%problem() /= '') bytes = ''
-   end function memory_of
+   end function remembered_by
 
    subroutine record_row(self, system, state, record, status)
       class(recorder_t), intent(inout) :: self
@@ -160,7 +160,7 @@ contains
          call stepper%step(problem%system, state, first(i), status)
       end do
       other = state
-      call archive%begin_reading(memory_of(stepper))
+      call archive%begin_reading(remembered_by(stepper))
       call fresh%transfer(archive)
       call check(error, archive%problem() == '', label//": "//archive%problem())
       do i = 1, size(rest)
@@ -168,7 +168,7 @@ contains
          call stepper%step(problem%system, state, rest(i), status)
          call fresh%step(problem%system, other, rest(i), status)
          call check(error, bytes_of(state, run_record_t()) == bytes_of(other, run_record_t()) .and. &
-                    memory_of(stepper) == memory_of(fresh), label)
+                    remembered_by(stepper) == remembered_by(fresh), label)
       end do
    end subroutine check_stepper
 

@@ -26,21 +26,21 @@ contains
                   new_unittest("a steady spin does not lengthen q", steady_spin_keeps_norm), &
                   new_unittest("a finite J0 does not make the norm drift", finite_j0_keeps_norm), &
                   new_unittest("a small torque does not make a fast spin drift", fast_spin_keeps_momentum), &
-                  new_unittest("energy walks by the rounding of the increments alone", energy_walks_slowly)]
+                  new_unittest("energy is lost to the rounding of the increments alone", energy_errors_grow_slowly)]
    end subroutine collect_round_off
 
-   !> 4096 times 1/8 and, put into the carry, 2⁻⁷⁰.
+   !> 4096 times 1/8 and, put into the compensation, 2⁻⁷⁰.
    subroutine sums_keep_small_parts(error)
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: total, carry
+      real(wp) :: total, compensation
       integer :: i
       total = 1.0_wp
-      carry = 0.0_wp
+      compensation = 0.0_wp
       do i = 1, 4096
-         carry = carry + 2.0_wp**(-70)
-         call add_increment(total, carry, 0.125_wp)
+         compensation = compensation + 2.0_wp**(-70)
+         call add_increment(total, compensation, 0.125_wp)
       end do
-      call check(error, total == 513.0_wp .and. carry == 2.0_wp**(-58), "sum of large and small parts")
+      call check(error, total == 513.0_wp .and. compensation == 2.0_wp**(-58), "sum of large and small parts")
    end subroutine sums_keep_small_parts
 
    !> In body axes each step is the same, and so is what rounding takes from 2/(1+β): it must be put back.
@@ -90,7 +90,7 @@ contains
    !> Root of the mean square of the error of energy after n steps, over many starts and steps of about 0.5 rad: an
    !> increment of p, a fifth of |p|, has 2e-17 of rounding in each component. Taken from a momentum that is rounded
    !> itself it has 1e-16.
-   subroutine energy_walks_slowly(error)
+   subroutine energy_errors_grow_slowly(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=7), parameter :: solvers(2) = [character(len=7) :: 'lapack', 'reduced']
       integer, parameter :: runs = 24, n = 10000
@@ -115,7 +115,7 @@ contains
          call check_below(error, sqrt(squares/runs), 7e-17_wp*sqrt(real(n, wp)), solvers(k)//': energy')
          if (allocated(error)) return
       end do
-   end subroutine energy_walks_slowly
+   end subroutine energy_errors_grow_slowly
 
    !> |q|² and, the spins being steady, |p|² stay within the random walk of roundings, and q·p within some.
    subroutine check_norm(error, problem, solver, inverse_j0, dt, n)

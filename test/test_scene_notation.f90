@@ -180,6 +180,16 @@ contains
       call check_quick("&scene title = '", "''", .false., error)
       if (allocated(error)) return
       call check_quick('&body inertia = 5 ', '!'//lf, .false., error)
+      if (allocated(error)) return
+      call check_quick('&', 'x', .false., error)
+      if (allocated(error)) return
+      call check_quick('&body ', 'x', .false., error)
+      if (allocated(error)) return
+      call check_quick('&body shape', 'e', .false., error)
+      if (allocated(error)) return
+      call check_quick("&body shape = '", 'x', .false., error)
+      if (allocated(error)) return
+      call check_quick('&body check_triangle = ', 't', .false., error)
    end subroutine long_lines
 
    !> Parses a start followed by 10 MB of one piece: the right or wrong that it is, at once. What takes a time that

@@ -4,7 +4,7 @@ module test_series
    use nutate_body, only: body_t, diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: potential_t, torque_t, GENERAL_SERIES, LINEAR_SERIES
+   use nutate_effect, only: potential_t, torque_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kinds, only: wp, eps
@@ -12,6 +12,7 @@ module test_series
    use nutate_power_series, only: cosine_term, highest_order, inverses, power_term, product_term
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
+   use test_effect_samples, only: effect_samples_t
    use test_support, only: check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -24,7 +25,7 @@ module test_series
    !> Times at which a series is compared with the function.
    real(wp), parameter :: times(3) = [-0.5_wp, 0.25_wp, 0.45_wp]
    !> Start, s, and unit of time, s, of the series.
-   real(wp), parameter :: t_start = 1.3_wp, unit = 0.5_wp
+   real(wp), parameter :: t_start = 1.3_wp, time_unit = 0.5_wp
 
 contains
 
@@ -32,6 +33,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("products, powers and cosines have their known coefficients", known_coefficients), &
+                  new_unittest("every effect is the sum of its series", every_effect_is_its_series), &
                   new_unittest("weight and dipole", linear_potentials), &
                   new_unittest("gravity gradient", gravity_gradient_series), &
                   new_unittest("springs: without and with rest length, far and near the anchor", spring_series), &
@@ -108,7 +110,7 @@ contains
       class(potential_t), intent(in) :: potential
       character(len=*), intent(in) :: label
       real(wp), dimension(3, 0:highest_order) :: gamma, terms
-      real(wp) :: memory(0:highest_order, potential%series_memory()), expected(3), now(3)
+      real(wp) :: auxiliary(0:highest_order, potential%auxiliary_series()), expected(3), now(3)
       integer :: k
       if (allocated(error)) return
       gamma = turned_series(potential%direction)
@@ -116,7 +118,7 @@ contains
          if (potential%series_kind() == LINEAR_SERIES) then
             terms(:, k) = cross(potential%series_moment(), gamma(:, k))
          else
-            call potential%series_torque(k, gamma(:, 0:k), memory, terms(:, k))
+            call potential%series_torque(k, gamma(:, 0:k), auxiliary, terms(:, k))
          end if
       end do
       do k = 1, size(times)
@@ -126,6 +128,24 @@ contains
          if (allocated(error)) return
       end do
    end subroutine check_potential
+
+   !> Of every kind that a scene can name, if it has a series.
+   subroutine every_effect_is_its_series(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(effect_samples_t) :: samples
+      integer :: i
+      call samples%load(error)
+      do i = 1, samples%n_items
+         if (allocated(error)) return
+         if (samples%items(i)%effect%series_kind() == NO_SERIES) cycle
+         select type (effect => samples%items(i)%effect)
+         class is (potential_t)
+            call check_potential(error, effect, trim(effect%name))
+         class is (torque_t)
+            call check_torque(error, effect, trim(effect%name))
+         end select
+      end do
+   end subroutine every_effect_is_its_series
 
    subroutine linear_potentials(error)
       type(error_type), allocatable, intent(out) :: error
@@ -161,7 +181,7 @@ contains
       class(torque_t), intent(in) :: torque
       character(len=*), intent(in) :: label
       real(wp), dimension(3, 0:highest_order) :: omega, gamma, terms
-      real(wp) :: memory(0:highest_order, torque%series_memory()), expected(3)
+      real(wp) :: auxiliary(0:highest_order, torque%auxiliary_series()), expected(3)
       integer :: k
       if (allocated(error)) return
       gamma = turned_series(torque%series_direction())
@@ -173,11 +193,11 @@ contains
          if (torque%series_kind() == LINEAR_SERIES) then
             terms(:, k) = matmul(torque%series_drag(), omega(:, k))
          else
-            call torque%series_torque(k, t_start, unit, omega(:, 0:k), gamma(:, 0:k), memory, terms(:, k))
+            call torque%series_torque(k, t_start, time_unit, omega(:, 0:k), gamma(:, 0:k), auxiliary, terms(:, k))
          end if
       end do
       do k = 1, size(times)
-         expected = torque%torque(t_start + unit*times(k), attitude(times(k)), total(omega, times(k)))
+         expected = torque%torque(t_start + time_unit*times(k), attitude(times(k)), total(omega, times(k)))
          call check_close(error, total(terms, times(k)), expected, 64*eps*(1 + norm2(expected)), label)
          if (allocated(error)) return
       end do

@@ -1,7 +1,8 @@
 !> A stepper that watches another one: is each step it accepts the continuation of the true motion?
 !>
 !> The root of a step is continued from short steps: from the same start, with the step growing to its length by small
-!> amounts and each root the guess for the next. A wrong root, with every invariant at round-off, is not found this way.
+!> amounts and each root the predictor of the next. A wrong root, with every invariant at round-off, is not found this
+!> way.
 module test_stability_branch
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
@@ -25,7 +26,7 @@ module test_stability_branch
    type, extends(stepper_t) :: watched_t
       class(stepper_t), allocatable :: inner
       !> Steps accepted, and those that were not on the branch.
-      integer(long) :: accepted = 0, astray = 0
+      integer(long) :: accepted = 0, off_branch = 0
    contains
       procedure :: set_up
       procedure :: advance
@@ -57,7 +58,7 @@ contains
       if (.not. status%ok()) return
       self%accepted = self%accepted + 1
       call continue_branch(system, before, dt, root)
-      if (.not. norm2(turn_between(before%q, state%q) - root) <= same) self%astray = self%astray + 1
+      if (.not. norm2(turn_between(before%q, state%q) - root) <= same) self%off_branch = self%off_branch + 1
    end subroutine advance
 
    !> The root b of a step, continued from short ones by Newton's iteration of the reduced equations; zero where the

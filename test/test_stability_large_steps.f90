@@ -97,21 +97,21 @@ contains
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      call climb(box(), way, whole, .false., record)
+      call run_all_lengths(box(), way, whole, .false., record)
    end subroutine run_box
 
    subroutine run_top(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      call climb(fast_top(), way, whole, .false., record)
+      call run_all_lengths(fast_top(), way, whole, .false., record)
    end subroutine run_top
 
    subroutine run_forced(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
-      call climb(forced_body(), way, whole, .false., record)
+      call run_all_lengths(forced_body(), way, whole, .false., record)
    end subroutine run_forced
 
    subroutine run_effects(way, whole, record)
@@ -123,18 +123,18 @@ contains
       character(len=:), allocatable :: message
       call read_scene('scenes/all_effects.nml', scene, status, message)
       call record%require(status%ok(), message)
-      if (status%ok()) call climb(problem_t(scene%system, scene%initial), way, whole, .true., record)
+      if (status%ok()) call run_all_lengths(problem_t(scene%system, scene%initial), way, whole, .true., record)
    end subroutine run_effects
 
-   !> A run at each step of the ladder.
-   subroutine climb(problem, way, whole, costly, record)
+   !> A run at each length of the step, from the shortest.
+   subroutine run_all_lengths(problem, way, whole, costly, record)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
       !> The shortened form takes one step of each length only, of 10 rad at most.
       logical, intent(in) :: costly
       type(record_t), intent(inout) :: record
-      type(record_t) :: rung
+      type(record_t) :: trial
       real(wp) :: rate, first_cut
       integer(long) :: n
       integer :: i
@@ -146,22 +146,22 @@ contains
       first_cut = 0.0_wp
       n = merge(50_long, merge(1_long, 5_long, costly), whole)
       do i = 1, merge(4, size(long_steps), costly .and. .not. whole)
-         rung = record_t()
-         call keep_to_branch(problem, way, long_steps(i)/rate, n, rung)
-         call rung%require(.not. rung%refused, 'Δt|Ω| = '//number_text(long_steps(i))//': '//trim(rung%outcome))
-         if (rung%cut_steps > 0 .and. first_cut <= 0.0_wp) first_cut = long_steps(i)
-         call record%absorb(rung)
+         trial = record_t()
+         call keep_to_branch(problem, way, long_steps(i)/rate, n, trial)
+         call trial%require(.not. trial%refused, 'Δt|Ω| = '//number_text(long_steps(i))//': '//trim(trial%outcome))
+         if (trial%cut_steps > 0 .and. first_cut <= 0.0_wp) first_cut = long_steps(i)
+         call record%absorb(trial)
       end do
       call record%require_invariants(bound)
       call record%require(first_cut > 0.0_wp, 'a step of 100 rad was not cut')
-      rung = record_t()
-      call follow(problem, way, hopeless/rate, 1_long, rung)
-      call rung%require(rung%refused .and. rung%outcome /= '' .and. &
-                        any(rung%code == [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR]), &
+      trial = record_t()
+      call follow(problem, way, hopeless/rate, 1_long, trial)
+      call trial%require(trial%refused .and. trial%outcome /= '' .and. &
+                        any(trial%code == [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR]), &
                         'a hopeless step was not refused')
-      call record%require(rung%passed, trim(rung%message))
-      record%outcome = 'held to Δt|Ω| = 100, first cut at '//number_text(first_cut)//'; at 1e6 '//rung%outcome
-   end subroutine climb
+      call record%require(trial%passed, trim(trial%message))
+      record%outcome = 'held to Δt|Ω| = 100, first cut at '//number_text(first_cut)//'; at 1e6 '//trial%outcome
+   end subroutine run_all_lengths
 
    !> Steps short enough to follow the motion: near the solution of an explicit method of order 8, and not still.
    subroutine follow_closely(problem, way, dt, n, record)
@@ -199,8 +199,8 @@ contains
       type(watched_t) :: watched
       if (way%order == 2) then
          call follow(problem, way, dt, n, record, stepper=watched)
-         call record%require(watched%accepted > 0 .and. watched%astray == 0, 'a wrong root was accepted at Δt = '// &
-                             number_text(dt)//' s')
+         call record%require(watched%accepted > 0 .and. watched%off_branch == 0, &
+                             'a wrong root was accepted at Δt = '//number_text(dt)//' s')
       else
          call follow(problem, way, dt, n, record)
       end if

@@ -53,8 +53,8 @@ contains
                   new_unittest("projection off needs a finite J0", projection_off_needs_finite_j0), &
                   new_unittest("tolerance ends the iteration early", tolerance_ends_the_iteration), &
                   new_unittest("a body at rest stays at rest", body_at_rest_stays), &
-                  new_unittest("momentum may outgrow its unit", momentum_outgrows_its_unit), &
-                  new_unittest("a force against the motion sets no unit", damping_sets_no_unit)]
+                  new_unittest("the momentum may outgrow its unit", momentum_outgrows_its_unit), &
+                  new_unittest("a force against the motion sets no unit of momentum", damping_sets_no_unit)]
    end subroutine collect_step
 
    pure real(wp) function crooked_energy(self, gamma)

@@ -30,7 +30,7 @@ contains
                   new_unittest("tops of the literature come out to round-off", literature_tops), &
                   new_unittest("invariants hold at every tolerance", invariants_at_every_tolerance), &
                   new_unittest("invariants hold over 1e6 steps", invariants_over_many_steps), &
-                  new_unittest("without correction the energy drifts as the tolerance says", without_correction), &
+                  new_unittest("without projection the energy drifts as the tolerance says", without_projection), &
                   new_unittest("accuracy is met", accuracy_is_met), &
                   new_unittest("rows at intervals do not disturb the steps", rows_do_not_disturb), &
                   new_unittest("goes backwards in time", goes_backwards), &
@@ -167,7 +167,7 @@ contains
                        1e-14_wp)
    end subroutine invariants_over_many_steps
 
-   subroutine without_correction(error)
+   subroutine without_projection(error)
       type(error_type), allocatable, intent(out) :: error
       type(control_settings_t) :: goal
       type(recorder_t) :: recorder
@@ -181,7 +181,7 @@ contains
       call check_below(error, recorder%invariants%energy_error(), 1e-5_wp, 'energy')
       if (allocated(error)) return
       call check_below(error, 1e-12_wp, recorder%invariants%energy_error(), 'no drift at all')
-   end subroutine without_correction
+   end subroutine without_projection
 
    !> The error at the end is at most the accuracy, and not below a fiftieth of it.
    subroutine accuracy_is_met(error)

@@ -8,7 +8,7 @@ set -u
 FFLAGS='-O1 -g'
 # Suites that integrate for long by code which others cover too: they take most of the time.
 long_suites='control resume round_off shipped_scenes stability_large_steps stability_scales stability_starts
-stability_stiff stability_top study threads'
+stability_stiff stability_top threads work_precision'
 cores=$(nproc)
 # Tests that measure time know by this that it says nothing here.
 export NUTATE_SLOW_BUILD=1

@@ -1,4 +1,5 @@
-!> The state of a rotating body: time, attitude and conjugate momentum, with the digits that rounding would lose.
+!> The state of a rotating body: time, attitude and conjugate momentum, with the digits that rounding would lose, and
+!> the compensated summation that keeps them.
 module nutate_state
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
@@ -15,7 +16,7 @@ module nutate_state
       real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> Conjugate momentum p = 2 q∘[0, L], kg m²/s; shape (4).
       real(wp) :: p(4) = 0.0_wp
-      !> What is left of q and p after rounding, carried to the next increment; shape (4).
+      !> What rounding took from q and p, added to the next increment (`add_increment`); shape (4).
       real(wp) :: q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
    contains
       !> Shows its values to an archive.
@@ -35,19 +36,23 @@ contains
       call archive%transfer(self%p_compensation)
    end subroutine transfer_state
 
-   !> Adds an increment to a sum kept as `total + carry`, which loses nothing but what rounding takes from the carry
-   !> (Knuth's sums): over many steps round-off grows like that of the increments, not of the sum, and a part of the
-   !> increment that is below its own last digit counts too, if it was put into the carry.
-   elemental subroutine add_increment(total, carry, increment)
-      real(wp), intent(inout) :: total, carry
+   !> Compensated summation: adds an increment to a sum kept as `total + compensation`.
+   !>
+   !> Kahan's (1965) with the error of each sum from Knuth's two-sum: what rounding takes from a sum goes into the next
+   !> increment. Two-sum gives it exactly, whichever of sum and increment is larger, and what rounding takes from
+   !> increment + compensation is kept as well. So only the rounding of the compensation is lost: over many steps
+   !> round-off grows like that of the increments, not of the sum, and a part of the increment that is below its own
+   !> last digit counts too, if it was put into the compensation.
+   elemental subroutine add_increment(total, compensation, increment)
+      real(wp), intent(inout) :: total, compensation
       real(wp), intent(in) :: increment
       real(wp) :: addend, rounded, part, lost
-      addend = increment + carry
-      ! Where the carry is the larger one, what this misses is below the last digit of the carry.
-      lost = carry - (addend - increment)
+      addend = increment + compensation
+      ! Where the compensation is the larger one, what this misses is below the last digit of the compensation.
+      lost = compensation - (addend - increment)
       rounded = total + addend
       part = rounded - total
-      carry = ((total - (rounded - part)) + (addend - part)) + lost
+      compensation = ((total - (rounded - part)) + (addend - part)) + lost
       total = rounded
    end subroutine add_increment
 

@@ -154,8 +154,8 @@ contains
       call locate_euler(q, theta, half_sum, half_difference, place)
       if (place == pole_at_zero) half_difference = half_sum
       if (place == pole_at_pi) half_sum = half_difference
-      phi = half_turn(half_sum + half_difference)
-      psi = half_turn(half_sum - half_difference)
+      phi = wrapped(half_sum + half_difference)
+      psi = wrapped(half_sum - half_difference)
    end subroutine euler_from_quat
 
    !> Replaces the z-x-z angles of an earlier moment by those of `q`, with φ and ψ continued beyond ±π.
@@ -189,11 +189,11 @@ contains
       end select
    end subroutine follow_euler
 
-   !> The angle that differs from `angle` by whole turns and is nearest to `previous` (rad).
+   !> The angle that differs from `angle` by whole revolutions and is nearest to `previous` (rad).
    elemental function unwrap_angle(previous, angle) result(continued)
       !> Angle to come close to (rad).
       real(wp), intent(in) :: previous
-      !> Angle known up to whole turns (rad).
+      !> Angle known up to whole revolutions (rad).
       real(wp), intent(in) :: angle
       real(wp) :: continued
       continued = angle + 2*pi*anint((previous - angle)/(2*pi))
@@ -248,13 +248,13 @@ contains
       end if
    end subroutine locate_euler
 
-   !> Takes an angle of [-2π, 2π] to (-π, π] by at most one turn.
-   elemental function half_turn(angle) result(reduced)
+   !> Takes an angle of [-2π, 2π] to (-π, π] by at most one revolution.
+   elemental function wrapped(angle) result(reduced)
       real(wp), intent(in) :: angle
       real(wp) :: reduced
       reduced = angle
       if (angle > pi) reduced = angle - 2*pi
       if (angle <= -pi) reduced = angle + 2*pi
-   end function half_turn
+   end function wrapped
 
 end module nutate_attitude

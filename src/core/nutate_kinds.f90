@@ -11,7 +11,7 @@ module nutate_kinds
    !> Counts of steps: 1e9 of them and more must not overflow.
    integer, parameter :: long = int64
    real(wp), parameter :: pi = 3.14159265358979323846264338327950288_wp
-   !> Unit round-off distance of `wp`, the unit in which round-off is quoted.
+   !> ε: distance from 1 to the next number of `wp`. Round-off is quoted in it.
    real(wp), parameter :: eps = epsilon(1.0_wp)
 
 end module nutate_kinds

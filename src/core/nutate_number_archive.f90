@@ -1,6 +1,6 @@
-!> Archives of numbers: values in an array of reals that a program keeps, as FORTRAN 77 does. Plain numbers, no addresses:
-!> a copy of the array is as good as the original. Whole numbers beyond 2**53 would lose digits; counts of steps do not
-!> come that far.
+!> Archives of numbers: values in an array of reals that a program keeps, as FORTRAN 77 does. Plain numbers, no
+!> addresses: a copy of the array is as good as the original. Whole numbers beyond 2**53 would lose digits; counts of
+!> steps do not come that far.
 module nutate_number_archive
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, long

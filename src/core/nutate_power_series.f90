@@ -1,7 +1,8 @@
 !> Power series in time as arrays of coefficients: what the Taylor method and the series of the effects share.
 !>
-!> A series is `x(s) = Σ xₖ sᵏ`, `s = (t - t₀)/unit`; its coefficients stand in an array from index 0. Coefficient k of
-!> a result needs the coefficients 0..k of the operands only, so that series can be continued one coefficient at a time.
+!> A series is `x(s) = Σ xₖ sᵏ`, `s = (t - t₀)/time_unit`; its coefficients stand in an array from index 0. Coefficient
+!> k of a result needs the coefficients 0..k of the operands only, so that series can be continued one coefficient at a
+!> time.
 module nutate_power_series
    use nutate_kinds, only: wp
    implicit none
@@ -9,7 +10,7 @@ module nutate_power_series
 
    public :: highest_order, inverses, product_term, power_term, cosine_term
 
-   !> Longest series: coefficients 0 to this.
+   !> Longest series: coefficients 0 to this. A tolerance at round-off asks for 24 or so, a user may for some more.
    integer, parameter :: highest_order = 28
 
    !> 1, 2, ...; shape (29).

@@ -1,8 +1,8 @@
 !> Quaternion algebra: products, their matrices, exponential, logarithm, Cayley map and the rotation of vectors.
 !>
-!> A quaternion is `q(4)` with the scalar first, `q = [q0, u]`. A unit quaternion takes body components to space
-!> components: `v_space = vec(q∘v∘q*)`. The routines work on what they are given and never normalise silently.
-!> Components have to be finite unless a routine says what it does with others.
+!> A quaternion is `q(4)` with the scalar first, `q = [q0, u]`: equation (1) of Nielsen & Krenk (2012). One of length 1,
+!> equation (2), takes body components to space components: `v_space = vec(q∘v∘q*)`. The routines work on what they are
+!> given and never normalise silently. Components have to be finite unless a routine says what it does with others.
 module nutate_quaternion
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, pi
@@ -33,7 +33,7 @@ contains
       c(3) = a(1)*b(2) - a(2)*b(1)
    end function cross
 
-   !> Hamilton product `a∘b`; as attitudes, `a∘b` turns by `b` first and by `a` after it.
+   !> Hamilton product `a∘b`; as attitudes, `a∘b` rotates by `b` first and by `a` after it.
    pure function quat_product(a, b) result(c)
       !> Left factor, scalar first. Shape: (4).
       real(wp), intent(in) :: a(4)
@@ -85,24 +85,25 @@ contains
    end function quat_norm
 
    !> Unit quaternion `q/|q|`. Zero and what is not finite have no direction and come back as they are.
-   pure function quat_normalized(q) result(unit)
+   pure function quat_normalized(q) result(normalized)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)
-      real(wp) :: unit(4)
+      real(wp) :: normalized(4)
       real(wp) :: norm, s(4)
       norm = quat_norm(q)
-      unit = q
+      normalized = q
       if (.not. ieee_is_finite(norm)) return
       if (norm > square_low .and. norm < square_high) then
-         unit = q/norm
+         normalized = q/norm
       else if (norm > 0) then
          ! At the ends of the range the norm itself may be too coarse to divide by.
          s = scale(q, -exponent(maxval(abs(q))))
-         unit = s/sqrt(s(1)**2 + s(2)**2 + s(3)**2 + s(4)**2)
+         normalized = s/sqrt(s(1)**2 + s(2)**2 + s(3)**2 + s(4)**2)
       end if
    end function quat_normalized
 
-   !> Matrix `Q(q)` of the product from the left: `Q(q) x = q∘x`. Orthogonal for a unit quaternion; `Q(q)ᵀ = Q(q*)`.
+   !> Matrix `Q(q)` of the product from the left, the paper's Q: `Q(q) x = q∘x`. Orthogonal for a unit quaternion;
+   !> `Q(q)ᵀ = Q(q*)`.
    pure function quat_left_matrix(q) result(m)
       !> Any quaternion, scalar first. Shape: (4).
       real(wp), intent(in) :: q(4)

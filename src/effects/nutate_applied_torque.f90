@@ -42,7 +42,7 @@ module nutate_applied_torque
       procedure :: window => applied_window
       procedure :: needs_attitude => attitude_in_space
       procedure :: series_kind => harmonic_series
-      procedure :: series_memory => harmonic_memory
+      procedure :: auxiliary_series => harmonic_auxiliary
       procedure :: series_direction => amplitude_in_space
       procedure :: series_torque => harmonic_torque
    end type applied_torque_t
@@ -130,10 +130,10 @@ contains
    end function harmonic_series
 
    !> The cosine.
-   pure integer function harmonic_memory(self)
+   pure integer function harmonic_auxiliary(self)
       class(applied_torque_t), intent(in) :: self
-      harmonic_memory = 1
-   end function harmonic_memory
+      harmonic_auxiliary = 1
+   end function harmonic_auxiliary
 
    !> τ₀ itself, if it stands in space.
    pure function amplitude_in_space(self) result(direction)
@@ -144,23 +144,23 @@ contains
    end function amplitude_in_space
 
    !> Coefficient k of cos(2πft + phase) times τ₀ or R(q)ᵀτ₀.
-   pure subroutine harmonic_torque(self, k, t, unit, omega, gamma, memory, tau)
+   pure subroutine harmonic_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(applied_torque_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp), intent(in) :: t, unit, omega(3, 0:k), gamma(3, 0:k)
+      real(wp), intent(in) :: t, time_unit, omega(3, 0:k), gamma(3, 0:k)
       !> The cosine; shape (0:highest_order, 1).
-      real(wp), intent(inout) :: memory(0:, :)
+      real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       real(wp) :: phase
       integer :: j
       phase = 0.0_wp
       if (k < 2) phase = phase_at(self, t)
-      memory(k, 1) = cosine_term(k, phase, 2*pi*self%frequency*unit, memory(:, 1))
-      tau = memory(k, 1)*self%amplitude
+      auxiliary(k, 1) = cosine_term(k, phase, 2*pi*self%frequency*time_unit, auxiliary(:, 1))
+      tau = auxiliary(k, 1)*self%amplitude
       if (.not. self%in_space) return
       tau = 0.0_wp
       do j = 0, k
-         tau = tau + memory(k - j, 1)*gamma(:, j)
+         tau = tau + auxiliary(k - j, 1)*gamma(:, j)
       end do
    end subroutine harmonic_torque
 

@@ -1,12 +1,14 @@
 !> What an effect is: the abstract types that every physical effect extends, one file each.
 !>
 !> A **potential** is a function `U(γ)` of the body components `γ = R(q)ᵀ n` of a direction `n` fixed in space. It
-!> supplies `U` and `∇U`; the discrete gradient that conserves energy and the momentum about `n` is derived from them
-!> here. A **torque** acts in body axes and does work. A **rotor** adds a constant body momentum.
+!> supplies `U` and `∇U`; the discrete gradient ∇̄U that conserves energy and the momentum about `n` is derived from
+!> them here. It is the finite derivative of the potential that the step of Nielsen & Krenk (2012) asks for: ∂V*/∂q =
+!> γ'(q̄)ᵀ∇̄U has Δq·∂V*/∂q = ΔV (`nutate_discrete_forces`). A **torque** acts in body axes and does work. A **rotor**
+!> adds a constant body momentum.
 !>
 !> An effect may supply the power series in time of its torque, from the series of γ and Ω: then the method 'taylor' can
-!> integrate with it. All series are in `s = (t - t₀)/unit`; coefficient k is asked for when the coefficients 0..k of
-!> what it depends on are there, k = 0, 1, 2, ... in turn.
+!> integrate with it. All series are in `s = (t - t₀)/time_unit`; coefficient k is asked for when the coefficients 0..k
+!> of what it depends on are there, k = 0, 1, 2, ... in turn.
 module nutate_effect
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, eps
@@ -32,13 +34,13 @@ module nutate_effect
    contains
       !> `NO_SERIES` unless overridden, `LINEAR_SERIES` or `GENERAL_SERIES`.
       procedure :: series_kind => no_kind
-      !> Number of scalar series that a general series keeps from coefficient to coefficient; 0 unless overridden.
-      procedure :: series_memory => no_memory
+      !> Number of auxiliary series, scalar ones that a general series is computed from; 0 unless overridden.
+      procedure :: auxiliary_series => no_auxiliary
       !> The effect's numbers are finite and of a size that can be computed with; `.true.` unless overridden.
       procedure :: in_range => not_judged
    end type effect_t
 
-   !> V(q) = U(γ), γ = R(q)ᵀ n.
+   !> V(q) = U(γ), γ = R(q)ᵀ n, the V of equation (8) of Nielsen & Krenk (2012).
    type, abstract, extends(effect_t) :: potential_t
       !> n: a vector fixed in space, of whatever length and unit the potential is written in.
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -49,7 +51,7 @@ module nutate_effect
       procedure(potential_gradient), deferred :: gradient
       !> Matrix of second derivatives of U; by differences of the gradient unless overridden.
       procedure :: hessian => difference_hessian
-      !> ∇̄U(γ0, γ1) with ∇̄U·(γ1 - γ0) = U(γ1) - U(γ0); Gonzalez's (1996) unless overridden.
+      !> Discrete gradient: ∇̄U(γ0, γ1) with ∇̄U·(γ1 - γ0) = U(γ1) - U(γ0); Gonzalez's (1996) unless overridden.
       procedure :: discrete_gradient => gonzalez_gradient
       !> ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
       procedure :: discrete_hessian => gonzalez_hessian
@@ -140,7 +142,8 @@ contains
       if (are_in_range) are_in_range = all(abs(numbers) <= greatest)
    end function are_in_range
 
-   !> Central differences of ∇U with steps of ε^(1/3) of |γ|: exact to round-off for quadratic U.
+   !> Central differences of ∇U with steps of ε^(1/3) of |γ|, where their error and round-off are alike: exact to
+   !> round-off for quadratic U.
    pure function difference_hessian(self, gamma) result(hessian)
       class(potential_t), intent(in) :: self
       !> γ, body axes; shape (3).
@@ -157,8 +160,8 @@ contains
       end do
    end function difference_hessian
 
-   !> ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ (Gonzalez 1996, eq. 3.2), γ̄ the mean of the ends. Where Δγ is so short that
-   !> the correction would be noise, the midpoint gradient alone closes to round-off.
+   !> ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ (Gonzalez 1996, eq. 3.2), γ̄ the mean of the ends: the discrete gradient of
+   !> any U. Where Δγ is so short that its second term would be noise, ∇U(γ̄) alone closes to round-off.
    pure function gonzalez_gradient(self, gamma0, gamma1) result(gradient)
       class(potential_t), intent(in) :: self
       !> γ at the ends of the step, body axes; shape (3).
@@ -196,7 +199,7 @@ contains
       end do
    end function gonzalez_hessian
 
-   !> |Δγ| < ε^(1/3) |γ|
+   !> |Δγ| < ε^(1/3) |γ|: ΔU - ∇U(γ̄)·Δγ, of third order in Δγ, is round-off of U.
    pure logical function is_short(delta, gamma)
       real(wp), intent(in) :: delta(3), gamma(3)
       is_short = dot_product(delta, delta) <= eps**(2.0_wp/3)*dot_product(gamma, gamma)
@@ -278,10 +281,10 @@ contains
       constant_series = LINEAR_SERIES
    end function constant_series
 
-   pure integer function no_memory(self)
+   pure integer function no_auxiliary(self)
       class(effect_t), intent(in) :: self
-      no_memory = 0
-   end function no_memory
+      no_auxiliary = 0
+   end function no_auxiliary
 
    pure function no_moment(self) result(moment)
       class(potential_t), intent(in) :: self
@@ -302,28 +305,30 @@ contains
    end function no_direction
 
    !> Coefficient k of γ×∇U.
-   pure subroutine no_potential_torque(self, k, gamma, memory, tau)
+   pure subroutine no_potential_torque(self, k, gamma, auxiliary, tau)
       class(potential_t), intent(in) :: self
       integer, intent(in) :: k
       !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
       real(wp), intent(in) :: gamma(3, 0:k)
-      !> What the series keeps; shape (0:highest_order, series_memory()).
-      real(wp), intent(inout) :: memory(0:, :)
+      !> Coefficients 0..k-1 of the auxiliary series on entry, 0..k on exit; shape (0:highest_order,
+      !> auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
    end subroutine no_potential_torque
 
    !> Coefficient k of τ.
-   pure subroutine no_torque(self, k, t, unit, omega, gamma, memory, tau)
+   pure subroutine no_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
       class(torque_t), intent(in) :: self
       integer, intent(in) :: k
       !> t₀ and the unit of time of the series, s.
-      real(wp), intent(in) :: t, unit
+      real(wp), intent(in) :: t, time_unit
       !> Coefficients 0..k of Ω and of γ, body axes; shape (3, 0:k). γ is zero where there is no `series_direction`.
       real(wp), intent(in) :: omega(3, 0:k), gamma(3, 0:k)
-      !> What the series keeps; shape (0:highest_order, series_memory()).
-      real(wp), intent(inout) :: memory(0:, :)
+      !> Coefficients 0..k-1 of the auxiliary series on entry, 0..k on exit; shape (0:highest_order,
+      !> auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp

@@ -1,4 +1,4 @@
-!> The effects a scene can name: one line each. A new effect is its own file and a line here.
+!> The effects a scene can name: one line each. A new effect is a file of its own, named here in a `use` and a line.
 module nutate_effect_catalogue
    use nutate_applied_torque, only: applied_torque_keys, build_applied_torque
    use nutate_body, only: body_t
@@ -40,28 +40,35 @@ contains
    !> Every effect that a scene can name.
    function effect_kinds() result(kinds)
       type(effect_kind_t), allocatable :: kinds(:)
-      allocate (kinds(7))
-      call set_kind(kinds(1), 'gravity', gravity_keys, build_gravity, repeatable=.false.)
-      call set_kind(kinds(2), 'dipole', dipole_keys, build_dipole)
-      call set_kind(kinds(3), 'gravity_gradient', gravity_gradient_keys, build_gravity_gradient)
-      call set_kind(kinds(4), 'spring', spring_keys, build_spring)
-      call set_kind(kinds(5), 'damping', damping_keys, build_damping)
-      call set_kind(kinds(6), 'torque', applied_torque_keys, build_applied_torque)
-      call set_kind(kinds(7), 'rotor', rotor_keys, build_rotor)
+      allocate (kinds(0))
+      call add_kind(kinds, 'gravity', gravity_keys, build_gravity, repeatable=.false.)
+      call add_kind(kinds, 'dipole', dipole_keys, build_dipole)
+      call add_kind(kinds, 'gravity_gradient', gravity_gradient_keys, build_gravity_gradient)
+      call add_kind(kinds, 'spring', spring_keys, build_spring)
+      call add_kind(kinds, 'damping', damping_keys, build_damping)
+      call add_kind(kinds, 'torque', applied_torque_keys, build_applied_torque)
+      call add_kind(kinds, 'rotor', rotor_keys, build_rotor)
    end function effect_kinds
 
-   subroutine set_kind(kind, name, keys, build, repeatable)
-      type(effect_kind_t), intent(out) :: kind
+   subroutine add_kind(kinds, name, keys, build, repeatable)
+      type(effect_kind_t), allocatable, intent(inout) :: kinds(:)
+      !> Of the scene's group.
       character(len=*), intent(in) :: name
       type(key_t), intent(in) :: keys(:)
       procedure(build_effect) :: build
       !> Several groups of the name may stand in a scene; default `.true.`.
       logical, intent(in), optional :: repeatable
-      kind%group%name = name
-      kind%group%keys = keys
-      kind%group%repeatable = .true.
-      if (present(repeatable)) kind%group%repeatable = repeatable
-      kind%build => build
-   end subroutine set_kind
+      type(effect_kind_t), allocatable :: longer(:)
+      integer :: n
+      n = size(kinds)
+      allocate (longer(n + 1))
+      longer(1:n) = kinds
+      longer(n + 1)%group%name = name
+      longer(n + 1)%group%keys = keys
+      longer(n + 1)%group%repeatable = .true.
+      if (present(repeatable)) longer(n + 1)%group%repeatable = repeatable
+      longer(n + 1)%build => build
+      call move_alloc(longer, kinds)
+   end subroutine add_kind
 
 end module nutate_effect_catalogue

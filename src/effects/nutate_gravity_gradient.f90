@@ -15,8 +15,8 @@ module nutate_gravity_gradient
       key_t(name='direction', least=3, most=3, range=NOT_ZERO, required=.true.), &
       key_t(name='strength', required=.true.)]
 
-   !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the
-   !> effect's V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient.
+   !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the effect's
+   !> V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient: ∇̄U = Aγ̄.
    !>
    !> The isotropic part of J turns nothing, but would be felt at finite steps. Without it a body with three equal
    !> moments feels no torque at all.
@@ -33,7 +33,7 @@ module nutate_gravity_gradient
       procedure :: discrete_gradient => midpoint_gradient
       procedure :: discrete_hessian => half_hessian
       procedure :: series_kind => quadratic_series
-      procedure :: series_memory => quadratic_memory
+      procedure :: auxiliary_series => quadratic_auxiliary
       procedure :: series_torque => quadratic_torque
    end type gravity_gradient_t
 
@@ -102,6 +102,7 @@ contains
       hessian = self%stiffness
    end function quadratic_hessian
 
+   !> ∇̄U = Aγ̄.
    pure function midpoint_gradient(self, gamma0, gamma1) result(gradient)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -109,6 +110,7 @@ contains
       gradient = self%gradient(0.5_wp*(gamma0 + gamma1))
    end function midpoint_gradient
 
+   !> ∂∇̄U/∂γ1 = ½A.
    pure function half_hessian(self, gamma0, gamma1) result(hessian)
       class(gravity_gradient_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -122,26 +124,26 @@ contains
    end function quadratic_series
 
    !> The components of Aγ.
-   pure integer function quadratic_memory(self)
+   pure integer function quadratic_auxiliary(self)
       class(gravity_gradient_t), intent(in) :: self
-      quadratic_memory = 3
-   end function quadratic_memory
+      quadratic_auxiliary = 3
+   end function quadratic_auxiliary
 
    !> Coefficient k of γ×Aγ.
-   pure subroutine quadratic_torque(self, k, gamma, memory, tau)
+   pure subroutine quadratic_torque(self, k, gamma, auxiliary, tau)
       class(gravity_gradient_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: gamma(3, 0:k)
       !> Aγ; shape (0:highest_order, 3).
-      real(wp), intent(inout) :: memory(0:, :)
+      real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       integer :: j
-      memory(k, :) = self%gradient(gamma(:, k))
+      auxiliary(k, :) = self%gradient(gamma(:, k))
       tau = 0.0_wp
       do j = 0, k
-         tau(1) = tau(1) + (gamma(2, j)*memory(k - j, 3) - gamma(3, j)*memory(k - j, 2))
-         tau(2) = tau(2) + (gamma(3, j)*memory(k - j, 1) - gamma(1, j)*memory(k - j, 3))
-         tau(3) = tau(3) + (gamma(1, j)*memory(k - j, 2) - gamma(2, j)*memory(k - j, 1))
+         tau(1) = tau(1) + (gamma(2, j)*auxiliary(k - j, 3) - gamma(3, j)*auxiliary(k - j, 2))
+         tau(2) = tau(2) + (gamma(3, j)*auxiliary(k - j, 1) - gamma(1, j)*auxiliary(k - j, 3))
+         tau(3) = tau(3) + (gamma(1, j)*auxiliary(k - j, 2) - gamma(2, j)*auxiliary(k - j, 1))
       end do
    end subroutine quadratic_torque
 

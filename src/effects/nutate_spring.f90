@@ -18,9 +18,10 @@ module nutate_spring
       key_t(name='stiffness', required=.true.), &
       key_t(name='rest_length', range=NON_NEGATIVE)]
 
-   !> The ends of the spring can meet if |x| and |a| differ by less than this fraction of them.
+   !> The ends of the spring can come near each other if |x| and |a| differ by less than this fraction of |a|. Farther
+   !> apart, |x|² + |a|² - 2x·γ loses four digits of ℓ² at most.
    real(wp), parameter :: nearly = 1e-2_wp
-   !> Lengths below this fraction of l₀ have no direction.
+   !> Lengths below this fraction of l₀ have no direction: products with l₀/ℓ would leave the range of numbers.
    real(wp), parameter :: negligible = 1e-100_wp
 
    !> U(γ) = ½k(ℓ - l₀)², γ = Rᵀa, with ℓ² = |x|² + |a|² - 2x·γ, the square of |x - γ| wherever |γ| = |a|.
@@ -45,7 +46,7 @@ module nutate_spring
       procedure :: discrete_gradient => spring_discrete_gradient
       procedure :: discrete_hessian => spring_discrete_hessian
       procedure :: series_kind => spring_series
-      procedure :: series_memory => spring_memory
+      procedure :: auxiliary_series => spring_auxiliary
       procedure :: series_moment => spring_moment
       procedure :: series_torque => spring_torque
    end type spring_t
@@ -115,7 +116,8 @@ contains
       hessian = 2*self%discrete_hessian(gamma, gamma)
    end function spring_hessian
 
-   !> -k(1 - 2l₀/(ℓ0 + ℓ1)) (x - cγ̄): ℓ² falls by 2(x - cγ̄)·Δγ between the ends, and ℓ by that over ℓ0 + ℓ1.
+   !> Discrete gradient -k(1 - 2l₀/(ℓ0 + ℓ1)) (x - cγ̄): ℓ² falls by 2(x - cγ̄)·Δγ between the ends, and ℓ by that over
+   !> ℓ0 + ℓ1.
    pure function spring_discrete_gradient(self, gamma0, gamma1) result(gradient)
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma0(3), gamma1(3)
@@ -180,10 +182,10 @@ contains
    end function spring_series
 
    !> ℓ² and 1/ℓ.
-   pure integer function spring_memory(self)
+   pure integer function spring_auxiliary(self)
       class(spring_t), intent(in) :: self
-      spring_memory = 2
-   end function spring_memory
+      spring_auxiliary = 2
+   end function spring_auxiliary
 
    !> -kγ×x = kx×γ.
    pure function spring_moment(self) result(moment)
@@ -194,28 +196,28 @@ contains
 
    !> Coefficient k of γ×∇U = k x×γ (1 - l₀/ℓ). |γ| is constant, so that ℓ² is linear in γ after its first coefficient.
    !> Where the ends coincide the spring has no direction: there it acts without its rest length.
-   pure subroutine spring_torque(self, k, gamma, memory, tau)
+   pure subroutine spring_torque(self, k, gamma, auxiliary, tau)
       class(spring_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: gamma(3, 0:k)
       !> ℓ² and 1/ℓ; shape (0:highest_order, 2).
-      real(wp), intent(inout) :: memory(0:, :)
+      real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       real(wp) :: shortened(3), first
       integer :: j
       if (k == 0) then
          first = length(self, gamma(:, 0))
-         memory(0, :) = 0.0_wp
-         if (first > negligible*abs(self%rest_length)) memory(0, :) = [first*first, 1/first]
+         auxiliary(0, :) = 0.0_wp
+         if (first > negligible*abs(self%rest_length)) auxiliary(0, :) = [first*first, 1/first]
       else
-         memory(k, 1) = -2*(self%body_point(1)*gamma(1, k) + self%body_point(2)*gamma(2, k) &
+         auxiliary(k, 1) = -2*(self%body_point(1)*gamma(1, k) + self%body_point(2)*gamma(2, k) &
                             + self%body_point(3)*gamma(3, k))
-         memory(k, 2) = 0.0_wp
-         if (memory(0, 2) > 0.0_wp) memory(k, 2) = power_term(k, -0.5_wp, memory(:, 1), memory(:, 2))
+         auxiliary(k, 2) = 0.0_wp
+         if (auxiliary(0, 2) > 0.0_wp) auxiliary(k, 2) = power_term(k, -0.5_wp, auxiliary(:, 1), auxiliary(:, 2))
       end if
       shortened = 0.0_wp
       do j = 0, k
-         shortened = shortened + memory(k - j, 2)*gamma(:, j)
+         shortened = shortened + auxiliary(k - j, 2)*gamma(:, j)
       end do
       shortened = self%stiffness*(gamma(:, k) - self%rest_length*shortened)
       associate (x => self%body_point)

@@ -74,7 +74,7 @@ contains
       !> 1 - m, >= 0.
       real(wp), intent(in) :: m1
       real(wp), intent(out) :: sn, cn, dn
-      real(wp) :: a(0:most_means), b(0:most_means), phi, turns, cot, delta, square
+      real(wp) :: a(0:most_means), b(0:most_means), phi, half_periods, cot, delta, square
       integer :: i, n
       if (m1 <= 0) then
          call hyperbolic(u, sn, cn, dn)
@@ -82,8 +82,8 @@ contains
       end if
       call means(m1, a, b, n)
       phi = a(n)*u
-      turns = anint(phi/pi)
-      phi = (phi - turns*pi) - turns*pi_tail
+      half_periods = anint(phi/pi)
+      phi = (phi - half_periods*pi) - half_periods*pi_tail
       if (abs(phi) < 1.0e-9_wp*a(n)) then
          sn = phi/a(n)
          cn = 1
@@ -100,7 +100,7 @@ contains
          cn = abs(cot*sn)
          dn = delta
       end if
-      if (is_odd(turns)) then
+      if (is_odd(half_periods)) then
          sn = -sn
          cn = -cn
       end if

@@ -2,7 +2,7 @@
 !>
 !> An argument u = u₀ + rate t is split into whole half periods 2K and a rest |u| <= K. Angles are integrated once over
 !> a half period and counted; only the rest is integrated for each time, so that a million periods cost what one does
-!> and lose only what rounding the number of turns loses. Both u₀ and the rest are kept as distances from the nearer
+!> and lose only what rounding their number loses. Both u₀ and the rest are kept as distances from the nearer
 !> of the zeros of sn and cn: where angles swing fast, there, they stay exact.
 module nutate_elliptic_phase
    use nutate_carlson, only: carlson_rf, carlson_rj
@@ -16,7 +16,7 @@ module nutate_elliptic_phase
    !> A complementary parameter below this counts as the separatrix, whose period is infinite: the motion would stay
    !> at its saddle for more than 300 e-folding times.
    real(wp), parameter :: least_m1 = 1.0e-280_wp
-   !> A ratio below this counts as zero.
+   !> A ratio below this counts as zero: R_J asks for more than the smallest numbers.
    real(wp), parameter :: least_ratio = 1.0e-300_wp
 
    !> A moment of the motion.
@@ -29,7 +29,7 @@ module nutate_elliptic_phase
       real(wp) :: sn = 0.0_wp, cn = 1.0_wp, dn = 1.0_wp
    end type elliptic_phase_t
 
-   !> Turns time into a phase.
+   !> Gives the phase at a time.
    type :: elliptic_clock_t
       !> du/dt (rad/s), > 0.
       real(wp) :: rate = 0.0_wp

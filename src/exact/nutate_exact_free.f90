@@ -25,7 +25,8 @@ module nutate_exact_free
 
    !> Ratio of the moments beyond which products of them could overflow.
    real(wp), parameter :: widest_ratio = 1.0e60_wp
-   !> Binary exponent of the fastest rotation and of the greatest momentum that are admitted.
+   !> Binary exponent of the fastest rotation and of the greatest momentum that are admitted: 2¹²³ are left for
+   !> factors.
    integer, parameter :: fastest_power = 900
 
    !> A body, its start, and the constants of its motion.
@@ -140,12 +141,12 @@ contains
       !> Columns: principal axes in body axes.
       real(wp), intent(in) :: principal(3, 3)
       integer :: order(3)
-      real(wp) :: j(3), signs(3), unit
+      real(wp) :: j(3), signs(3), rate
       integer :: i, power
       ! By a power of two: the differences of the moments stay exact.
       power = exponent(maxval(moments))
       j = scale(moments, -power)
-      unit = scale(self%momentum, -power)
+      rate = scale(self%momentum, -power)
       call choose_axes(j, n, order)
       j = j(order)
       self%steady = is_steady(j, n(order))
@@ -158,11 +159,11 @@ contains
       ! The sign of axis b is not free: the frame is right-handed.
       signs(2) = handedness(self%frame)
       self%frame(:, 2) = signs(2)*self%frame(:, 2)
-      call solve_ordered(self, j, abs(n(order)), signs(2), unit)
+      call solve_ordered(self, j, abs(n(order)), signs(2), rate)
    end subroutine solve
 
    !> Constants of the motion in the axes c, b, a.
-   pure subroutine solve_ordered(self, j, n, sign_b, unit)
+   pure subroutine solve_ordered(self, j, n, sign_b, rate)
       class(free_body_t), intent(inout) :: self
       !> Moments of the axes c, b, a, in units of about the greatest.
       real(wp), intent(in) :: j(3)
@@ -171,7 +172,7 @@ contains
       !> Sign of L_b at t = 0.
       real(wp), intent(in) :: sign_b
       !> |L| in units of J rad/s (rad/s).
-      real(wp), intent(in) :: unit
+      real(wp), intent(in) :: rate
       real(wp) :: ba, ca, cb, ratio, a, c, y, m1
       type(elliptic_phase_t) :: phase
       ba = abs(j(2) - j(3))
@@ -185,8 +186,8 @@ contains
       y = sqrt((cb/ba)*(j(3)/j(1)))*n(1)
       m1 = max(0.0_wp, ((n(3) - y)/a)*((n(3) + y)/a))
       self%amplitude = [c, self%sense*c/self%root_ratio, a]
-      self%precession = unit/j(2)
-      call self%clock%set(a*unit*sqrt(ba*ca/(j(1)*j(2)))/j(3), m1, &
+      self%precession = rate/j(2)
+      call self%clock%set(a*rate*sqrt(ba*ca/(j(1)*j(2)))/j(3), m1, &
          self%sense*sign_b*self%root_ratio*n(2)/c, n(1)/c, n(3)/a)
       call self%winding%set(ratio, (cb/ca)*(j(3)/j(2))/a, self%clock%m1)
       phase = self%clock%phase(0.0_wp)
@@ -206,7 +207,7 @@ contains
       real(wp) :: g(4), chi, ch, sh
       complex(wp) :: half_phi, half_chi
       ! L_b / L_c from the ratio of the amplitudes: defined, and smooth, where both vanish. Apart from the precession,
-      ! which grows without bound, so that after any number of turns g still takes L to l.
+      ! which grows without bound, so that after any number of revolutions g still takes L to l.
       chi = self%sense*(atan2(phase%sn, self%root_ratio*phase%cn) + pi*mod(phase%half_periods, 4.0_wp))
       ch = sqrt((1 + direction(3))/2)
       sh = hypot(direction(1), direction(2))/(2*ch)

@@ -22,9 +22,10 @@ module nutate_exact_top
 
    public :: lagrange_top_t
 
-   !> Binary exponent of the fastest rate (rad/s) that is admitted.
+   !> Binary exponent of the fastest rate (rad/s) that is admitted: its square, and that of its inverse, stay in range.
    integer, parameter :: fastest_power = 400
-   !> Stands for sn or cn where the axis is exactly vertical, so that the limit is taken from one side.
+   !> Stands for sn or cn where the axis is exactly vertical, so that the limit is taken from one side; its square is
+   !> still a number.
    real(wp), parameter :: grazing = 1.0e-140_wp
 
    !> A top, its start, and the constants of its motion.
@@ -42,11 +43,11 @@ module nutate_exact_top
       real(wp) :: sense = 1.0_wp
       !> The tilt is constant.
       logical :: steady = .true.
-      !> Start and shape of the nutation, rates in units of `unit`.
+      !> Start and shape of the nutation, rates in units of `rate_unit`.
       type(start_t) :: start
       type(nutation_t) :: nutation
       !> Unit of rates (rad/s), a power of two.
-      real(wp) :: unit = 1.0_wp
+      real(wp) :: rate_unit = 1.0_wp
       type(elliptic_clock_t) :: clock
       !> Linear parts of (φ + ψ)/2 and (φ - ψ)/2 (rad/s).
       real(wp) :: rate(2) = 0.0_wp
@@ -131,8 +132,8 @@ contains
             across = cmplx(-self%nutation%speed(phase), self%nutation%node_rate(self%start%a, zeta, xi), wp)
          across = across/(sqrt(zeta)*sqrt(xi))
       end if
-      ! With the same spin ψ as the quaternion: the momentum about the vertical is then right after any number of turns.
-      across = self%j1*self%unit*across*conjg(half(2))**2
+      ! With the same spin ψ as the quaternion: the momentum about the vertical is then right for all times.
+      across = self%j1*self%rate_unit*across*conjg(half(2))**2
       momentum = matmul(self%frame, [real(across, wp), aimag(across), self%j3*self%omega3])
    end subroutine evaluate
 
@@ -159,7 +160,7 @@ contains
 
    !> Precession and spin rates averaged over the nutation: advance per nutation period / period.
    !>
-   !> Where the axis passes exactly through the vertical, half a turn of one sign or the other per passage is a
+   !> Where the axis passes exactly through the vertical, half a revolution of one sign or the other per passage is a
    !> convention; for an axis that stays vertical all of the rotation is called spin.
    pure subroutine mean_rates(self, precession, spin)
       class(lagrange_top_t), intent(in) :: self
@@ -192,17 +193,17 @@ contains
       fastest = max(maxval(abs(omega)), abs(a), sqrt(kappa))
       self%horizon = time_horizon(exponent(fastest))
       fastest = max(maxval(abs(omega(1:2))), abs(a), sqrt(kappa))
-      self%unit = 1
-      if (fastest > 0) self%unit = scale(1.0_wp, max(exponent(fastest), -fastest_power))
-      call self%start%set(kappa/self%unit**2, a/self%unit, omega(1:2)/self%unit, gamma)
+      self%rate_unit = 1
+      if (fastest > 0) self%rate_unit = scale(1.0_wp, max(exponent(fastest), -fastest_power))
+      call self%start%set(kappa/self%rate_unit**2, a/self%rate_unit, omega(1:2)/self%rate_unit, gamma)
       self%steady = self%start%is_steady()
       self%reference = quat_conjugate(quaternion(sqrt(self%start%xi/2), sqrt(self%start%zeta/2), &
          half_angles(self%start%phase)))
       self%offset = self%start%phase
       if (self%steady) then
          self%rate = [omega(3), -omega(3)]/2
-         if (self%start%xi > 0) self%rate(1) = self%rate(1) + self%unit*self%start%g/(2*self%start%xi)
-         if (self%start%zeta > 0) self%rate(2) = self%rate(2) + self%unit*self%start%g/(2*self%start%zeta)
+         if (self%start%xi > 0) self%rate(1) = self%rate(1) + self%rate_unit*self%start%g/(2*self%start%xi)
+         if (self%start%zeta > 0) self%rate(2) = self%rate(2) + self%rate_unit*self%start%g/(2*self%start%zeta)
          return
       end if
       call self%nutation%set(self%start)
@@ -215,15 +216,15 @@ contains
       type(elliptic_phase_t) :: phase
       real(wp) :: u_rate
       associate (n => self%nutation, s => self%start)
-         u_rate = n%u_rate*self%unit
+         u_rate = n%u_rate*self%rate_unit
          call self%clock%set(u_rate, n%m1, n%sn0, n%cn0, n%dn0)
          call self%winding%set(n%xi(1)/n%xi(2), (n%range/n%xi(2))*n%d_plus, self%clock%m1)
          self%factor = n%d_minus*(n%range/n%zeta(1))
          self%quarter = 0
          if (self%clock%m1 > 0) self%quarter = self%factor* &
             pole_integral(0.0_wp, sqrt(self%clock%m1), 1.0_wp, n%zeta(2)/n%zeta(1))
-         self%rate(1) = (self%omega3 - s%a*self%unit)/2 + n%sign_xi*n%d_plus*sqrt(n%xi(1)/n%xi(2))*u_rate
-         self%rate(2) = (s%a*self%unit - self%omega3)/2 + n%sign_zeta*n%d_minus*sqrt(n%zeta(2)/n%zeta(1))*u_rate
+         self%rate(1) = (self%omega3 - s%a*self%rate_unit)/2 + n%sign_xi*n%d_plus*sqrt(n%xi(1)/n%xi(2))*u_rate
+         self%rate(2) = (s%a*self%rate_unit - self%omega3)/2 + n%sign_zeta*n%d_minus*sqrt(n%zeta(2)/n%zeta(1))*u_rate
          phase = self%clock%phase(0.0_wp)
          ! From a vertical axis the angles are those of the moment after t = 0.
          if (.not. s%zeta > 0) phase = elliptic_phase_t(1.0_wp, -1.0_wp, -1.0_wp, grazing, sqrt(self%clock%m1))

@@ -11,9 +11,9 @@ module nutate_nutation
 
    public :: start_t, nutation_t
 
-   !> κ / (a² + ω²) below which the third root is too far away to be of use.
+   !> κ / (a² + ω²) below which the third root is too far away to be of use: it lies at about the inverse.
    real(wp), parameter :: weak_gravity = 0.1_wp
-   !> A coefficient below this makes a root that is zero.
+   !> A coefficient below this makes a root that is zero: eighteen decades above the smallest number it has all digits.
    real(wp), parameter :: smallest = 1.0e-290_wp
 
    !> The start of a top, in its own frame.

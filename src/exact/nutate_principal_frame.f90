@@ -9,10 +9,10 @@ module nutate_principal_frame
 
    public :: check_frame, handedness, identity_frame, time_horizon, turned
 
-   !> Departure from orthonormality that is still taken as round-off of the caller's diagonalisation.
+   !> Departure from orthonormality that is still taken as round-off of the caller's diagonalisation: some thousand ε.
    real(wp), parameter :: orthonormal_to = 1.0e-12_wp
-   !> 2**56 turns leave no digit of an angle.
-   integer, parameter :: most_turns_power = 56
+   !> 2**56 rad leave no digit of an angle.
+   integer, parameter :: largest_angle_power = 56
 
    !> The body axes themselves.
    real(wp), parameter :: identity_frame(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
@@ -59,7 +59,7 @@ contains
       !> Binary exponent of the fastest rate (rad/s).
       integer, intent(in) :: power
       horizon = huge(1.0_wp)
-      if (most_turns_power - power < maxexponent(1.0_wp)) horizon = scale(1.0_wp, most_turns_power - power)
+      if (largest_angle_power - power < maxexponent(1.0_wp)) horizon = scale(1.0_wp, largest_angle_power - power)
    end function time_horizon
 
 end module nutate_principal_frame

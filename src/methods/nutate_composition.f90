@@ -42,7 +42,7 @@ module nutate_composition
                                     0.25837438768632204729397911_wp, 0.29501172360931029887096624_wp, &
                                     -0.60550853383003451169892108_wp])]
 
-   !> The stepper of one stage: each has its own, whose guesses and Jacobian belong to that stage's length.
+   !> The stepper of one stage: each has its own, whose predictor and Jacobian belong to that stage's length.
    type :: stage_t
       class(stepper_t), allocatable :: stepper
       !> γ
@@ -139,7 +139,7 @@ contains
       state = trial
    end subroutine advance
 
-   !> The memories of all stages.
+   !> What the steppers of all stages remember.
    recursive subroutine transfer(self, archive)
       class(composition_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

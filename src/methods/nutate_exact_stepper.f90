@@ -15,13 +15,15 @@ module nutate_exact_stepper
 
    public :: exact_t
 
-   !> Turn in a step of a length that is left to the method, rad: Euler angles are followed from step to step.
+   !> Turn in a step of a length that is left to the method, rad: Euler angles are followed from step to step, and are
+   !> lost at 2π.
    real(wp), parameter :: usual_turn = 1.0_wp
 
-   !> Part of a step by which the time of a state may differ from that of the last step.
+   !> Part of a step by which the time of a state may differ from that of the last step: runs set it to t0 + kΔt, which
+   !> rounds otherwise.
    real(wp), parameter :: same_time = 1e-6_wp
 
-   !> A stepper without an error: every step goes back to the state it started from.
+   !> A stepper without an error: every step goes back to the state that the solution started from.
    type, extends(dense_stepper_t) :: exact_t
       private
       type(free_body_t) :: solution

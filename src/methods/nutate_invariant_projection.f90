@@ -1,21 +1,22 @@
-!> The projection onto the invariants: puts the state that a step of any method reached back onto the invariants of the run.
+!> The projection onto the invariants: puts the state that a step of any method reached back onto the invariants of the
+!> run.
 !>
 !> In this order: `q` is normalised; the conserved components of the space momentum `l` take their stored values; then
 !> the excess `ΔH = H - (H₀ + work)` is removed by the smallest move along which it falls. The moves that leave the
 !> conserved components of l alone are
 !>
-!> * a turn of the attitude by the body rotation vector δ at fixed l: `dH = -δ·L̇`, `L̇ = L×Ω + τ`, τ the torque of the
-!>   potentials;
+!> * a rotation of the attitude by the body rotation vector δ at fixed l: `dH = -δ·L̇`, `L̇ = L×Ω + τ`, τ the torque of
+!>   the potentials;
 !> * where not all of l is conserved, a change ΔL of the momentum: `dH = Ω⊥·ΔL`, Ω⊥ = Ω, or Ω without its component
 !>   along γ = Rᵀn where l·n is conserved.
 !>
 !> The smallest in `|δ|² + |ΔL|²/S²`, `S = 2T/|Ω|`, is `δ = cL̇`, `ΔL = -cS²Ω⊥`, `c = ΔH/(|L̇|² + S²|Ω⊥|²)`. Newton's
-!> iteration repeats it. The turn alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing,
+!> iteration repeats it. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing,
 !> where only its momentum can make up for an error of the energy.
 !>
 !> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
-!> round-off. Excesses up to `dead_band` of the energy's scale are left as they are, those up to `doubtful` are
-!> corrected by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long.
+!> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed
+!> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long.
 !>
 !> **Targets.** H₀ + work and l are those of the first state, not of the last, so that nothing adds up over a long run.
 !> A stepper is also handed states that it did not return last: rejected steps are tried again, halves follow the
@@ -37,40 +38,44 @@ module nutate_invariant_projection
 
    public :: invariant_projection_t
 
-   !> Parts of the energy's scale: an excess below the first is round-off of H, up to the second it may be.
-   real(wp), parameter :: dead_band = 4*eps, doubtful = 32*eps
-   !> Squares of moves, rad²: the longest at all; the longest for a doubtful excess; the longest after which the rest of
-   !> the excess, which goes as the square of the move, is round-off.
+   !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
+   !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
+   !> be round-off.
+   real(wp), parameter :: round_off = 4*eps, doubtful = 32*eps
+   !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
+   !> longest for a doubtful excess, √ε rad: so little an excess needs more only next to an equilibrium, where H is
+   !> stationary and changes by ε along √ε. The longest after which the rest of the excess, which goes as the square of
+   !> the move, is below ε/16.
    real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = eps, negligible = 1e-17_wp
-   !> Moves at most: at a double root of H an excess falls by four each time.
+   !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
 
-   !> The direction in which the energy of a point falls. Energies are in units of 1/`unit`.
+   !> The direction in which the energy of a point falls. Energies are multiplied by `to_order_one`.
    type :: slope_t
-      !> L̇, body axes; shape (3).
-      real(wp) :: turn(3)
+      !> L̇, body axes: the rotation vector is c times it; shape (3).
+      real(wp) :: rotation(3)
       !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
       real(wp) :: omega(3), inertia
       !> |L̇|² + S²|Ω⊥|².
       real(wp) :: steepness
    end type slope_t
 
-   !> An energy as a sum and the digits that it cannot hold, J.
+   !> An energy as a compensated sum, J.
    type :: account_t
-      real(wp) :: energy = 0.0_wp, carry = 0.0_wp
+      real(wp) :: energy = 0.0_wp, compensation = 0.0_wp
    end type account_t
 
-   !> The correction of one run.
+   !> The projection of one run.
    type :: invariant_projection_t
       private
       type(projection_plan_t) :: plan
-      !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and a power of two next to its inverse.
-      real(wp) :: size = 0.0_wp, largest = 0.0_wp, unit = 1.0_wp
+      !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
+      real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
       !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
       !> H₀ + work at the last state, and before its step.
       type(account_t) :: now, before
-      !> q and p of the last state followed or corrected: one that differs is compared with the targets; shape (4).
+      !> q and p of the last state followed or projected: one that differs is compared with the targets; shape (4).
       real(wp) :: last_q(4) = 0.0_wp, last_p(4) = 0.0_wp
       logical :: started = .false.
    contains
@@ -80,10 +85,10 @@ module nutate_invariant_projection
       procedure :: start
       !> Makes sure that the targets are those of the state from which a step starts.
       procedure :: follow
-      !> Corrects the state that the step reached.
-      procedure :: correct
-      !> Corrects a state inside the last step.
-      procedure :: correct_inside
+      !> Projects the state that the step reached.
+      procedure :: project
+      !> Projects a state inside the last step.
+      procedure :: project_inside
       !> Shows what it remembers from step to step to an archive.
       procedure :: transfer
       !> Puts q and p back to where the step started.
@@ -115,14 +120,14 @@ contains
       self%component = component_of(self, point)
       self%size = 0.0_wp
       self%largest = 0.0_wp
-      self%unit = 1.0_wp
+      self%to_order_one = 1.0_wp
       call note_size(self, point)
       self%last_q = state%q
       self%last_p = state%p
       self%started = .true.
    end subroutine start
 
-   !> Makes sure that the targets are those of the state from which a step starts: the last one corrected, another one
+   !> Makes sure that the targets are those of the state from which a step starts: the last one projected, another one
    !> on the same invariants, or a new one.
    pure subroutine follow(self, system, state)
       class(invariant_projection_t), intent(inout) :: self
@@ -148,7 +153,7 @@ contains
       call self%start(system, state)
    end subroutine follow
 
-   !> True for a point whose invariants are those of the last state corrected, to round-off, or of the one before, which
+   !> True for a point whose invariants are those of the last state projected, to round-off, or of the one before, which
    !> then is the last.
    pure subroutine find_account(self, point, on)
       class(invariant_projection_t), intent(inout) :: self
@@ -191,9 +196,9 @@ contains
       end if
    end function component_of
 
-   !> Corrects a state. To be called after `follow` with the state from which the step started. Errors, with the state
+   !> Projects a state. To be called after `follow` with the state from which the step started. Errors, with the state
    !> and the targets as they were: `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
-   pure subroutine correct(self, system, state, work, status)
+   pure subroutine project(self, system, state, work, status)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -203,18 +208,18 @@ contains
       type(status_t), intent(inout) :: status
       type(projection_point_t) :: point
       type(account_t) :: target
-      real(wp) :: size, largest, unit
+      real(wp) :: size, largest, to_order_one
       logical :: reached
 
       size = self%size
       largest = self%largest
-      unit = self%unit
+      to_order_one = self%to_order_one
       call take_attitude(state, point)
       if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
       call set_gamma(self%plan, point)
       call set_momentum(self, point)
       target = self%now
-      if (abs(work) > 0.0_wp) call add_increment(target%energy, target%carry, work)
+      if (abs(work) > 0.0_wp) call add_increment(target%energy, target%compensation, work)
       call set_energy(self, system%effects, target, point, reached)
       if (reached) then
          self%before = self%now
@@ -225,14 +230,14 @@ contains
       else
          self%size = size
          self%largest = largest
-         self%unit = unit
+         self%to_order_one = to_order_one
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
       end if
-   end subroutine correct
+   end subroutine project
 
-   !> Corrects a state inside the step that was corrected last, and leaves the targets as they are. Errors: those of
-   !> `correct`.
-   pure subroutine correct_inside(self, system, state, work, status)
+   !> Projects a state inside the step that was projected last, and leaves the targets as they are. Errors: those of
+   !> `project`.
+   pure subroutine project_inside(self, system, state, work, status)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -247,12 +252,12 @@ contains
       last_q = self%last_q
       last_p = self%last_p
       self%now = before
-      call self%correct(system, state, work, status)
+      call self%project(system, state, work, status)
       self%now = now
       self%before = before
       self%last_q = last_q
       self%last_p = last_p
-   end subroutine correct_inside
+   end subroutine project_inside
 
    !> Shows what it remembers from step to step to an archive.
    subroutine transfer(self, archive)
@@ -260,13 +265,13 @@ contains
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%size)
       call archive%transfer(self%largest)
-      call archive%transfer(self%unit)
+      call archive%transfer(self%to_order_one)
       call archive%transfer(self%momentum)
       call archive%transfer(self%component)
       call archive%transfer(self%now%energy)
-      call archive%transfer(self%now%carry)
+      call archive%transfer(self%now%compensation)
       call archive%transfer(self%before%energy)
-      call archive%transfer(self%before%carry)
+      call archive%transfer(self%before%compensation)
       call archive%transfer(self%last_q)
       call archive%transfer(self%last_p)
       call archive%transfer(self%started)
@@ -297,12 +302,12 @@ contains
          call evaluate(self%plan, effects, point)
          call note_size(self, point)
          excess = point%energy - target%energy
-         if (abs(excess) <= dead_band*self%size) return
+         if (abs(excess) <= round_off*self%size) return
          call get_slope(self, point, slope)
-         excess = self%unit*excess
+         excess = self%to_order_one*excess
          square = excess*excess
          if (.not. square < longest_doubtful*slope%steepness) then
-            if (abs(excess) <= doubtful*(self%unit*self%size)) return
+            if (abs(excess) <= doubtful*(self%to_order_one*self%size)) return
             if (.not. square < longest*slope%steepness) exit
          end if
          excess = excess/slope%steepness
@@ -321,8 +326,8 @@ contains
       type(projection_point_t), intent(in) :: point
       type(slope_t), intent(out) :: slope
       real(wp) :: square, kinetic, along
-      slope%turn = self%unit*point%rate
-      associate (x => slope%turn)
+      slope%rotation = self%to_order_one*point%rate
+      associate (x => slope%rotation)
          slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
       end associate
       slope%inertia = 0.0_wp
@@ -331,7 +336,7 @@ contains
       associate (w => slope%omega, gamma => point%gamma)
          square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
          if (square <= tiny(1.0_wp)/eps) return
-         kinetic = self%unit*point%twice_kinetic
+         kinetic = self%to_order_one*point%twice_kinetic
          slope%inertia = kinetic*(point%twice_kinetic/square)
          if (self%plan%components == ALONG_AXIS) then
             along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
@@ -344,17 +349,18 @@ contains
       end associate
    end subroutine get_slope
 
-   !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by Cayley's map, and L by ΔL = -c·inertia·Ω⊥.
+   !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =
+   !> -c·inertia·Ω⊥.
    pure subroutine move(self, c, slope, point)
       class(invariant_projection_t), intent(in) :: self
       real(wp), intent(in) :: c
       type(slope_t), intent(in) :: slope
       type(projection_point_t), intent(inout) :: point
       real(wp) :: b(3), factor
-      b = (0.5_wp*c)*slope%turn
+      b = (0.5_wp*c)*slope%rotation
       factor = 1 + (b(1)*b(1) + b(2)*b(2) + b(3)*b(3))
       if (self%plan%pushes) point%momentum = point%momentum - (c*slope%inertia)*slope%omega
-      if (self%plan%components /= ALL_COMPONENTS) call turn_back(b, factor, point%momentum)
+      if (self%plan%components /= ALL_COMPONENTS) call rotate_back(b, factor, point%momentum)
       if (.not. self%plan%attitude) return
       point%q = (1/sqrt(factor))*(point%q + times(point%q, b))
       call set_rows(point)
@@ -363,7 +369,7 @@ contains
    end subroutine move
 
    !> R(c)ᵀL = L + u + u×b, u = 2 L×b/(1 + |b|²), with c = (1 + b)/√(1 + |b|²).
-   pure subroutine turn_back(b, factor, momentum)
+   pure subroutine rotate_back(b, factor, momentum)
       !> b, and 1 + |b|²; shape (3).
       real(wp), intent(in) :: b(3), factor
       !> Shape (3).
@@ -371,7 +377,7 @@ contains
       real(wp) :: u(3)
       u = (2/factor)*across(momentum, b)
       momentum = momentum + (u + across(u, b))
-   end subroutine turn_back
+   end subroutine rotate_back
 
    !> The last move: one so short that its square is round-off, after which q and L alone are needed.
    pure subroutine move_little(self, c, slope, point)
@@ -379,13 +385,13 @@ contains
       real(wp), intent(in) :: c
       type(slope_t), intent(in) :: slope
       type(projection_point_t), intent(inout) :: point
-      if (self%plan%attitude) point%q = point%q + times(point%q, (0.5_wp*c)*slope%turn)
+      if (self%plan%attitude) point%q = point%q + times(point%q, (0.5_wp*c)*slope%rotation)
       if (self%plan%pushes) point%momentum = point%momentum - (c*slope%inertia)*slope%omega
       if (self%plan%components == ALL_COMPONENTS) then
          call set_rows(point)
          call set_momentum(self, point)
       else
-         point%momentum = point%momentum + across(point%momentum, c*slope%turn)
+         point%momentum = point%momentum + across(point%momentum, c*slope%rotation)
       end if
    end subroutine move_little
 
@@ -420,7 +426,7 @@ contains
       end select
    end subroutine set_momentum
 
-   !> Keeps the largest energies seen, and a unit in which no square overflows.
+   !> Keeps the largest energies seen, and the power of two with which no square overflows.
    pure subroutine note_size(self, point)
       class(invariant_projection_t), intent(inout) :: self
       type(projection_point_t), intent(in) :: point
@@ -429,7 +435,7 @@ contains
       largest = max(point%size, abs(point%rate(1)), abs(point%rate(2)), abs(point%rate(3)))
       if (largest <= self%largest) return
       self%largest = largest
-      self%unit = scale(1.0_wp, -max(exponent(largest), -1000))
+      self%to_order_one = scale(1.0_wp, -max(exponent(largest), -1000))
    end subroutine note_size
 
 end module nutate_invariant_projection

@@ -22,14 +22,14 @@ module nutate_method_choice
    !> What scenes call the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
 
-   !> Accuracy from which on the series is the cheapest, rad: in general, and for a body that turns many times under
-   !> potentials that are linear in the directions: a fast top.
+   !> Accuracy from which on the series is the cheapest, rad: in general, and for a fast top, a body that rotates many
+   !> times under potentials that are linear in the directions. Read off the tables of `make bench BENCH=bench_choice`.
    real(wp), parameter :: series_pays = 1e-8_wp, series_pays_for_tops = 1e-2_wp
-   !> Turn that makes a top fast, rad.
-   real(wp), parameter :: many_turns = 100.0_wp
+   !> Turn from start to end that makes a top fast, rad: in `bench_choice` the series wins at 280 to 400 rad, not at 50.
+   real(wp), parameter :: fast_turn = 100.0_wp
    !> An explicit step is at most some 6 times the time in which damping stops the body; steps of order 2 number about
-   !> 60 over the root of the accuracy, and cost as much as 8 explicit ones. Damping is strong where its rate times the
-   !> time of the run exceeds this over that root.
+   !> 60 over the root of the accuracy, and cost as much as 8 explicit ones (docs/accuracy.md). Damping is strong where
+   !> its rate times the time of the run exceeds 6·8·60 over that root.
    real(wp), parameter :: strong_damping = 3e3_wp
 
 contains
@@ -43,13 +43,13 @@ contains
       real(wp), intent(in) :: duration
       !> Attitude error at the end, or of each step, rad.
       real(wp), intent(in) :: accuracy
-      !> Method, order, solver and correction are set; all else is kept.
+      !> Method, order, solver and `conserve` are set; all else is kept.
       type(integrator_settings_t), intent(inout) :: settings
       !> Why, in a few words.
       character(len=:), allocatable, intent(out) :: reason
-      character(len=24) :: stranger
+      character(len=24) :: without_series
 
-      stranger = effect_without_series(system%effects)
+      without_series = effect_without_series(system%effects)
       if (has_closed_solution(system, state)) then
          call take('exact', settings)
          reason = 'the motion of a free body has a closed solution'
@@ -57,24 +57,24 @@ contains
          call take('nielsen_krenk', settings)
          settings%linear_solver = 'reduced'
          reason = 'strong damping keeps explicit steps shorter than the accuracy asks for'
-      else if (stranger /= '') then
+      else if (without_series /= '') then
          call take('dop853', settings)
          settings%conserve = .true.
-         reason = "effect '"//trim(stranger)//"' has no series; with the correction"
+         reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
       else if (accuracy <= series_pays) then
          call take('taylor', settings)
          reason = 'from 1e-8 rad on the series costs least'
       else if (is_fast_top(system, state, duration) .and. accuracy <= series_pays_for_tops) then
          call take('taylor', settings)
-         reason = 'for many turns in a uniform field the series costs least'
+         reason = 'for many revolutions in a uniform field the series costs least'
       else
          call take('dop853', settings)
          settings%conserve = .true.
-         reason = 'above 1e-8 rad, with the correction, it costs less than the series'
+         reason = 'above 1e-8 rad, with the projection onto the invariants, it costs less than the series'
       end if
    end subroutine choose_method
 
-   !> Sets a method with its own order, solver and correction.
+   !> Sets a method with its own order, solver and `conserve`.
    pure subroutine take(method, settings)
       character(len=*), intent(in) :: method
       type(integrator_settings_t), intent(inout) :: settings
@@ -94,20 +94,20 @@ contains
       integer :: i
       name = ''
       do i = 1, effects%n_potentials
-         call note_stranger(effects%potentials(i)%item, name)
+         call note_missing_series(effects%potentials(i)%item, name)
       end do
       do i = 1, effects%n_torques
-         call note_stranger(effects%torques(i)%item, name)
+         call note_missing_series(effects%torques(i)%item, name)
       end do
    end function effect_without_series
 
-   pure subroutine note_stranger(effect, name)
+   pure subroutine note_missing_series(effect, name)
       class(effect_t), intent(in) :: effect
       character(len=*), intent(inout) :: name
       if (effect%series_kind() /= NO_SERIES) return
       name = effect%name
       if (name == '') name = 'unnamed'
-   end subroutine note_stranger
+   end subroutine note_missing_series
 
    !> True for a free body whose closed solution can be computed.
    pure logical function has_closed_solution(system, state)
@@ -147,7 +147,7 @@ contains
                                                  log(strong_damping)
    end function damping_is_strong
 
-   !> True where all effects are linear potentials and the start turns fast enough for many turns.
+   !> True where all effects are linear potentials and the rate of the start makes the body a fast top.
    pure logical function is_fast_top(system, state, duration)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -163,7 +163,7 @@ contains
       end associate
       rate = quat_norm([0.0_wp, angular_velocity(system, state)])
       is_fast_top = is_fast_top .and. rate > 0.0_wp .and. abs(duration) > 0.0_wp
-      if (is_fast_top) is_fast_top = log(rate) + log(abs(duration)) > log(many_turns)
+      if (is_fast_top) is_fast_top = log(rate) + log(abs(duration)) > log(fast_turn)
    end function is_fast_top
 
 end module nutate_method_choice

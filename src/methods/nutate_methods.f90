@@ -1,4 +1,5 @@
-!> The integration methods a scene can name: one line each. A new method is its own file and a line here.
+!> The integration methods a scene can name: one line each. A new method is a file of its own, and here a `use`, a line
+!> of the table and a case of `make_stepper`.
 module nutate_methods
    use nutate_composition, only: composition_t
    use nutate_projected_stepper, only: projected_stepper_t
@@ -10,7 +11,7 @@ module nutate_methods
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
-   use nutate_taylor_stepper, only: taylor_t
+   use nutate_taylor_stepper, only: fixed_step_order, taylor_t
    implicit none
    private
 
@@ -44,7 +45,7 @@ module nutate_methods
 
    !> Every combination of method, linear solver, order and projection that there is; of each method the default comes
    !> first.
-   type(method_t), parameter :: methods(15) = [ &
+   type(method_t), parameter :: methods(*) = [ &
       method_t('nielsen_krenk', 'lapack', 2, 1, eight), &
       method_t('nielsen_krenk', 'lapack', 4, 5, eight), &
       method_t('nielsen_krenk', 'lapack', 6, 9, eight), &
@@ -57,14 +58,14 @@ module nutate_methods
       method_t('rk4', '', 4, 4, explicit, projected=.true.), &
       method_t('dop853', '', 8, 12, explicit, estimate_power=8, conserving=.false.), &
       method_t('dop853', '', 8, 12, explicit, projected=.true., estimate_power=8), &
-      method_t('taylor', '', 16, 1, series, projected=.true., dense=.true.), &
-      method_t('taylor', '', 16, 1, series, dense=.true., conserving=.false.), &
+      method_t('taylor', '', fixed_step_order, 1, series, projected=.true., dense=.true.), &
+      method_t('taylor', '', fixed_step_order, 1, series, dense=.true., conserving=.false.), &
       method_t('exact', '', 0, 1, closed, dense=.true.)]
 
 contains
 
    !> What rows that differ in order and solver only have in common: the name, and `+conserve` after it for a method
-   !> with the correction.
+   !> with the projection onto the invariants.
    elemental function family_of(method) result(name)
       type(method_t), intent(in) :: method
       character(len=32) :: name
@@ -150,7 +151,7 @@ contains
       type(status_t), intent(out) :: status
       if (row_of(settings) == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
-                       "' of this order and solver, with or without correction as asked for", 'method')
+                       "' of this order and solver, with or without conserve as asked for", 'method')
          return
       end if
       select case (settings%method)
@@ -170,18 +171,18 @@ contains
          end if
          if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
       end select
-      if (settings%conserve .and. settings%method /= 'taylor') call correct_stepper(stepper)
+      if (settings%conserve .and. settings%method /= 'taylor') call project_stepper(stepper)
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
 
    !> Puts a stepper with the projection onto the invariants in its place.
-   subroutine correct_stepper(stepper)
+   subroutine project_stepper(stepper)
       class(stepper_t), allocatable, intent(inout) :: stepper
-      type(projected_stepper_t), allocatable :: conserving
-      allocate (conserving)
-      call conserving%wrap(stepper)
-      call move_alloc(conserving, stepper)
-   end subroutine correct_stepper
+      type(projected_stepper_t), allocatable :: projected
+      allocate (projected)
+      call projected%wrap(stepper)
+      call move_alloc(projected, stepper)
+   end subroutine project_stepper
 
    !> Puts the composition of a stepper of order 2, still to be prepared, in its place. Errors: those of `compose`.
    subroutine compose_stepper(order, stepper, status)

@@ -12,14 +12,14 @@ module nutate_projected_stepper
 
    public :: projected_stepper_t
 
-   !> A stepper and its correction. The estimate of the error is that of the stepper: the correction is no longer than
-   !> the error, and mostly takes some of it away. `step` allocates nothing.
+   !> A stepper and the projection of its states. The estimate of the error is that of the stepper: the projection moves
+   !> the state by no more than the error, and mostly takes some of it away. `step` allocates nothing.
    type, extends(stepper_t) :: projected_stepper_t
       private
       class(stepper_t), allocatable :: base
-      type(invariant_projection_t) :: correction
+      type(invariant_projection_t) :: projection
    contains
-      !> Takes the stepper to correct; must come before `prepare`.
+      !> Takes the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
       procedure :: set_up
       procedure :: advance
@@ -28,7 +28,7 @@ module nutate_projected_stepper
 
 contains
 
-   !> Takes the stepper to correct.
+   !> Takes the stepper whose states to project.
    subroutine wrap(self, base)
       class(projected_stepper_t), intent(inout) :: self
       !> Moved: not allocated afterwards.
@@ -43,15 +43,15 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       if (.not. allocated(self%base)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a correction needs a stepper to correct')
+         status = fail(NUTATE_BAD_ARGUMENT, 'a projection onto the invariants needs a stepper')
          return
       end if
       call self%base%prepare(system, settings, status)
       if (.not. status%ok()) return
-      call self%correction%prepare(system, settings%attitude)
+      call self%projection%prepare(system, settings%attitude)
    end subroutine set_up
 
-   !> One step and its correction. Errors, with the state as it was: those of the stepper and of the correction.
+   !> One step and its projection. Errors, with the state as it was: those of the stepper and of the projection.
    subroutine advance(self, system, state, dt, window_time, status)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -63,7 +63,7 @@ contains
       t = state%t
       q_compensation = state%q_compensation
       p_compensation = state%p_compensation
-      call self%correction%follow(system, state)
+      call self%projection%follow(system, state)
       call self%base%advance(system, state, dt, window_time, status)
       self%iterations = self%base%iterations
       self%residual = self%base%residual
@@ -74,20 +74,20 @@ contains
          work = work + self%work(i)
       end do
       self%error_estimate = self%base%error_estimate
-      call self%correction%correct(system, state, work, status)
+      call self%projection%project(system, state, work, status)
       if (status%code == 0) return
-      call self%correction%restore(state)
+      call self%projection%restore(state)
       state%t = t
       state%q_compensation = q_compensation
       state%p_compensation = p_compensation
    end subroutine advance
 
-   !> The stepper's memory and that of the correction.
+   !> What the stepper and the projection remember.
    subroutine transfer(self, archive)
       class(projected_stepper_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call self%base%transfer(archive)
-      call self%correction%transfer(archive)
+      call self%projection%transfer(archive)
    end subroutine transfer
 
 end module nutate_projected_stepper

@@ -15,7 +15,7 @@ module nutate_projection_point
    public :: projection_plan_t, projection_point_t
    public :: read_point, take_attitude, take_momentum, set_rows, set_gamma, evaluate, times, write_state
 
-   !> |qᵀq - 1| up to which the first term of 1/|q| is exact.
+   !> |qᵀq - 1| up to which the first term of 1/|q| is exact: the next one, 3/8 of its square, is below ε/4.
    real(wp), parameter :: nearly_unit = 1e-8_wp
 
    !> What the energy and the invariants of a system consist of.
@@ -23,7 +23,7 @@ module nutate_projection_point
       !> The conserved components of l (`nutate_invariants`) and n, space axes; shape (3).
       integer :: components = ALL_COMPONENTS
       real(wp) :: axis(3) = 0.0_wp
-      !> There is an attitude to turn; the momentum may change; J is diagonal; there are rotors.
+      !> There is an attitude to rotate; the momentum may change; J is diagonal; there are rotors.
       logical :: attitude = .true., pushes = .false., diagonal = .true., has_rotor = .false.
       !> There are potentials linear in n itself; m of their sum U = -m·γ, body axes, J; shape (3).
       logical :: has_weight = .false.
@@ -37,7 +37,7 @@ module nutate_projection_point
       procedure :: prepare
    end type projection_plan_t
 
-   !> A state as the correction sees it.
+   !> A state as the projection sees it.
    type :: projection_point_t
       !> Attitude; shape (4).
       real(wp) :: q(4)

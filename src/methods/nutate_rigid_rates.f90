@@ -2,8 +2,8 @@
 !>
 !>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
 !>
-!> A method sees `y = [q, L, 0]`, padded to a length that vector units like, and `k = Δt ẏ`: with `Δt J⁻¹` in place of
-!> J⁻¹ no stage multiplies by the step. Components are written out, since this is all that a stage costs.
+!> A method sees `y = [q, L, 0]`, padded to a length that suits vector instructions, and `k = Δt ẏ`: with `Δt J⁻¹` in
+!> place of J⁻¹ no stage multiplies by the step. Components are written out, since this is all that a stage costs.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
@@ -17,8 +17,9 @@ module nutate_rigid_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
-   !> Largest component of ΔtΩ in a stage: what lies beyond does not follow a motion, and overflows some stages later.
-   real(wp), parameter :: longest_turn = 1e3_wp
+   !> Largest component of the angle ΔtΩ in a stage, rad: what lies beyond does not follow a motion, and overflows some
+   !> stages later.
+   real(wp), parameter :: largest_angle = 1e3_wp
    !> Largest |qᵀq - 1| and |qᵀp|/|p| of a state that counts as on the constraint manifold.
    real(wp), parameter :: on_manifold = 1e-9_wp
 
@@ -27,7 +28,7 @@ module nutate_rigid_rates
       !> Start and length of the step, s.
       real(wp) :: t = 0.0_wp, dt = 0.0_wp
       !> Δt J⁻¹, s kg⁻¹ m⁻²; shape (3,3).
-      real(wp) :: to_turn(3, 3) = 0.0_wp
+      real(wp) :: to_angle(3, 3) = 0.0_wp
       !> h, body axes, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       !> Integrate the attitude; else its rates are zero.
@@ -77,7 +78,7 @@ contains
       integer :: i
       self%t = state%t
       self%dt = dt
-      self%to_turn = dt*system%body%inverse_inertia
+      self%to_angle = dt*system%body%inverse_inertia
       self%rotor = system%effects%rotor_momentum
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)
@@ -129,25 +130,25 @@ contains
       real(wp), intent(in) :: weight
       !> Shape (n_rates).
       real(wp), intent(out) :: k(n_rates)
-      real(wp) :: x1, x2, x3, turn1, turn2, turn3
+      real(wp) :: x1, x2, x3, angle1, angle2, angle3
       x1 = y(5) - self%rotor(1)
       x2 = y(6) - self%rotor(2)
       x3 = y(7) - self%rotor(3)
-      turn1 = self%to_turn(1, 1)*x1 + self%to_turn(1, 2)*x2 + self%to_turn(1, 3)*x3
-      turn2 = self%to_turn(2, 1)*x1 + self%to_turn(2, 2)*x2 + self%to_turn(2, 3)*x3
-      turn3 = self%to_turn(3, 1)*x1 + self%to_turn(3, 2)*x2 + self%to_turn(3, 3)*x3
-      if (.not. max(abs(turn1), abs(turn2), abs(turn3)) <= longest_turn) then
+      angle1 = self%to_angle(1, 1)*x1 + self%to_angle(1, 2)*x2 + self%to_angle(1, 3)*x3
+      angle2 = self%to_angle(2, 1)*x1 + self%to_angle(2, 2)*x2 + self%to_angle(2, 3)*x3
+      angle3 = self%to_angle(3, 1)*x1 + self%to_angle(3, 2)*x2 + self%to_angle(3, 3)*x3
+      if (.not. max(abs(angle1), abs(angle2), abs(angle3)) <= largest_angle) then
          if (self%failure == 0) self%failure = NUTATE_OFF_BRANCH
          k = 0.0_wp
          return
       end if
-      k(1) = -0.5_wp*(y(2)*turn1 + y(3)*turn2 + y(4)*turn3)
-      k(2) = 0.5_wp*(y(1)*turn1 + y(3)*turn3 - y(4)*turn2)
-      k(3) = 0.5_wp*(y(1)*turn2 + y(4)*turn1 - y(2)*turn3)
-      k(4) = 0.5_wp*(y(1)*turn3 + y(2)*turn2 - y(3)*turn1)
-      k(5) = y(6)*turn3 - y(7)*turn2
-      k(6) = y(7)*turn1 - y(5)*turn3
-      k(7) = y(5)*turn2 - y(6)*turn1
+      k(1) = -0.5_wp*(y(2)*angle1 + y(3)*angle2 + y(4)*angle3)
+      k(2) = 0.5_wp*(y(1)*angle1 + y(3)*angle3 - y(4)*angle2)
+      k(3) = 0.5_wp*(y(1)*angle2 + y(4)*angle1 - y(2)*angle3)
+      k(4) = 0.5_wp*(y(1)*angle3 + y(2)*angle2 - y(3)*angle1)
+      k(5) = y(6)*angle3 - y(7)*angle2
+      k(6) = y(7)*angle1 - y(5)*angle3
+      k(7) = y(5)*angle2 - y(6)*angle1
       k(8) = 0.0_wp
       if (.not. self%attitude) k(1:4) = 0.0_wp
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)

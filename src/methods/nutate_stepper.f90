@@ -17,8 +17,8 @@ module nutate_stepper
       character(len=24) :: linear_solver = 'lapack'
       !> 1/J0, kg⁻¹ m⁻²; 0 for an infinite auxiliary inertia.
       real(wp) :: inverse_auxiliary_inertia = 0.0_wp
-      !> Project potential forces onto the tangent of |q| = 1 (the paper's equation 11); `.false.` shows what that is
-      !> for.
+      !> Project potential forces onto the tangent of |q| = 1 (equation (11) of Nielsen & Krenk 2012); `.false.` shows
+      !> what that is for.
       logical :: projection = .true.
       !> Integrate the attitude; `.false.` only where neither an effect nor the output depends on it.
       logical :: attitude = .true.
@@ -106,7 +106,7 @@ module nutate_stepper
          type(system_t), intent(in) :: system
          type(state_t), intent(in) :: state
          type(step_goal_t), intent(in) :: goal
-         !> A guess on entry, s, positive whichever way time goes.
+         !> An estimate on entry, s, positive whichever way time goes.
          real(wp), intent(inout) :: step
          !> Success on entry.
          type(status_t), intent(inout) :: status
@@ -155,7 +155,7 @@ contains
       call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
    end subroutine take_step
 
-   !> Refuses: going on without a memory that nobody listed would be another run.
+   !> Refuses: what a method remembers and nobody listed would be missing, and the run another one.
    subroutine refuse_archive(self, archive)
       !> Prepared for `system`.
       class(stepper_t), intent(inout) :: self

@@ -1,9 +1,16 @@
 !> What the effects do in one step of the conserving scheme: their generalised force at mid step and its derivatives.
 !>
 !> A step is seen from the frame `u` of its start: q = u∘x, so that x0 = (|q0|, 0, 0, 0). Every effect then enters as a
-!> body quantity `s = [s0, τ]` at mid step with the force `f = 2 x̄∘s/|x̄|²` (design: torques do exact work):
-!> a torque as τ, a projected potential as τ = γ(x̄)×∇̄U, since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²` and the projection
-!> takes away exactly the scalar part, which is s0 = -γ(x̄)·∇̄U where it is left in.
+!> body quantity `s = [s0, τ]` at mid step with the force `f = 2 x̄∘s/|x̄|²`, whose work in the step is exactly Δt Ω̄·τ.
+!>
+!> **Finite derivative of the potential.** With γ(x) = R(x)ᵀn, quadratic in x, and a discrete gradient ∇̄U·Δγ = ΔU, the
+!> derivative ∂V*/∂x = γ'(x̄)ᵀ∇̄U has Δx·∂V*/∂x = ΔV exactly. Since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²`, its force
+!> -∂V*/∂x is that of s = [-γ(x̄)·∇̄U, γ(x̄)×∇̄U].
+!>
+!> **Projection**, equation (11) of Nielsen & Krenk (2012). I - x̄x̄ᵀ/x̄ᵀx̄ takes away the part of a force along x̄. In
+!> f that is the scalar part of s, and nothing else: the projection is the *absence* of a scalar part, s = [0, τ] in the
+!> place of s = [-γ(x̄)·∇̄U, τ]. Nothing is multiplied by a projector anywhere; `self%projection` keeps the scalar part
+!> out in `evaluate` and `add_potential_derivative`.
 module nutate_discrete_forces
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
@@ -22,7 +29,7 @@ module nutate_discrete_forces
       logical :: active = .false.
       !> One of them depends on the attitude.
       logical :: by_attitude = .false.
-      !> Take away the part of potential forces along q.
+      !> The projection (11): s has no scalar part. Without it potentials have a force along q too.
       logical :: projection = .true.
       !> Middle of the step, s.
       real(wp) :: t = 0.0_wp
@@ -43,7 +50,7 @@ module nutate_discrete_forces
       procedure :: prepare
       !> Starts a step.
       procedure :: start
-      !> s at the present guess of the step's end.
+      !> s = [s0, τ] for an end of the step.
       procedure :: evaluate
       !> s and its derivatives.
       procedure :: linearize
@@ -116,7 +123,8 @@ contains
       end do
    end subroutine start
 
-   !> s = [s0, τ] for a step that ends at x1.
+   !> s = [s0, τ] for a step that ends at x1. τ is the sum of γ(x̄)×∇̄U(γ0, γ1), the finite derivatives of the
+   !> potentials, and of the torques at t̄, x̄/|x̄|, Ω̄. s0 = 0 is the projection (11); without it s0 = -Σ γ(x̄)·∇̄U.
    pure subroutine evaluate(self, effects, x1, xm, omega, s)
       class(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -179,7 +187,7 @@ contains
       end do
    end subroutine linearize
 
-   !> Adds ∂[-γ̄·∇̄U, γ̄×∇̄U]/∂x1 of one potential; γ'(x)δ = 2 vec(x*∘n∘δ).
+   !> Adds ∂[-γ̄·∇̄U, γ̄×∇̄U]/∂x1 of one potential, of the scalar part only without projection; γ'(x)δ = 2 vec(x*∘n∘δ).
    pure subroutine add_potential_derivative(self, effects, i, x1, xm, by_x)
       type(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
@@ -205,8 +213,8 @@ contains
       end do
    end subroutine add_potential_derivative
 
-   !> τ at mid step for the turn c = (1+b)∘(1-b)⁻¹ of a unit attitude: what `evaluate` gives for x1 = c,
-   !> x̄ = (1+b)/(1+|b|²).
+   !> τ at mid step for the rotation c = (1+b)∘(1-b)⁻¹ of a unit attitude: what `evaluate` gives for x1 = c,
+   !> x̄ = (1+b)/(1+|b|²), always projected.
    pure subroutine turn(self, effects, b, rate, tau)
       class(discrete_forces_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects

@@ -1,4 +1,13 @@
-!> The eight equations of one step (Nielsen & Krenk 2012) and their analytic Jacobian.
+!> The eight equations of one step and their analytic Jacobian.
+!>
+!> They are the finite increments of the Hamiltonian (8) of Nielsen & Krenk (2012), the discrete form of (9a) and (11),
+!> which carries no number there: the increment of a symmetric quadratic form is twice the increment of one factor times
+!> the mean of the other. With w̄ = ½(w0 + w1), the mean of the two values of w(q,p) = Q(q)ᵀp, and a = J⁻¹w̄:
+!>
+!>     q1 - q0 =  ¼Δt Q(q̄) a                                             (9a)
+!>     p1 - p0 = -¼Δt Q(p̄) C a - Δt (I - q̄q̄ᵀ/q̄ᵀq̄) ∂V*/∂q + Δt f          (11)
+!>
+!> The projection (11) is in `nutate_discrete_forces`: its forces 2q̄∘[0, τ]/|q̄|² have no scalar part.
 !>
 !> With q = u∘x, p = μ u∘y they read the same for x and y whatever the unit quaternion u: the scheme is symmetric under
 !> rotations of space. u is taken as the attitude at the start of the step and μ as the power of two nearest |p|, so
@@ -57,9 +66,9 @@ module nutate_eight_equations
       procedure :: explicit_increments
       !> The increments of q and p that the root stands for.
       procedure :: increments
-      !> q·p is what rounding leaves of nothing, and stays so.
+      !> The constraint (5), q·p = 0, holds but for rounding, and stays so.
       procedure :: is_tangent
-      !> Takes that away.
+      !> Takes away what rounding left of q·p.
       procedure :: make_tangent
       !> Shows to an archive what stays from step to step.
       procedure :: transfer
@@ -101,7 +110,8 @@ contains
       if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, window_time)
    end subroutine start
 
-   !> a = J⁻¹(w̄ - 2h), w̄ = ½(w0 + w1); a = [w̄₀/J0, 2Ω̄], rad/s; shape (4).
+   !> a = J⁻¹(w̄ - 2h) = [w̄₀/J0, 2Ω̄], rad/s, w̄ = ½(w0 + w1) the mean of w at the two ends (not w of the means);
+   !> shape (4).
    pure function mean_rate(self, z) result(a)
       class(eight_equations_t), intent(in) :: self
       !> (Δx, Δy); shape (8).
@@ -123,7 +133,8 @@ contains
       z(5:8) = -quat_product(self%y0, conjugation*a)
    end function explicit_increments
 
-   !> R(z) = (Δx - ¼Δt x̄∘a, Δy + ¼Δt ȳ∘Ca - Δt f/μ), f = 2x̄∘s/|x̄|².
+   !> R(z) = (Δx - ¼Δt x̄∘a, Δy + ¼Δt ȳ∘Ca - Δt f/μ), f = 2x̄∘s/|x̄|²: the discrete (9a) and (11). s = [0, τ] without
+   !> scalar part is the projection of (11).
    pure subroutine residual(self, system, z, r)
       class(eight_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -140,12 +151,12 @@ contains
       r(5:8) = r(5:8) - (2*self%dt/(self%unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
 
-   !> q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a and κ = Cα the equations
-   !> of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. Taken from z instead, seen from u, it would
-   !> carry the rounding of |u| along, and |p| would drift in proportion to the number of steps. The impulse Δt f is
-   !> what z has beyond the free motion: evaluated from a, a damping much stronger than the inertia would blow up a's
-   !> rounding. Projected forces have no part along x̄ and leave w₀ = q·p as it is: the rounding of z in both would,
-   !> with a finite J0, make the norm drift.
+   !> The update: q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a and κ = Cα
+   !> the equations of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. Taken from z instead, seen from
+   !> u, it would take over the rounding of |u|, and |p| would drift in proportion to the number of steps. The impulse
+   !> Δt f is what z has beyond the free motion: evaluated from a, a damping much stronger than the inertia would blow
+   !> up a's rounding. Projected forces have no part along x̄ and leave w₀ = q·p as it is: the rounding of z in both
+   !> would, with a finite J0, make the norm drift.
    pure subroutine increments(self, state, z, a, dq, dp, excess)
       class(eight_equations_t), intent(in) :: self
       !> At the start of the step.
@@ -185,7 +196,8 @@ contains
       dp = p_factor*dp
    end subroutine increments
 
-   !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then q·p = 0 for ever.
+   !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then (5), q·p = 0, holds
+   !> for ever.
    pure logical function is_tangent(self)
       class(eight_equations_t), intent(in) :: self
       is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
@@ -201,7 +213,7 @@ contains
       state%p_compensation = state%p_compensation - (self%w0(1)*self%unit/dot_product(state%q, state%q))*state%q
    end subroutine make_tangent
 
-   !> ∂R/∂z; shape (8,8).
+   !> ∂R/∂z, the Jacobian of the discrete (9a) and (11); shape (8,8).
    pure subroutine jacobian(self, system, z, matrix)
       class(eight_equations_t), intent(in) :: self
       type(system_t), intent(in) :: system

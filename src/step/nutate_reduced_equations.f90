@@ -5,8 +5,13 @@
 !>
 !>     G(b) = (1-β)(L̄ - L0) + 2b×L̄ - ½Δt((1+β)τ̄ - 2b(b·τ̄)) = 0,
 !>
-!> whose free part is the implicit midpoint rule of Euler's equations with the step Δt/(1-β). It is solved in units of
-!> 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of order 1 whatever the body.
+!> whose free part is the implicit midpoint rule of Euler's equations with the step Δt/(1-β). These are the eight
+!> equations of `nutate_eight_equations`, the discrete (9a) and (11) of Nielsen & Krenk (2012), on the constraints (2)
+!> and (5): the same root, with three unknowns in place of eight. The projection of (11) is that τ̄ alone enters, and no
+!> scalar part beside it.
+!>
+!> They are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of
+!> order 1 whatever the body.
 module nutate_reduced_equations
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp
@@ -60,7 +65,7 @@ module nutate_reduced_equations
       procedure :: explicit_guess
       !> Takes a b, at which the derivative is wanted.
       procedure :: take
-      !> F(b)
+      !> F(b), the discrete (9a) and (11) on the constraint manifold.
       procedure :: residual
       !> ∂F/∂b
       procedure :: jacobian
@@ -139,7 +144,7 @@ contains
       self%beta = dot_product(b, b)
    end subroutine take
 
-   !> F(b); shape (3). Keeps the torque. Without that of the torque where it is too strong.
+   !> F(b) = (Δt/4s) G(b); shape (3). Keeps the torque. Without the torque's part where that is too strong.
    pure subroutine residual(self, system, b, f)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -158,7 +163,7 @@ contains
       f = f - (1 + self%beta)*tau + (2*dot_product(b, tau))*b
    end subroutine residual
 
-   !> ∂F/∂b; shape (3,3).
+   !> ∂F/∂b, the Jacobian; shape (3,3).
    pure subroutine jacobian(self, system, b, matrix)
       class(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -237,7 +242,8 @@ contains
       call self%forces%get_work(system%effects, self%dt, [1.0_wp, b]/(1 + dot_product(b, b)), self%rate*b, work)
    end subroutine get_work
 
-   !> Moves the state to the end of the step whose root is b: q1 = q0∘c, p1 = p0∘c + Δt f, the impulse of the effects.
+   !> The update: moves the state to the end of the step whose root is b, q1 = q0∘c and p1 = p0∘c + Δt f, f the force of
+   !> the effects. Both are sums of increments, kept with their compensation.
    pure subroutine finish(self, b, attitude, state)
       class(reduced_equations_t), intent(in) :: self
       !> Root, for which F has been asked last if there are effects.

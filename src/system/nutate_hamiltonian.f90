@@ -1,5 +1,5 @@
-!> The Hamiltonian of a rigid body in quaternions and conjugate momenta (Nielsen & Krenk 2012), and what follows from
-!> it.
+!> The Hamiltonian of a rigid body in quaternions and conjugate momenta, and what follows from it. Numbers in
+!> parentheses are those of the equations of Nielsen & Krenk (2012).
 !>
 !> `J = diag(J0, inertia)` is the extended inertia; only `1/J0` ever enters (`inverse_j0`, 0 for an infinite J0), so
 !> that the physical body is its default.
@@ -21,8 +21,8 @@ module nutate_hamiltonian
 
 contains
 
-   !> The state of a body that has an attitude and an angular velocity. What is not finite or beyond 1e100 gives a
-   !> momentum that every stepper refuses.
+   !> The state of a body that has an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the constraint
+   !> (5), qᵀp = 0. What is not finite or beyond 1e100 gives a momentum that every stepper refuses.
    pure type(state_t) function make_state(system, q, omega, t) result(state)
       !> Its inertia and rotors count.
       type(system_t), intent(in) :: system
@@ -39,7 +39,7 @@ contains
       state%p = 2*quat_product(q, [0.0_wp, matmul(system%body%inertia, omega) + system%effects%rotor_momentum])
    end function make_state
 
-   !> w(q,p) = Q(q)ᵀp = q*∘p = [q·p, 2L] (the paper's bilinear form); shape (4).
+   !> w(q,p) = Q(q)ᵀp = q*∘p = [q·p, 2L], bilinear in q and p: the factor in both forms of T in (6); shape (4).
    pure function bilinear_form(q, p) result(w)
       real(wp), intent(in) :: q(4), p(4)
       real(wp) :: w(4)
@@ -70,7 +70,7 @@ contains
       omega = times_vector(system%body%inverse_inertia, body_momentum(state) - system%effects%rotor_momentum)
    end function angular_velocity
 
-   !> p = M(q,q) q̇ = 4 Q(q) J Q(q)ᵀ q̇ for a finite J0; shape (4).
+   !> Conjugate momentum (4): p = ∂T/∂q̇ = M(q,q) q̇ = 4 Q(q) J Q(q)ᵀ q̇ for a finite J0; shape (4).
    pure function momentum_from_rate(body, j0, q, rate) result(p)
       type(body_t), intent(in) :: body
       !> J0, kg m².
@@ -81,7 +81,7 @@ contains
       p = matmul(mass_matrix(body, j0, q), rate)
    end function momentum_from_rate
 
-   !> M(x,x) = 4 Q(x) J Q(x)ᵀ, J = diag(J0, inertia); shape (4,4), kg m².
+   !> Mass matrix of (3): M(x,x) = 4 Q(x) J Q(x)ᵀ, J = diag(J0, inertia); shape (4,4), kg m².
    pure function mass_matrix(body, j0, x) result(matrix)
       type(body_t), intent(in) :: body
       !> J0, kg m².
@@ -92,7 +92,7 @@ contains
    end function mass_matrix
 
    !> M⁻¹(x,x) = ¼ Q(x) J⁻¹ Q(x)ᵀ; shape (4,4). With x = q, a unit quaternion, it is the inverse of the mass matrix and
-   !> T = ½ pᵀM⁻¹(q,q)p; with x = p it is the matrix of T = ½ qᵀM⁻¹(p,p)q.
+   !> T = ½ pᵀM⁻¹(q,q)p; with x = p it is the matrix of T = ½ qᵀM⁻¹(p,p)q: equation (6).
    pure function inverse_mass_matrix(body, inverse_j0, x) result(matrix)
       type(body_t), intent(in) :: body
       !> 1/J0, kg⁻¹ m⁻².
@@ -120,7 +120,7 @@ contains
       matrix = matmul(matmul(left, a), transpose(left))
    end function sandwich
 
-   !> T = ⅛ (w - 2h)ᵀ J⁻¹ (w - 2h), w = w(q,p), h the rotors' momentum, J.
+   !> T of (3) and (6) as ⅛ (w - 2h)ᵀ J⁻¹ (w - 2h), w = w(q,p), h the rotors' momentum, J.
    pure real(wp) function kinetic_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -147,7 +147,7 @@ contains
       end do
    end function potential_energy
 
-   !> H = T + V, J.
+   !> H = T + V, J: equation (8) on the constraint (2), where the term of its multiplier λ vanishes.
    pure real(wp) function total_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -156,7 +156,7 @@ contains
       energy = kinetic_energy(system, state, inverse_j0) + potential_energy(system%effects, state%q)
    end function total_energy
 
-   !> ∂V/∂q = Σ γ'(q)ᵀ∇U; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
+   !> ∂V/∂q of (9b) = Σ γ'(q)ᵀ∇U; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
    pure function potential_gradient(effects, q) result(gradient)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
@@ -193,8 +193,14 @@ contains
       end do
    end function potential_torque
 
-   !> The equations of motion: q̇ = ¼Q(q)J⁻¹(w-2h), ṗ = -¼Q(p)CJ⁻¹(w-2h) - (I - qqᵀ/qᵀq)∂V/∂q + f, f = 2q∘[0,τ]/|q|²
-   !> from the torques (the paper's equations with projection).
+   !> Hamilton's equations (7) of this H, with the torques beside the potentials:
+   !>
+   !>     q̇ = M⁻¹(q,q)p = ¼Q(q)J⁻¹(w-2h)                                                         (9a)
+   !>     ṗ = -M⁻¹(p,p)q - (I - qqᵀ/qᵀq)∂V/∂q + f = -¼Q(p)CJ⁻¹(w-2h) + 2q∘[0,τ]/|q|²             (11)
+   !>
+   !> The multiplier λ of (9b), which (10) would give, is eliminated by the projection of (11). It takes the part of
+   !> ∂V/∂q along q, which is the scalar part of 2q∘[γ·∇U, ∇U×γ]/|q|² and no other: so the potentials enter as torques
+   !> τ = γ×∇U, whose scalar part is 0.
    pure subroutine hamilton_equations(system, state, q_rate, p_rate, inverse_j0)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

@@ -10,7 +10,7 @@ module nutate_invariants
    implicit none
    private
 
-   public :: invariants_t, conserved_momentum, NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
+   public :: invariants_t, conserved_momentum, parallel, NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
 
    !> Which components of the space momentum are conserved; only its length where the attitude is not known.
    integer, parameter :: NO_COMPONENT = 0, ALONG_AXIS = 1, ONLY_LENGTH = 2, ALL_COMPONENTS = 3
@@ -34,7 +34,7 @@ module nutate_invariants
       real(wp) :: worst_energy = 0.0_wp
       !> Largest error of the conserved components of l, N m s.
       real(wp) :: worst_momentum = 0.0_wp
-      !> Largest |qᵀq - 1|, and |qᵀp|, kg m²/s.
+      !> Largest |qᵀq - 1|, and |qᵀp|, kg m²/s: the constraints (2) and (5) of Nielsen & Krenk (2012).
       real(wp) :: norm_error = 0.0_wp, orthogonality = 0.0_wp
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), private :: inverse_j0 = 0.0_wp

@@ -1,4 +1,4 @@
-!> One integration of a study: without output, under a time limit, measured or as fast as it goes.
+!> One integration of a work-precision study: without output, under a time limit, measured or as fast as it goes.
 module nutate_measured_run
    use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_hamiltonian, only: angular_velocity
@@ -16,10 +16,10 @@ module nutate_measured_run
 
    public :: problem_t, follower_t, run_once, run_to_tolerance, settings_of, fastest_rate
 
-   !> Steps of the run that looks for the fastest rotation: at most so many, and at least so many where the start does
-   !> not say how fast the body is.
+   !> Steps of the run that looks for the fastest rotation: at most so many, some 0.1 s of work; at least so many where
+   !> the start does not say how fast the body is.
    integer(long), parameter :: most_pilot_steps = 20000, least_pilot_steps = 64
-   !> Turn in a step of that run, rad.
+   !> Turn in a step of that run, rad: the maximum of |Ω| is hit to a few per cent, and every method takes such steps.
    real(wp), parameter :: pilot_turn = 0.5_wp
 
    !> What is studied: a motion from a state to a time.
@@ -44,9 +44,8 @@ module nutate_measured_run
       real(wp) :: fastest = 0.0_wp
       !> The invariants are wanted.
       logical :: measures = .false.
+      !> At its deadline a run must end.
       type(stopwatch_t) :: clock
-      !> Reading of the clock at which a run must end, s.
-      real(wp) :: deadline = huge(1.0_wp)
       class(observer_t), allocatable :: onlooker
    contains
       procedure :: observe => measure_row
@@ -189,8 +188,8 @@ contains
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       if (allocated(self%onlooker)) call self%onlooker%poll(fraction, status)
-      if (.not. status%ok() .or. self%deadline >= huge(1.0_wp)) return
-      if (self%clock%seconds() > self%deadline) status = fail(NUTATE_STEP_LIMIT, 'the time for it is over')
+      if (.not. status%ok()) return
+      if (self%clock%is_over()) status = fail(NUTATE_STEP_LIMIT, 'the time for it is over')
    end subroutine watch_clock
 
 end module nutate_measured_run

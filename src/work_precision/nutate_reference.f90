@@ -22,12 +22,14 @@ module nutate_reference
    !> Beside the closed solutions: none, and what two methods agree on.
    integer, parameter :: NO_REFERENCE = NOT_EXACT, AGREED = 3
 
-   !> An attitude known no better than this is no reference, rad.
+   !> An attitude known no better than this is no reference, rad: of the errors of a study it would leave one decade.
    real(wp), parameter :: useless = 1e-3_wp
-   !> Turn in the first, longest step, rad.
+   !> Turn in the first, longest step, rad: methods of order 8 begin to agree there.
    real(wp), parameter :: first_turn = 1.0_wp
-   !> No attitude is known better than this, rad; levels without improvement that end the search; the most levels.
+   !> No attitude is known better than this, rad: round-off of q and of its distance from another.
    real(wp), parameter :: finest = 4*eps
+   !> Levels, each with half the step of the one before, without improvement that end the search: one can be an
+   !> accident. The most levels: 2⁻²³ rad is below any step at which round-off takes over.
    integer, parameter :: patience = 2, most_levels = 24
 
    type :: reference_t
@@ -104,25 +106,24 @@ contains
 
    !> Tries the next step, if it can be expected to end in time; otherwise, and where nothing is gained any more, the
    !> reference is settled.
-   subroutine refine(self, problem, clock, deadline)
+   subroutine refine(self, problem, clock)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
+      !> Until its deadline time may be spent.
       type(stopwatch_t), intent(in) :: clock
-      !> Reading of the clock until which time may be spent, s.
-      real(wp), intent(in) :: deadline
       type(status_t) :: status
       real(wp) :: time_step, q(4, 2), begun
       integer :: i
 
       begun = clock%seconds()
-      if (self%levels == most_levels .or. begun + 2*self%last_seconds > deadline) then
+      if (self%levels == most_levels .or. begun + 2*self%last_seconds > clock%deadline) then
          call settle(self, .false.)
          return
       end if
       time_step = self%time_step
       if (self%levels > 0) time_step = time_step/2
       do i = 1, 2
-         call end_attitude(problem, self%pair(i), time_step, clock, deadline, q(:, i), status)
+         call end_attitude(problem, self%pair(i), time_step, clock, q(:, i), status)
          if (.not. status%ok()) then
             call settle(self, .false.)
             return
@@ -156,7 +157,7 @@ contains
    !> Decides how well the attitude is known.
    subroutine settle(self, by_round_off)
       class(reference_t), intent(inout) :: self
-      !> The difference does not fall any more: the smallest one seen was luck.
+      !> The difference does not fall any more: the smallest one seen was small by accident.
       logical, intent(in) :: by_round_off
       self%settled = .true.
       if (by_round_off) self%uncertainty = maxval(self%gaps(self%levels - patience:self%levels))
@@ -171,14 +172,13 @@ contains
    end function known
 
    !> Attitude at the end of a problem by a method, with settings of its own.
-   subroutine end_attitude(problem, method, time_step, clock, deadline, q, status)
+   subroutine end_attitude(problem, method, time_step, clock, q, status)
       type(problem_t), intent(in) :: problem
       !> Row of `methods`.
       integer, intent(in) :: method
       !> s.
       real(wp), intent(in) :: time_step
       type(stopwatch_t), intent(in) :: clock
-      real(wp), intent(in) :: deadline
       real(wp), intent(out) :: q(4)
       type(status_t), intent(out) :: status
       class(stepper_t), allocatable :: stepper
@@ -190,7 +190,6 @@ contains
       call make_stepper(problem%system, settings_of(integrator_settings_t(), method), stepper, status)
       if (.not. status%ok()) return
       follower%clock = clock
-      follower%deadline = deadline
       call run_once(problem, stepper, time_step, follower, state, summary, seconds, status)
       q = state%q
    end subroutine end_attitude

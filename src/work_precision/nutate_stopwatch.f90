@@ -1,4 +1,4 @@
-!> Wall time since a start.
+!> Wall time since a start, and the time at which work must be over.
 module nutate_stopwatch
    use nutate_kinds, only: wp, long
    implicit none
@@ -7,13 +7,16 @@ module nutate_stopwatch
    public :: stopwatch_t
 
    type :: stopwatch_t
-      private
-      integer(long) :: started = 0, rate = 1
+      integer(long), private :: started = 0, rate = 1
+      !> Time since the start at which work must be over, s.
+      real(wp) :: deadline = huge(1.0_wp)
    contains
       !> Starts from zero.
       procedure :: start
       !> Time since the start, s.
       procedure :: seconds
+      !> The deadline has passed.
+      procedure :: is_over
    end type stopwatch_t
 
 contains
@@ -31,5 +34,12 @@ contains
       call system_clock(now)
       seconds = real(now - self%started, wp)/real(self%rate, wp)
    end function seconds
+
+   !> True once the deadline has passed; without one the clock is not read.
+   logical function is_over(self)
+      class(stopwatch_t), intent(in) :: self
+      is_over = self%deadline < huge(1.0_wp)
+      if (is_over) is_over = self%seconds() > self%deadline
+   end function is_over
 
 end module nutate_stopwatch

@@ -11,7 +11,8 @@ import resource
 import subprocess
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+from support import COLUMNS, METHODS, ROOT
+
 LONGEST_RUN = 1000
 
 # What a run or a check may take of processor time, s, and how long a hanging one is waited for. Sanitizers and their like
@@ -25,14 +26,17 @@ def read_bases():
     return [path.read_bytes() for path in sorted((ROOT / "scenes").glob("*.nml"))]
 
 
-def read_methods():
-    """Rows of the table of methods: name, linear solver, order."""
-    source = (ROOT / "src" / "solver" / "nutate_methods.f90").read_text(encoding="utf-8")
-    return re.findall(r"method_t\('(\w+)', *'(\w*)', *(\d+)", source)
+def read_effects():
+    """The first group of each effect in test/effect_samples.nml: keys and numbers by name."""
+    text = (ROOT / "test" / "effect_samples.nml").read_text(encoding="utf-8")
+    found = {}
+    for name, body in re.findall(r"^&(\w+)\n(.*?)^/", text, flags=re.DOTALL | re.MULTILINE):
+        if name not in ("scene", "body", "initial", "integrator", "output"):
+            found.setdefault(name, re.findall(r"(\w+) = ([-+.\d, ]+)", body))
+    return found
 
 
 BASES = read_bases()
-METHODS = read_methods()
 
 NUMBERS = [
     b"0", b"-0.0", b"1", b"-1", b"2.5", b"1e-5", b"1d3", b"1e308", b"-1e308", b"1.7976931348623157e308", b"1e309",
@@ -352,7 +356,7 @@ def initial(dice, scales):
 
 
 def integrator(dice, scales, free):
-    name, solver, order = dice.choice([row for row in METHODS if free or row[0] != "exact"])
+    name, solver, order, _ = dice.choice([row for row in METHODS if free or row[0] != "exact"])
     lines = [f"method = '{name}'"]
     if solver:
         lines += [f"linear_solver = '{solver}'", f"order = {order}"]
@@ -379,8 +383,7 @@ def integrator(dice, scales, free):
 def output(dice, scales):
     lines = []
     if dice.random() < 0.8:
-        sets = ["quaternion", "conjugate_momentum", "angular_velocity", "angular_velocity_space", "angular_momentum",
-                "angular_momentum_space", "euler", "energy", "constraints", "solver"]
+        sets = list(COLUMNS)
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
@@ -429,7 +432,21 @@ def rotor(_, scales):
     return group("rotor", [f"momentum = {scales.text(3, length=2, mass=1, time=-1)}"])
 
 
+def from_samples(name, keys):
+    """An effect of the samples without a function of its own: its numbers, each scaled at random."""
+
+    def effect(dice, _):
+        lines = [f"{key} = " + ", ".join(number_text(float(number) * 10.0 ** dice.uniform(-3, 3))
+                                         for number in numbers.split(",")) for key, numbers in keys]
+        return group(name, lines)
+
+    return effect
+
+
+# In the units of a scene, and then those that have no function of their own.
 EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor]
+EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
+            if name not in [effect.__name__ for effect in EFFECTS]]
 
 
 def group(name, lines):

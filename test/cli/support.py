@@ -3,11 +3,15 @@
 The environment variable NUTATE names the program."""
 import csv
 import os
+import pathlib
+import re
 import signal
 import subprocess
 import tempfile
 import time
 import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 
 BOX = """&scene title = 'Free box' /
 &body shape = 'box', size = 4.0, 1.0, 2.0, mass = 12.0 /
@@ -36,6 +40,16 @@ COLUMNS = {
     "constraints": ["norm_error", "orthogonality"],
     "solver": ["iterations", "step_residual"],
 }
+
+
+def read_methods():
+    """Rows of the table of methods: name, linear solver, order, and whether its states are projected onto the invariants."""
+    source = (ROOT / "src" / "methods" / "nutate_methods.f90").read_text(encoding="utf-8")
+    return [(name, solver, order, "projected=.true." in rest)
+            for name, solver, order, rest in re.findall(r"method_t\('(\w+)', *'(\w*)', *(\w+)(.*)", source)]
+
+
+METHODS = read_methods()
 
 
 def all_columns():

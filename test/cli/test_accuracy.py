@@ -89,8 +89,8 @@ class Accuracy(CommandLineTest):
 
     def test_auto_says_what_it_chose_and_meets_the_accuracy(self):
         self.write("auto.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'auto'"))
-        for accuracy, method, why in ((1e-6, "taylor", "for many turns"), (1e-9, "taylor", "from 1e-8 rad on"),
-                                      (0.05, "dop853", "above 1e-8 rad, with the correction")):
+        for accuracy, method, why in ((1e-6, "taylor", "for many revolutions"), (1e-9, "taylor", "from 1e-8 rad on"),
+                                      (0.05, "dop853", "above 1e-8 rad, with the projection onto the invariants")):
             override = ("--set", f"integrator.accuracy={accuracy}")
             text = self.succeed("check", "auto.nml", *override).stdout
             self.assertRegex(text, f"  method +{method}.*\n    chosen by auto +{why}")

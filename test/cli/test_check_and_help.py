@@ -21,12 +21,13 @@ class Check(CommandLineTest):
         for words in ("the body is free", "all components", "shape               box"):
             self.assertIn(words, text)
 
-    def test_the_correction_is_announced_and_summed_up(self):
+    def test_the_projection_onto_the_invariants_is_announced_and_summed_up(self):
         override = ("--set", "integrator.method='dop853'", "--set", "integrator.conserve=.true.")
         self.assertIn("12 stages, projection onto the invariants\n", self.succeed("check", "box.nml", *override).stdout)
-        self.assertNotIn("correction", self.succeed("check", "box.nml", *override[:2]).stdout)
-        self.assertIn("  correction          after each step", self.succeed("run", "box.nml", *override).stderr)
-        self.assertNotIn("correction", self.succeed("run", "box.nml", *override[:2]).stderr)
+        self.assertNotIn("projection", self.succeed("check", "box.nml", *override[:2]).stdout)
+        self.assertIn("  projection          onto the invariants, after each step",
+                      self.succeed("run", "box.nml", *override).stderr)
+        self.assertNotIn("projection", self.succeed("run", "box.nml", *override[:2]).stderr)
         self.fail_with(2, "check", "box.nml", "--set", "integrator.conserve=.true.", says=("conserves by itself",))
         self.succeed("check", "box.nml", "--set", "integrator.conserve=.false.")
 

@@ -34,7 +34,7 @@ module nutate_columns
       MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10
 
    !> All sets of columns, in the order in which they stand in a history.
-   type(column_set_t), parameter :: column_sets(10) = [ &
+   type(column_set_t), parameter :: column_sets(*) = [ &
       column_set_t('quaternion', 4, 'q0,q1,q2,q3'), &
       column_set_t('conjugate_momentum', 4, 'p0,p1,p2,p3'), &
       column_set_t('angular_velocity', 3, 'omega1,omega2,omega3', attitude=.false.), &

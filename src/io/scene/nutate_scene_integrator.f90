@@ -145,7 +145,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
       integer, parameter :: orders(*) = methods%order
-      logical, parameter :: corrected(*) = methods%projected
+      logical, parameter :: projected(*) = methods%projected
       logical :: fits(size(methods))
       character(len=name_length) :: numbers(size(methods))
       character(len=12) :: order
@@ -159,9 +159,9 @@ contains
          write (numbers, '(i0)') orders
          call error%raise(group%line_of('order'), 'order '//trim(order)//' is not available', &
                           expected=comma_list(distinct(pack(numbers, fits))))
-      else if (.not. any(fits .and. (corrected .eqv. settings%conserve))) then
-         call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no correction: it conserves by '// &
-                          'itself', expected='no conserve with it')
+      else if (.not. any(fits .and. (projected .eqv. settings%conserve))) then
+         call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no projection onto the '// &
+                          'invariants: it conserves by itself', expected='no conserve with it')
       end if
    end subroutine check_method
 

@@ -82,11 +82,12 @@ contains
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: known(:)
       character(len=:), allocatable :: nearest
-      character(len=len_trim(name)) :: word
+      ! On the stack, whatever the length of the name.
+      character(len=min(len_trim(name), 2*name_length)) :: word
       integer :: i, distance, least
 
       nearest = ''
-      if (len(word) > 2*name_length) return
+      if (len_trim(name) > 2*name_length) return
       word = lower_case(trim(name))
       ! A third of the letters may be wrong, and always one.
       least = max(2, (len(word) + 2)/3 + 1)

@@ -1,6 +1,6 @@
 !> Power series of bodies of diagonal inertia without rotors, by Euler's equations in Ω: the free body and the top.
 !>
-!> `w = Ω·unit`; with `cᵢ = (Jⱼ - Jₖ)/Jᵢ`: `w₁' = c₁w₂w₃`, and so on. In a coefficient the products with the newest
+!> `w = Ω·time_unit`; with `cᵢ = (Jⱼ - Jₖ)/Jᵢ`: `w₁' = c₁w₂w₃`, and so on. In a coefficient the products with the newest
 !> coefficients come last: those before do not wait for them.
 module nutate_diagonal_series
    use nutate_kinds, only: wp
@@ -8,15 +8,17 @@ module nutate_diagonal_series
    implicit none
    private
 
-   public :: expand_free, expand_top, steepest
+   public :: expand_free, expand_top, steepest_growth
 
-   !> Coefficients of a body's turn that grow faster than this to the power of their index overflow sooner or later.
-   real(wp), parameter :: steepest = 1e4_wp
+   !> Coefficients of Ω that grow faster than this to the power of their index belong to a unit of time far longer than
+   !> any step; up to there products of two at the highest order stay below 1e224.
+   real(wp), parameter :: steepest_growth = 1e4_wp
 
 contains
 
    !> A free body: w, and the angle θ about its momentum. With `u = L/|L|`, and u₀ its start, the attitude is
-   !> `q₀∘exp(θu₀/2)∘m`, m the shortest turn from u to u₀, and `θ' = (w·u₀ + w·u)/(1 + u·u₀)`, where w·u is constant.
+   !> `q₀∘exp(θu₀/2)∘m`, m the shortest rotation from u to u₀, and `θ' = (w·u₀ + w·u)/(1 + u·u₀)`, where w·u is
+   !> constant.
    pure subroutine expand_free(order, c, inertia, axis, w, angle, converges)
       integer, intent(in) :: order
       !> (J₂ - J₃)/J₁, ...; moments over |L| and the unit of time; u₀; shape (3).
@@ -32,12 +34,12 @@ contains
       w1 = w(1, 0)
       w2 = w(2, 0)
       w3 = w(3, 0)
-      bound = steepest
+      bound = steepest_growth
       angle(0) = 0.0_wp
       do k = 0, order
          converges = max(abs(w1), abs(w2), abs(w3)) <= bound
          if (.not. converges) return
-         bound = bound*steepest
+         bound = bound*steepest_growth
          w(1, k) = w1
          w(2, k) = w2
          w(3, k) = w3
@@ -75,7 +77,7 @@ contains
       integer, intent(in) :: order
       !> (J₂ - J₃)/J₁, ...; shape (3).
       real(wp), intent(in) :: c(3)
-      !> The potential's moment times unit²/Jᵢ in column i; shape (3,3).
+      !> The potential's moment times time_unit²/Jᵢ in column i; shape (3,3).
       real(wp), intent(in) :: moments(3, 3)
       !> Coefficient 0 on entry, all on exit; shapes (3, 0:highest_order) and (2, 3, 0:highest_order).
       real(wp), intent(inout) :: w(3, 0:highest_order), rows(2, 3, 0:highest_order)
@@ -90,11 +92,11 @@ contains
       e1 = rows(:, 1, 0)
       e2 = rows(:, 2, 0)
       e3 = rows(:, 3, 0)
-      bound = steepest
+      bound = steepest_growth
       do k = 0, order
          converges = max(abs(w1), abs(w2), abs(w3)) <= bound
          if (.not. converges) return
-         bound = bound*steepest
+         bound = bound*steepest_growth
          w(1, k) = w1
          w(2, k) = w2
          w(3, k) = w3

@@ -3,13 +3,13 @@
 !>
 !>     L̇ = L×Ω + τ,   Ė = E×Ω,   Ω = J⁻¹(L - h),   E = R(q)ᵀe
 !>
-!> Everything turns against the body alike, so that L and the rows E are lanes of one product with Ω: two lanes make a
-!> pair, which is what a vector unit takes at a time. Three rows are the attitude, and cost less than the series of q;
-!> without torque L is one of them, another follows, and one pair does. A free body and a top of diagonal inertia have
-!> series of their own (`nutate_diagonal_series`).
+!> Everything rotates against the body alike, so that L and the rows E are lanes of one product with Ω: two lanes make a
+!> pair, as many as a vector instruction takes at a time. Three rows are the attitude, and cost less than the series of
+!> q; without torque L is one of them, another follows, and one pair does. A free body and a top of diagonal inertia
+!> have series of their own (`nutate_diagonal_series`).
 module nutate_motion_series
    use nutate_effect_list, only: effect_list_t
-   use nutate_diagonal_series, only: expand_free, expand_top, steepest
+   use nutate_diagonal_series, only: expand_free, expand_top, steepest_growth
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_power_series, only: highest_order, inverses
@@ -24,17 +24,18 @@ module nutate_motion_series
    integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4
    !> Series that are summed at a time, at most.
    integer, parameter :: most_series = 6
-   !> Momentum below this part of that of a rotor does not tell the attitude well enough.
-   real(wp), parameter :: telling = 1e-2_wp
+   !> The momentum is a row of the attitude where it is at least this part of a rotor's: rounding, which goes by the
+   !> larger of the two, then leaves its direction to 100ε.
+   real(wp), parameter :: least_share = 1e-2_wp
 
    !> Series of one step.
    type :: motion_series_t
       !> Highest coefficient, to be set.
       integer :: order = 0
-      !> Start and unit of time, s, to be set; the unit is negative backwards in time.
-      real(wp) :: t = 0.0_wp, unit = 1.0_wp
+      !> Start and unit of time, s, to be set; the latter is negative backwards in time.
+      real(wp) :: t = 0.0_wp, time_unit = 1.0_wp
       !> Ω times the unit of time; shape (3, 0:highest_order).
-      real(wp) :: turn(3, 0:highest_order) = 0.0_wp
+      real(wp) :: omega(3, 0:highest_order) = 0.0_wp
       type(torque_series_t) :: torques
       !> `TWO_PAIRS`, ...: of the system, and of the present series.
       integer, private :: best = TWO_PAIRS, equations = TWO_PAIRS
@@ -51,7 +52,7 @@ module nutate_motion_series
       procedure :: prepare
       !> Computes the coefficients.
       procedure :: expand
-      !> Momentum and turn at a time.
+      !> Momentum and rotation at a time.
       procedure :: evaluate
       !> Size of a coefficient.
       procedure :: size_of
@@ -101,9 +102,9 @@ contains
       end if
       associate (inverse => system%body%inverse_inertia, inertia => system%body%inertia)
          do i = 1, 3
-            self%turn(i, 0) = self%unit*inverse(i, i)*momentum(i)
-            self%inertia(i) = inertia(i, i)/self%unit
-            moments(:, i) = (self%unit*inverse(i, i))*(self%unit*self%torques%moments(:, 1))
+            self%omega(i, 0) = self%time_unit*inverse(i, i)*momentum(i)
+            self%inertia(i) = inertia(i, i)/self%time_unit
+            moments(:, i) = (self%time_unit*inverse(i, i))*(self%time_unit*self%torques%moments(:, 1))
          end do
          c = [inverse(1, 1)*(inertia(2, 2) - inertia(3, 3)), inverse(2, 2)*(inertia(3, 3) - inertia(1, 1)), &
               inverse(3, 3)*(inertia(1, 1) - inertia(2, 2))]
@@ -111,9 +112,9 @@ contains
       if (self%equations == TOP) then
          self%lanes_1(1, :, 0) = self%frame(:, 1)
          self%lanes_1(2, :, 0) = self%frame(:, 2)
-         call expand_top(self%order, c, moments, self%turn, self%lanes_1, converges)
+         call expand_top(self%order, c, moments, self%omega, self%lanes_1, converges)
       else
-         call expand_free(self%order, c, self%inertia/length_of(momentum), self%frame(:, 2), self%turn, self%angle, &
+         call expand_free(self%order, c, self%inertia/length_of(momentum), self%frame(:, 2), self%omega, self%angle, &
                           converges)
       end if
    end subroutine expand
@@ -134,7 +135,7 @@ contains
             return
          end if
          length = length_of(self%momentum)
-         if (length > max(telling*length_of(system%effects%rotor_momentum), tiny(1.0_wp))) then
+         if (length > max(least_share*length_of(system%effects%rotor_momentum), tiny(1.0_wp))) then
             f(:, 2) = self%momentum/length
             if (self%best == FREE_BODY) return
             across = 0.0_wp
@@ -162,46 +163,46 @@ contains
       logical, intent(in) :: acts(:)
       logical, intent(out) :: converges
       real(wp), dimension(2, 3) :: a, b, sums_a, sums_b
-      real(wp) :: turns(3, 3), moments(3, 3), w(3), tau(3), bound
+      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), tau(3), bound
       logical :: two
       integer :: k
-      turns = self%unit*system%body%inverse_inertia
-      moments = self%unit*self%torques%moments
+      to_omega = self%time_unit*system%body%inverse_inertia
+      moments = self%time_unit*self%torques%moments
       two = self%equations == TWO_PAIRS
       a(1, :) = self%momentum
       a(2, :) = self%frame(:, 1)
       b(1, :) = self%frame(:, 2)
       b(2, :) = self%frame(:, 3)
       w = self%momentum - system%effects%rotor_momentum
-      bound = steepest
+      bound = steepest_growth
       do k = 0, self%order
          self%lanes_1(:, :, k) = a
          self%lanes_2(:, :, k) = b
-         w = turns(:, 1)*w(1) + turns(:, 2)*w(2) + turns(:, 3)*w(3)
-         self%turn(:, k) = w
+         w = to_omega(:, 1)*w(1) + to_omega(:, 2)*w(2) + to_omega(:, 3)*w(3)
+         self%omega(:, k) = w
          converges = max(abs(w(1)), abs(w(2)), abs(w(3))) <= bound
          if (.not. converges .or. k == self%order) return
-         bound = bound*steepest
+         bound = bound*steepest_growth
          tau = 0.0_wp
          if (self%torques%n_moments > 0 .or. self%torques%has_more) &
             call add_torque(self, system%effects, k, acts, moments, tau)
-         call add_inner(k, self%lanes_1, self%turn, sums_a)
-         if (two) call add_inner(k, self%lanes_2, self%turn, sums_b)
-         call add_outer(k, self%lanes_1(:, :, 0), a, self%turn(:, 0), w, sums_a)
+         call add_inner(k, self%lanes_1, self%omega, sums_a)
+         if (two) call add_inner(k, self%lanes_2, self%omega, sums_b)
+         call add_outer(k, self%lanes_1(:, :, 0), a, self%omega(:, 0), w, sums_a)
          w = inverses(k + 1)*(sums_a(1, :) + tau)
          a(1, :) = w
          a(2, :) = inverses(k + 1)*sums_a(2, :)
          if (.not. two) cycle
-         call add_outer(k, self%lanes_2(:, :, 0), b, self%turn(:, 0), self%turn(:, k), sums_b)
+         call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), self%omega(:, k), sums_b)
          b = inverses(k + 1)*sums_b
       end do
    end subroutine expand_pairs
 
-   !> Coefficient k of lane × turn, for a pair of lanes, without the products with the coefficients 0 and k: what comes
+   !> Coefficient k of lane × Ω, for a pair of lanes, without the products with the coefficients 0 and k: what comes
    !> before does not wait for the newest.
-   pure subroutine add_inner(k, lanes, turn, sums)
+   pure subroutine add_inner(k, lanes, omega, sums)
       integer, intent(in) :: k
-      real(wp), intent(in) :: lanes(2, 3, 0:highest_order), turn(3, 0:highest_order)
+      real(wp), intent(in) :: lanes(2, 3, 0:highest_order), omega(3, 0:highest_order)
       real(wp), intent(out) :: sums(2, 3)
       real(wp), dimension(2) :: x, y, z
       integer :: j
@@ -209,9 +210,9 @@ contains
       y = 0.0_wp
       z = 0.0_wp
       do j = 1, k - 1
-         x = x + (lanes(:, 2, j)*turn(3, k - j) - lanes(:, 3, j)*turn(2, k - j))
-         y = y + (lanes(:, 3, j)*turn(1, k - j) - lanes(:, 1, j)*turn(3, k - j))
-         z = z + (lanes(:, 1, j)*turn(2, k - j) - lanes(:, 2, j)*turn(1, k - j))
+         x = x + (lanes(:, 2, j)*omega(3, k - j) - lanes(:, 3, j)*omega(2, k - j))
+         y = y + (lanes(:, 3, j)*omega(1, k - j) - lanes(:, 1, j)*omega(3, k - j))
+         z = z + (lanes(:, 1, j)*omega(2, k - j) - lanes(:, 2, j)*omega(1, k - j))
       end do
       sums(:, 1) = x
       sums(:, 2) = y
@@ -221,7 +222,7 @@ contains
    !> Adds these products.
    pure subroutine add_outer(k, first, last, v, w, sums)
       integer, intent(in) :: k
-      !> Coefficients 0 and k of the lanes, and of the turn; shapes (2,3) and (3).
+      !> Coefficients 0 and k of the lanes, and of Ω; shapes (2,3) and (3).
       real(wp), intent(in) :: first(2, 3), last(2, 3), v(3), w(3)
       real(wp), intent(inout) :: sums(2, 3)
       sums(:, 1) = sums(:, 1) + (first(:, 2)*w(3) - first(:, 3)*w(2))
@@ -261,12 +262,12 @@ contains
       end do
       if (.not. self%torques%has_more) return
       more = 0.0_wp
-      call self%torques%add_terms(effects, k, self%t, self%unit, acts, self%turn(:, k)/self%unit, rows, more)
-      tau = tau + self%unit*more
+      call self%torques%add_terms(effects, k, self%t, self%time_unit, acts, self%omega(:, k)/self%time_unit, rows, more)
+      tau = tau + self%time_unit*more
    end subroutine add_torque
 
-   !> Momentum and turn at a time from the start.
-   pure subroutine evaluate(self, s, momentum, turn)
+   !> Momentum, and rotation since the start, at a time from the start.
+   pure subroutine evaluate(self, s, momentum, rotation)
       class(motion_series_t), intent(in) :: self
       !> In units of time.
       real(wp), intent(in) :: s
@@ -274,11 +275,11 @@ contains
       real(wp), intent(out) :: momentum(3)
       !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4). Without attitude it may say
       !> nothing.
-      real(wp), intent(out) :: turn(4)
+      real(wp), intent(out) :: rotation(4)
       real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4)
       select case (self%equations)
       case (FREE_BODY)
-         call sum_series(3, self%order, s, self%turn, momentum)
+         call sum_series(3, self%order, s, self%omega, momentum)
          momentum = self%momentum + self%inertia*momentum
          call sum_series(1, self%order, s, self%angle, angle)
          axis = self%frame(:, 2)
@@ -287,10 +288,10 @@ contains
          shortest(2:4) = cross(along, axis)
          about(1) = cos(0.5_wp*angle(1))
          about(2:4) = sin(0.5_wp*angle(1))*axis
-         turn = quat_product(about, shortest)
+         rotation = quat_product(about, shortest)
          return
       case (TOP)
-         call sum_series(3, self%order, s, self%turn, momentum)
+         call sum_series(3, self%order, s, self%omega, momentum)
          momentum = self%momentum + self%inertia*momentum
          call sum_series(6, self%order, s, self%lanes_1, values)
          rows(:, 1) = self%frame(:, 1) + values(1, :)
@@ -311,7 +312,7 @@ contains
             rows(:, 3) = self%frame(:, 3) + values(2, :)
          end if
       end select
-      turn = turn_between(self%frame, rows)
+      rotation = rotation_between(self%frame, rows)
    end subroutine evaluate
 
    !> Σ xₖ sᵏ from k = 1 on; even and odd powers apart, which halves the chain.
@@ -337,7 +338,7 @@ contains
 
    !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:
    !> 4cᵢcⱼ are linear in Σ fᵢgᵢᵀ; the row with the largest diagonal is taken.
-   pure function turn_between(f, g) result(c)
+   pure function rotation_between(f, g) result(c)
       !> Columns; shape (3,3).
       real(wp), intent(in) :: f(3, 3), g(3, 3)
       real(wp) :: c(4)
@@ -357,7 +358,7 @@ contains
          c = [m(2, 1) - m(1, 2), m(1, 3) + m(3, 1), m(2, 3) + m(3, 2), 1 + m(3, 3) - m(1, 1) - m(2, 2)]
       end if
       if (c(1) < 0.0_wp) c = -c
-   end function turn_between
+   end function rotation_between
 
    !> Size of a coefficient as an angle, squared: |Lₖ|²/scale² + ½Σ|Eₖ|², or θₖ² in the place of the rows.
    pure real(wp) function size_of(self, k, inverse_square) result(square)
@@ -384,7 +385,7 @@ contains
       integer, intent(in) :: k
       real(wp) :: term(3)
       if (self%equations == TOP .or. self%equations == FREE_BODY) then
-         term = self%inertia*self%turn(:, k)
+         term = self%inertia*self%omega(:, k)
       else
          term = self%lanes_1(1, :, k)
       end if

@@ -1,8 +1,8 @@
 !> Taylor series: the motion in a step as a power series in time, of as high an order as the tolerance asks for.
 !>
 !> The length of a step follows from the last coefficients before it is taken (À. Jorba, M. Zou, Experimental
-!> Mathematics 14 (2005) 99), so that no step is tried in vain, and the series is the state at all times between. The
-!> projection onto the invariants follows each step.
+!> Mathematics 14 (2005) 99), so that no step is tried in vain, and the series is the state at all times between: dense
+!> output. The projection onto the invariants follows each step.
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
    use nutate_invariant_projection, only: invariant_projection_t
@@ -19,31 +19,32 @@ module nutate_taylor_stepper
    implicit none
    private
 
-   public :: taylor_t, least_order
+   public :: taylor_t, least_order, fixed_step_order
 
-   !> Lowest order.
+   !> Lowest order: the last two terms, which choose the step, must lie beyond the first three, which give its scale.
    integer, parameter :: least_order = 4
-   !> Order of fixed steps where none is asked for.
-   integer, parameter :: usual_order = 16
-   !> Binary digits of a tolerance to order.
+   !> Order of fixed steps where none is asked for: that of a tolerance of 1e-8, from where on the series pays.
+   integer, parameter :: fixed_step_order = 16
+   !> Order for a tolerance, per binary digit (one per decimal digit) and beside: up to there the cost of a step grows
+   !> more slowly than its length. `make bench BENCH=bench_series` shows the time of a run by order.
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
-   !> Largest turn in a step, rad: Euler angles are followed from step to step.
+   !> Largest turn in a step, rad: Euler angles are followed from step to step, and are lost at 2π.
    real(wp), parameter :: largest_turn = 3.0_wp
-   !> Longest step in units of time: where all terms vanish.
+   !> Longest step in units of time, where all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
-   !> Attempts at a unit of time, each a factor shorter.
+   !> Units of time tried, each `shorter` than the one before: 72 decades, from any step down to none.
    integer, parameter :: most_units = 60
    real(wp), parameter :: shorter = 0.0625_wp
 
-   !> One step of the method. `step` allocates nothing. Between steps it keeps the targets of the correction only; all
+   !> One step of the method. `step` allocates nothing. Between steps it keeps the targets of the projection only; all
    !> else is computed anew from the state.
    type, extends(dense_stepper_t) :: taylor_t
       private
-      !> Of the settings: order (0: by the tolerance), correction, attitude.
+      !> Of the settings: order (0: by the tolerance), projection, attitude.
       integer :: order = 0
       logical :: conserve = .true.
       logical :: attitude = .true.
-      type(invariant_projection_t) :: correction
+      type(invariant_projection_t) :: projection
       type(rigid_rates_t) :: rates
       !> The series of the step under way or just done, the state it starts from and the torques that act.
       type(motion_series_t) :: series
@@ -79,7 +80,7 @@ contains
       self%attitude = settings%attitude
       self%expanded = .false.
       call prepare_rates(self%rates, system, settings%attitude)
-      call self%correction%prepare(system, settings%attitude)
+      call self%projection%prepare(system, settings%attitude)
       if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
    end subroutine set_up
@@ -99,12 +100,12 @@ contains
       converges = .true.
       if (.not. is_expanded(self, system, state, dt, window_time)) then
          call begin_step(self%rates, system, state, dt, window_time, y)
-         self%series%order = merge(self%order, usual_order, self%order > 0)
+         self%series%order = merge(self%order, fixed_step_order, self%order > 0)
          if (self%rates%failure == 0) call expand_from(self, system, state, dt, y, converges)
          if (.not. converges) self%rates%failure = NUTATE_OFF_BRANCH
       end if
       if (self%rates%failure == 0) then
-         if (self%conserve) call self%correction%follow(system, state)
+         if (self%conserve) call self%projection%follow(system, state)
          call get_state(self, dt, y)
       end if
       next = state
@@ -114,7 +115,7 @@ contains
          self%work(i) = work_of(self, i, dt)
       end do
       if (self%conserve) then
-         call self%correction%correct(system, next, sum(self%work), status)
+         call self%projection%project(system, next, sum(self%work), status)
          if (status%code /= 0) return
       end if
       state = next
@@ -126,55 +127,55 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(step_goal_t), intent(in) :: goal
-      !> A guess on entry, s, positive.
+      !> An estimate on entry, s, positive.
       real(wp), intent(inout) :: step
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      real(wp) :: y(n_rates), unit, rate
+      real(wp) :: y(n_rates), time_unit, rate
       logical :: converges
       integer :: i
       call begin_step(self%rates, system, state, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
       self%expanded = .false.
       ! What is wrong with the state, the step will say.
       if (self%rates%failure /= 0) return
-      unit = sign(2.0_wp**exponent(step), goal%end_time - state%t)
+      time_unit = sign(2.0_wp**exponent(step), goal%end_time - state%t)
       do i = 1, most_units
-         self%series%order = order_for(self, goal, abs(unit))
-         call expand_from(self, system, state, unit, y, converges)
+         self%series%order = order_for(self, goal, abs(time_unit))
+         call expand_from(self, system, state, time_unit, y, converges)
          if (converges) exit
-         unit = shorter*unit
+         time_unit = shorter*time_unit
       end do
       if (.not. converges) then
          status = fail(NUTATE_OFF_BRANCH, 'the series does not converge for any step')
          return
       end if
-      step = min(abs(unit)*reach_of(self, goal, abs(unit)), abs(goal%end_time - state%t))
-      rate = max(abs(self%series%turn(1, 0)), abs(self%series%turn(2, 0)), abs(self%series%turn(3, 0)))/abs(unit)
+      step = min(abs(time_unit)*reach_of(self, goal, abs(time_unit)), abs(goal%end_time - state%t))
+      rate = maxval(abs(self%series%omega(:, 0)))/abs(time_unit)
       if (step*rate > largest_turn) step = largest_turn/rate
    end subroutine choose_step
 
    !> The order for a tolerance.
-   pure integer function order_for(self, goal, unit) result(order)
+   pure integer function order_for(self, goal, time_unit) result(order)
       class(taylor_t), intent(in) :: self
       type(step_goal_t), intent(in) :: goal
       !> About the step, s.
-      real(wp), intent(in) :: unit
+      real(wp), intent(in) :: time_unit
       order = self%order
       if (order > 0) return
-      order = nint(extra_order - order_per_digit*real(exponent(max(goal%tolerance, goal%rate*unit, eps)), wp))
+      order = nint(extra_order - order_per_digit*real(exponent(max(goal%tolerance, goal%rate*time_unit, eps)), wp))
       order = min(max(order, least_order), highest_order)
    end function order_for
 
    !> Time in units at which the larger of the last two terms has the size that the goal allows.
-   real(wp) function reach_of(self, goal, unit) result(s)
+   real(wp) function reach_of(self, goal, time_unit) result(s)
       class(taylor_t), intent(in) :: self
       type(step_goal_t), intent(in) :: goal
       !> s.
-      real(wp), intent(in) :: unit
+      real(wp), intent(in) :: time_unit
       real(wp) :: allowed, size, scale, exponent
       integer :: k, power
       scale = momentum_scale(self)
-      allowed = max(goal%tolerance, goal%rate*unit, 0.5_wp*eps)
+      allowed = max(goal%tolerance, goal%rate*time_unit, 0.5_wp*eps)
       allowed = 2*log(allowed)
       exponent = log(longest_reach)
       do k = self%series%order - 1, self%series%order
@@ -220,18 +221,18 @@ contains
    end function is_expanded
 
    !> Series from a state.
-   subroutine expand_from(self, system, state, unit, y, converges)
+   subroutine expand_from(self, system, state, time_unit, y, converges)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s.
-      real(wp), intent(in) :: unit
+      real(wp), intent(in) :: time_unit
       !> [q, L, 0]; shape (n_rates).
       real(wp), intent(in) :: y(n_rates)
       logical, intent(out) :: converges
       integer :: i
       self%series%t = state%t
-      self%series%unit = unit
+      self%series%time_unit = time_unit
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
       self%expanded = converges
       self%first = state
@@ -247,10 +248,10 @@ contains
       real(wp), intent(in) :: time
       !> [q, L, 0]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
-      real(wp) :: turn(4)
-      call self%series%evaluate(time/self%series%unit, y(5:7), turn)
+      real(wp) :: rotation(4)
+      call self%series%evaluate(time/self%series%time_unit, y(5:7), rotation)
       y(1:4) = self%first%q
-      if (self%attitude) y(1:4) = quat_product(self%first%q, turn)
+      if (self%attitude) y(1:4) = quat_product(self%first%q, rotation)
       y(8) = 0.0_wp
    end subroutine get_state
 
@@ -261,8 +262,8 @@ contains
       !> s.
       real(wp), intent(in) :: time
       work = 0.0_wp
-      if (self%acted(i)) work = self%series%torques%work_until(i, self%series%order, self%series%unit, &
-                                                               time/self%series%unit)
+      if (self%acted(i)) work = self%series%torques%work_until(i, self%series%order, self%series%time_unit, &
+                                                               time/self%series%time_unit)
    end function work_of
 
    !> The state at a time inside the last step.
@@ -285,15 +286,15 @@ contains
       do i = 1, size(self%work)
          work = work + work_of(self, i, time)
       end do
-      if (self%conserve) call self%correction%correct_inside(system, state, work, status)
+      if (self%conserve) call self%projection%project_inside(system, state, work, status)
       state%t = t
    end subroutine state_at
 
-   !> The targets of the correction; the series is computed anew from the state.
+   !> The targets of the projection; the series is computed anew from the state.
    subroutine transfer(self, archive)
       class(taylor_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
-      call self%correction%transfer(archive)
+      call self%projection%transfer(archive)
       self%expanded = .false.
    end subroutine transfer
 

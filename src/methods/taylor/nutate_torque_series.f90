@@ -7,6 +7,7 @@
 module nutate_torque_series
    use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES
    use nutate_effect_list, only: effect_list_t
+   use nutate_invariants, only: parallel
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
    use nutate_power_series, only: highest_order, inverses
@@ -15,9 +16,6 @@ module nutate_torque_series
    private
 
    public :: torque_series_t
-
-   !> Sines below this between a direction and the span of others are round-off of the input.
-   real(wp), parameter :: parallel = 1e-14_wp
 
    !> The torque of the effects of a system.
    type :: torque_series_t
@@ -29,16 +27,16 @@ module nutate_torque_series
       integer :: n_moments = 0
       !> There is more than linear potentials.
       logical :: has_more = .false.
-      !> Potentials with a general series, and the slot of their memory.
+      !> Potentials with a general series, and the slot of their auxiliary series.
       integer, private :: n_general = 0
       integer, allocatable, private :: general(:), slot(:)
-      !> Slots of the memory of the torques that have a general series; 0 for a linear one.
+      !> Slots of the torques that have a general series; 0 for a linear one.
       integer, allocatable, private :: torque_slot(:)
       !> Directions in the basis; shape (3, slots). γ, body axes; shape (3, 0:highest_order, slots).
       real(wp), allocatable, private :: components(:, :), gamma(:, :, :)
-      !> First and last column of a slot in the memory; shape (2, slots).
+      !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
+      real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
-      real(wp), allocatable, private :: memory(:, :)
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
       !> Ω, rad/s, shape (3, 0:highest_order), and each torque, N m, shape (0:highest_order, 3, number of torques); body
@@ -169,13 +167,13 @@ contains
       end do
    end subroutine add_moments
 
-   !> Gives each general series its direction and its memory.
+   !> Gives each general series its direction and room for its auxiliary series.
    subroutine make_slots(self, effects)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%components, self%gamma, self%columns, &
-                                            self%memory, self%drag, self%torque)
+                                            self%auxiliary, self%drag, self%torque)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
@@ -197,7 +195,7 @@ contains
             end if
          end associate
       end do
-      allocate (self%gamma(3, 0:highest_order, n), self%memory(0:highest_order, last), source=0.0_wp)
+      allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
       allocate (self%torque(0:highest_order, 3, effects%n_torques), source=0.0_wp)
    end subroutine make_slots
 
@@ -206,21 +204,21 @@ contains
       class(effect_t), intent(in) :: effect
       !> Space axes; shape (3).
       real(wp), intent(in) :: direction(3)
-      !> Slots and columns of memory in use.
+      !> Slots and auxiliary series so far.
       integer, intent(inout) :: n, last
       n = n + 1
       self%components(:, n) = matmul(direction, self%basis)
-      self%columns(:, n) = [last + 1, last + effect%series_memory()]
+      self%columns(:, n) = [last + 1, last + effect%auxiliary_series()]
       last = self%columns(2, n)
    end subroutine open_slot
 
    !> Adds coefficient k of the torque of all effects that are not linear potentials.
-   pure subroutine add_terms(self, effects, k, t, unit, acts, omega, rows, tau)
+   pure subroutine add_terms(self, effects, k, t, time_unit, acts, omega, rows, tau)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: k
       !> Start and unit of time of the series, s.
-      real(wp), intent(in) :: t, unit
+      real(wp), intent(in) :: t, time_unit
       !> The torque acts; shape (number of torques).
       logical, intent(in) :: acts(:)
       !> Coefficient k of Ω, rad/s, and of the rows R(q)ᵀeᵢ as columns; body axes; shapes (3), (3,3).
@@ -237,7 +235,7 @@ contains
       do i = 1, self%n_general
          n = self%slot(i)
          call effects%potentials(self%general(i))%item%series_torque( &
-            k, self%gamma(:, 0:k, n), self%memory(:, self%columns(1, n):self%columns(2, n)), one)
+            k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
          tau = tau + one
       end do
       do i = 1, size(acts)
@@ -247,8 +245,8 @@ contains
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
          else
             call effects%torques(i)%item%series_torque( &
-               k, t, unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
-               self%memory(:, self%columns(1, n):self%columns(2, n)), one)
+               k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
+               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
          end if
          self%torque(k, :, i) = one
          tau = tau + one
@@ -256,13 +254,13 @@ contains
    end subroutine add_terms
 
    !> ∫ Ω·τᵢ dt of the torque i from the start of the series to `s`, J: term by term.
-   pure real(wp) function work_until(self, i, order, unit, s) result(work)
+   pure real(wp) function work_until(self, i, order, time_unit, s) result(work)
       class(torque_series_t), intent(in) :: self
       integer, intent(in) :: i
       !> Coefficients 0..order - 1 of the power are used.
       integer, intent(in) :: order
       !> Unit of time, s, and time in it.
-      real(wp), intent(in) :: unit, s
+      real(wp), intent(in) :: time_unit, s
       real(wp) :: power(0:highest_order)
       integer :: k, j
       power = 0.0_wp
@@ -278,7 +276,7 @@ contains
       do k = order - 1, 0, -1
          work = work*s + power(k)*inverses(k + 1)
       end do
-      work = work*s*unit
+      work = work*s*time_unit
    end function work_until
 
 end module nutate_torque_series

@@ -1,22 +1,21 @@
-!> What accuracy costs: references, measured runs, ladders and prices.
-module test_study
+!> Work-precision studies: references, measured runs, series of steps, interpolated points.
+module test_work_precision
    use nutate_kinds, only: wp, eps
-   use nutate_step_ladder, only: step_ladder_t, CLIMBING
    use nutate_methods, only: methods
-   use nutate_accuracy_price, only: price_of, accuracy_price_t
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_methods, reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP, NO_REFERENCE
-   use nutate_run_cost, only: measure_cost, median, run_cost_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t
    use nutate_stopwatch, only: stopwatch_t
    use nutate_measured_run, only: fastest_rate, problem_t
+   use nutate_work_point, only: measure_point, median, point_at_error, work_point_t
+   use nutate_work_precision, only: longest_step, work_precision_t, UNDER_WAY
    use test_support, only: check_below, check_close, is_slow_build
    use testdrive, only: check, error_type, new_unittest, skip_test, unittest_type
    implicit none
    private
 
-   public :: collect_study
+   public :: collect_work_precision
 
    character(len=*), parameter :: newline = new_line('a')
    character(len=*), parameter :: box = '&body inertia = 5, 20, 17 /'//newline// &
@@ -29,20 +28,20 @@ module test_study
 
 contains
 
-   subroutine collect_study(testsuite)
+   subroutine collect_work_precision(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("a closed solution is used where there is one", closed_solutions_are_found), &
                   new_unittest("what two methods agree on is the exact attitude", agreement_is_exact), &
                   new_unittest("a motion too long to be followed has no reference", chaos_has_no_reference), &
                   new_unittest("errors fall with the order of the method", errors_fall_with_the_order), &
-                  new_unittest("a ladder ends in time with runs of every method", ladder_ends_in_time), &
-                  new_unittest("the user's step is on the ladder", ladder_holds_the_users_step), &
-                  new_unittest("prices follow from power laws", prices_follow_from_power_laws), &
-                  new_unittest("a hopeless step does not make a price better", prices_are_no_better_than_the_order), &
-                  new_unittest("an accuracy met by luck has no price", luck_has_no_price), &
+                  new_unittest("a study ends in time with runs of every method", study_ends_in_time), &
+                  new_unittest("the user's step is among those of a study", longest_step_leads_to_the_users), &
+                  new_unittest("points between runs follow from power laws", points_follow_from_power_laws), &
+                  new_unittest("a hopeless step does not make the next look better", no_better_than_the_order), &
+                  new_unittest("an error that is small by accident does not count", accidents_do_not_count), &
                   new_unittest("the median is the middle", median_is_the_middle)]
-   end subroutine collect_study
+   end subroutine collect_work_precision
 
    !> A problem from a scene in memory.
    function problem_of(text) result(problem)
@@ -51,7 +50,7 @@ contains
       type(scene_t) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
-      call parse_scene(text, 'study.nml', scene, status, message)
+      call parse_scene(text, 'work_precision.nml', scene, status, message)
       if (status%ok()) problem = problem_t(scene%system, scene%initial, scene%plan%end_time, scene%integrator)
    end function problem_of
 
@@ -68,9 +67,10 @@ contains
       call reference_methods(first, second)
       call fastest_rate(problem, first, rate, status)
       call clock%start()
+      clock%deadline = seconds
       call reference%begin(problem, rate)
       do while (.not. reference%settled)
-         call reference%refine(problem, clock, seconds)
+         call reference%refine(problem, clock)
       end do
    end function reference_of
 
@@ -127,7 +127,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(reference_t) :: reference
-      type(run_cost_t) :: long, short
+      type(work_point_t) :: long, short
       type(stopwatch_t) :: clock
       type(status_t) :: status
       real(wp) :: step
@@ -135,15 +135,16 @@ contains
       problem = problem_of(box)
       reference = reference_of(problem, 1.0_wp)
       call clock%start()
+      clock%deadline = 60.0_wp
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
          ! Of order 16 all steps short enough to show it are at round-off.
          if (methods(m)%dense) cycle
          step = merge(0.005_wp, 0.05_wp, methods(m)%order < 6)
-         long = run_cost_t(method=m, time_step=step)
-         short = run_cost_t(method=m, time_step=step/2)
-         call measure_cost(problem, reference, 0.0_wp, clock, 60.0_wp, long, status)
-         if (status%ok()) call measure_cost(problem, reference, 0.0_wp, clock, 60.0_wp, short, status)
+         long = work_point_t(method=m, time_step=step)
+         short = work_point_t(method=m, time_step=step/2)
+         call measure_point(problem, reference, 0.0_wp, clock, long, status)
+         if (status%ok()) call measure_point(problem, reference, 0.0_wp, clock, short, status)
          call check(error, status%ok(), trim(status%message))
          if (allocated(error)) return
          call check_close(error, log(long%attitude_error/short%attitude_error)/log(2.0_wp), &
@@ -158,65 +159,53 @@ contains
       end do
    end subroutine errors_fall_with_the_order
 
-   subroutine ladder_ends_in_time(error)
+   subroutine study_ends_in_time(error)
       type(error_type), allocatable, intent(out) :: error
-      type(step_ladder_t) :: ladder
-      type(problem_t) :: problem
-      type(reference_t) :: reference
-      type(run_cost_t), allocatable :: runs(:)
-      type(stopwatch_t) :: clock
+      type(work_precision_t) :: study
+      type(work_point_t), allocatable :: points(:)
       integer :: m
       if (is_slow_build()) then
          call skip_test(error, "times say nothing in this build")
          return
       end if
-      problem = problem_of(box)
-      reference = reference_of(problem, 1.0_wp)
-      call clock%start()
-      call ladder%begin(problem, 10.0_wp, 0.01_wp)
-      do while (.not. ladder%done)
-         call ladder%climb(problem, reference, clock, 1.0_wp)
+      call study%begin(problem_of(box), 0.01_wp, 1.0_wp)
+      do while (.not. study%done)
+         call study%advance()
       end do
-      call check_below(error, clock%seconds(), 2.0_wp, 'time')
+      call check_below(error, study%clock%seconds(), 2.0_wp, 'time')
       if (allocated(error)) return
       do m = 1, size(methods)
-         call check(error, ladder%ending(m) /= CLIMBING, 'a method is under way')
+         call check(error, study%ending(m) /= UNDER_WAY, 'a method is under way')
          if (allocated(error)) return
          if (methods(m)%order < 1) cycle
-         runs = ladder%runs_of(m)
-         call check(error, size(runs) >= 3, 'hardly a run of '//methods(m)%name)
+         points = study%points_of(m)
+         call check(error, size(points) >= 3, 'hardly a run of '//methods(m)%name)
          if (allocated(error)) return
          if (methods(m)%dense) then
-            call check_close(error, runs(1)%tolerance/runs(2)%tolerance, 10.0_wp, 8*eps, 'rungs of '//methods(m)%name)
+            call check_close(error, points(1)%tolerance/points(2)%tolerance, 10.0_wp, 8*eps, &
+                             'tolerances of '//methods(m)%name)
          else
-            call check_close(error, runs(1)%time_step/runs(2)%time_step, 2.0_wp, 0.0_wp, 'rungs')
+            call check_close(error, points(1)%time_step/points(2)%time_step, 2.0_wp, 0.0_wp, 'steps')
          end if
          if (allocated(error)) return
       end do
-   end subroutine ladder_ends_in_time
+   end subroutine study_ends_in_time
 
-   subroutine ladder_holds_the_users_step(error)
+   subroutine longest_step_leads_to_the_users(error)
       type(error_type), allocatable, intent(out) :: error
-      type(step_ladder_t) :: ladder, free_ladder, backward
-      type(problem_t) :: problem
-      problem = problem_of(box)
-      call ladder%begin(problem, 10.0_wp, 0.01_wp)
-      call check_close(error, ladder%longest_step, 0.32_wp, 0.0_wp)
+      call check_close(error, longest_step(1.0_wp, 10.0_wp, 0.01_wp), 0.32_wp, 0.0_wp)
       if (allocated(error)) return
-      call free_ladder%begin(problem, 10.0_wp, 0.0_wp)
-      call check_close(error, free_ladder%longest_step, 1.0_wp/3, eps)
+      call check_close(error, longest_step(1.0_wp, 10.0_wp, 0.0_wp), 1.0_wp/3, eps)
       if (allocated(error)) return
-      problem%end_time = -1.0_wp
-      call backward%begin(problem, 10.0_wp, -3.0_wp)
-      call check_close(error, backward%longest_step, -0.375_wp, 0.0_wp)
-   end subroutine ladder_holds_the_users_step
+      call check_close(error, longest_step(-1.0_wp, 10.0_wp, -3.0_wp), -0.375_wp, 0.0_wp)
+   end subroutine longest_step_leads_to_the_users
 
    !> Runs whose errors and times are powers of the step.
    pure function power_law(order, factor) result(runs)
       integer, intent(in) :: order
       !> Error at a step of 1, rad.
       real(wp), intent(in) :: factor
-      type(run_cost_t) :: runs(6)
+      type(work_point_t) :: runs(6)
       integer :: i
       do i = 1, 6
          runs(i)%method = 7
@@ -226,48 +215,48 @@ contains
       end do
    end function power_law
 
-   subroutine prices_follow_from_power_laws(error)
+   subroutine points_follow_from_power_laws(error)
       type(error_type), allocatable, intent(out) :: error
-      type(accuracy_price_t) :: price
+      type(work_point_t) :: point
       real(wp) :: step
       integer :: order
       do order = 2, 8, 2
          step = 0.1_wp
-         price = price_of(power_law(order, 0.3_wp), order, 0.3_wp*step**order)
-         call check(error, price%reached .and. price%method == 7, 'not reached')
+         point = point_at_error(power_law(order, 0.3_wp), order, 0.3_wp*step**order)
+         call check(error, point%exists() .and. point%method == 7, 'not reached')
          if (allocated(error)) return
-         call check_close(error, [price%time_step, price%seconds], [step, 1e-3_wp/step], 1e-14_wp)
+         call check_close(error, [point%time_step, point%seconds], [step, 1e-3_wp/step], 1e-14_wp)
          if (allocated(error)) return
       end do
-      price = price_of(power_law(2, 0.3_wp), 2, 1e-6_wp)
-      call check(error, .not. price%reached, 'reached beyond the last run')
+      point = point_at_error(power_law(2, 0.3_wp), 2, 1e-6_wp)
+      call check(error, .not. point%exists(), 'reached beyond the last run')
       if (allocated(error)) return
-      price = price_of(power_law(2, 0.3_wp), 2, 1.0_wp)
-      call check_close(error, price%time_step, 0.5_wp, 0.0_wp, 'met by the first')
-   end subroutine prices_follow_from_power_laws
+      point = point_at_error(power_law(2, 0.3_wp), 2, 1.0_wp)
+      call check_close(error, point%time_step, 0.5_wp, 0.0_wp, 'met by the first')
+   end subroutine points_follow_from_power_laws
 
-   subroutine prices_are_no_better_than_the_order(error)
+   subroutine no_better_than_the_order(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_cost_t) :: runs(6)
-      type(accuracy_price_t) :: price
+      type(work_point_t) :: runs(6)
+      type(work_point_t) :: point
       runs = power_law(4, 1e-4_wp)
       runs(1)%attitude_error = 3.0_wp
-      price = price_of(runs, 4, 16*runs(2)%attitude_error)
-      call check_close(error, price%time_step, 0.5_wp, 1e-14_wp)
+      point = point_at_error(runs, 4, 16*runs(2)%attitude_error)
+      call check_close(error, point%time_step, 0.5_wp, 1e-14_wp)
       if (allocated(error)) return
-      price = price_of(runs, 4, 4*runs(2)%attitude_error)
-      call check_close(error, price%time_step, sqrt(0.125_wp), 1e-14_wp)
-   end subroutine prices_are_no_better_than_the_order
+      point = point_at_error(runs, 4, 4*runs(2)%attitude_error)
+      call check_close(error, point%time_step, sqrt(0.125_wp), 1e-14_wp)
+   end subroutine no_better_than_the_order
 
-   subroutine luck_has_no_price(error)
+   subroutine accidents_do_not_count(error)
       type(error_type), allocatable, intent(out) :: error
-      type(run_cost_t) :: runs(6)
-      type(accuracy_price_t) :: price
+      type(work_point_t) :: runs(6)
+      type(work_point_t) :: point
       runs = power_law(2, 1.0_wp)
       runs(1)%attitude_error = 1e-9_wp
-      price = price_of(runs, 2, 1e-3_wp)
-      call check_close(error, price%time_step, sqrt(1e-3_wp), 1e-14_wp)
-   end subroutine luck_has_no_price
+      point = point_at_error(runs, 2, 1e-3_wp)
+      call check_close(error, point%time_step, sqrt(1e-3_wp), 1e-14_wp)
+   end subroutine accidents_do_not_count
 
    subroutine median_is_the_middle(error)
       type(error_type), allocatable, intent(out) :: error
@@ -280,4 +269,4 @@ contains
       call check_close(error, median([2.0_wp, 2.0_wp, 1.0_wp]), 2.0_wp, 0.0_wp)
    end subroutine median_is_the_middle
 
-end module test_study
+end module test_work_precision

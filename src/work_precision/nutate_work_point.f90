@@ -1,0 +1,254 @@
+!> A point of a work-precision diagram: one run of one method, its wall time from repeated integrations and its errors
+!> from an integration of their own; and the point between two runs where the error is a given one.
+module nutate_work_point
+   use nutate_kinds, only: wp, long
+   use nutate_methods, only: make_stepper
+   use nutate_quaternion, only: attitude_distance
+   use nutate_reference, only: reference_t
+   use nutate_run, only: run_summary_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: stepper_t
+   use nutate_stopwatch, only: stopwatch_t
+   use nutate_measured_run, only: follower_t, problem_t, run_once, run_to_tolerance, settings_of
+   implicit none
+   private
+
+   public :: work_point_t, measure_point, point_at_error, median
+
+   !> Integrations that are timed, at least and at most: a median of three is not moved by one that was disturbed; a
+   !> run short enough to be repeated 501 times is known to a per cent by then.
+   integer, parameter :: fewest_samples = 3, most_samples = 501
+
+   !> Share of the steps that may be cut: with more the run is one at shorter steps than it says.
+   real(wp), parameter :: most_cut = 0.1_wp
+
+   !> Errors change sign as steps get shorter, and near there are small by accident. A run counts as within an accuracy
+   !> if that of the next level, too, is within this many times it.
+   real(wp), parameter :: confirmed = 4.0_wp
+
+   !> One method at one step, or one tolerance of its steps.
+   type :: work_point_t
+      !> Row of `methods`; 0: there is no such point.
+      integer :: method = 0
+      !> s; the mean where steps were chosen.
+      real(wp) :: time_step = 0.0_wp
+      !> Error for which each step was chosen, rad; 0 where all have one length.
+      real(wp) :: tolerance = 0.0_wp
+      !> Nominal steps; those among them that had to be cut into parts; steps of the method, parts included.
+      integer(long) :: steps = 0, cut_steps = 0, parts = 0
+      !> Integrations timed, and their median wall time, s.
+      integer :: samples = 0
+      real(wp) :: seconds = 0.0_wp
+      !> Distance from the reference's attitude at the end, rad; negative where there is no reference.
+      real(wp) :: attitude_error = -1.0_wp
+      !> Worst error of the conserved momentum over |l|, and of the energy account over T + |V|, over all steps.
+      real(wp) :: momentum_error = 0.0_wp, energy_error = 0.0_wp
+      !> Worst |qᵀq - 1| over all steps.
+      real(wp) :: norm_error = 0.0_wp
+      !> Newton iterations of a nominal step, mean.
+      real(wp) :: iterations = 0.0_wp
+   contains
+      !> There is such a point.
+      procedure :: exists
+      !> Wall time of a nominal step, ns.
+      procedure :: nanoseconds
+      !> Too many steps had to be cut for the run to stand for its step.
+      procedure :: is_cut_up
+   end type work_point_t
+
+contains
+
+   !> True for a point that was measured or lies between two that were.
+   pure logical function exists(self)
+      class(work_point_t), intent(in) :: self
+      exists = self%method > 0
+   end function exists
+
+   !> Wall time of a nominal step, ns.
+   pure real(wp) function nanoseconds(self)
+      class(work_point_t), intent(in) :: self
+      nanoseconds = 1e9_wp*self%seconds/max(real(self%steps, wp), 1.0_wp)
+   end function nanoseconds
+
+   !> Too many steps had to be cut for the run to stand for its step.
+   pure logical function is_cut_up(self)
+      class(work_point_t), intent(in) :: self
+      is_cut_up = real(self%cut_steps, wp) > most_cut*real(self%steps, wp)
+   end function is_cut_up
+
+   !> Measures a run: first its errors, then its time, so that the one does not disturb the other. The time of a run
+   !> that is cut up is not measured.
+   !>
+   !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` where the time is over.
+   subroutine measure_point(problem, reference, sample_seconds, clock, point, status)
+      type(problem_t), intent(in) :: problem
+      type(reference_t), intent(in) :: reference
+      !> Integrations are repeated until they have taken so long, s.
+      real(wp), intent(in) :: sample_seconds
+      !> At its deadline all must be over.
+      type(stopwatch_t), intent(in) :: clock
+      !> Its `method` and `time_step`, or `tolerance`, say what to run.
+      type(work_point_t), intent(inout) :: point
+      type(status_t), intent(out) :: status
+      class(stepper_t), allocatable :: stepper
+
+      call make_stepper(problem%system, settings_of(problem%settings, point%method), stepper, status)
+      if (.not. status%ok()) return
+      call measure_errors(problem, reference, stepper, clock, point, status)
+      if (.not. status%ok() .or. point%is_cut_up()) return
+      call measure_time(problem, stepper, sample_seconds, clock, point, status)
+   end subroutine measure_point
+
+   !> Steps, iterations and errors.
+   subroutine measure_errors(problem, reference, stepper, clock, point, status)
+      type(problem_t), intent(in) :: problem
+      type(reference_t), intent(in) :: reference
+      class(stepper_t), intent(inout) :: stepper
+      type(stopwatch_t), intent(in) :: clock
+      type(work_point_t), intent(inout) :: point
+      type(status_t), intent(out) :: status
+      type(follower_t) :: follower
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      real(wp) :: seconds
+
+      follower%clock = clock
+      follower%measures = .true.
+      call follower%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
+      call run(problem, stepper, point, follower, state, summary, seconds, status)
+      if (.not. status%ok()) return
+      point%steps = summary%steps
+      if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
+      point%cut_steps = summary%cut_steps
+      point%parts = summary%parts
+      point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
+      if (reference%known()) point%attitude_error = attitude_distance(state%q, reference%q)
+      point%momentum_error = follower%invariants%momentum_error()
+      point%energy_error = follower%invariants%energy_error()
+      point%norm_error = follower%invariants%norm_error
+   end subroutine measure_errors
+
+   !> Median wall time of integrations from the start to the end. Each has a stepper that is prepared anew, so that all
+   !> do the same work; preparing is not part of the time.
+   subroutine measure_time(problem, stepper, sample_seconds, clock, point, status)
+      type(problem_t), intent(in) :: problem
+      class(stepper_t), intent(inout) :: stepper
+      real(wp), intent(in) :: sample_seconds
+      type(stopwatch_t), intent(in) :: clock
+      type(work_point_t), intent(inout) :: point
+      type(status_t), intent(out) :: status
+      type(follower_t) :: follower
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      real(wp) :: samples(most_samples), spent
+
+      follower%clock = clock
+      spent = 0.0_wp
+      point%samples = 0
+      do while (point%samples < most_samples)
+         call stepper%prepare(problem%system, settings_of(problem%settings, point%method), status)
+         if (.not. status%ok()) return
+         call run(problem, stepper, point, follower, state, summary, samples(point%samples + 1), status)
+         if (.not. status%ok()) return
+         point%samples = point%samples + 1
+         spent = spent + samples(point%samples)
+         if (point%samples >= fewest_samples .and. spent >= sample_seconds) exit
+      end do
+      point%seconds = median(samples(1:point%samples))
+   end subroutine measure_time
+
+   !> One integration, at the step or to the tolerance asked for.
+   subroutine run(problem, stepper, point, follower, state, summary, seconds, status)
+      type(problem_t), intent(in) :: problem
+      !> Prepared; used for steps of one length.
+      class(stepper_t), intent(inout) :: stepper
+      type(work_point_t), intent(in) :: point
+      type(follower_t), intent(inout) :: follower
+      type(state_t), intent(out) :: state
+      type(run_summary_t), intent(out) :: summary
+      real(wp), intent(out) :: seconds
+      type(status_t), intent(out) :: status
+      if (point%tolerance > 0.0_wp) then
+         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, follower, state, &
+                               summary, seconds, status)
+      else
+         call run_once(problem, stepper, point%time_step, follower, state, summary, seconds, status)
+      end if
+   end subroutine run
+
+   !> The point of a method's curve at an attitude error, by interpolation between the logarithms of errors, times and
+   !> steps of two runs; none where the runs do not reach it. The error is taken to fall no faster than the method's
+   !> order, or the tolerance of its steps, says: a longest step whose error means nothing must not make the next one
+   !> look better than it is.
+   pure function point_at_error(points, order, error) result(point)
+      !> Of one method, longest step first, with errors that are known; shape (any).
+      type(work_point_t), intent(in) :: points(:)
+      integer, intent(in) :: order
+      !> rad.
+      real(wp), intent(in) :: error
+      type(work_point_t) :: point
+      integer :: i
+      real(wp) :: fraction, fall
+
+      i = first_within(points, error)
+      if (i == 0) return
+      point = points(i)
+      if (i == 1 .or. .not. point%attitude_error > 0.0_wp) return
+      associate (long => points(i - 1), short => points(i))
+         fall = real(order, wp)*log(long%time_step/short%time_step)
+         if (short%tolerance > 0.0_wp) fall = log(long%tolerance/short%tolerance)
+         fraction = log(error/short%attitude_error)/min(log(long%attitude_error/short%attitude_error), fall)
+         fraction = min(max(fraction, 0.0_wp), 1.0_wp)
+         point%tolerance = between(short%tolerance, long%tolerance, fraction)
+         point%time_step = between(short%time_step, long%time_step, fraction)
+         point%seconds = between(short%seconds, long%seconds, fraction)
+         point%energy_error = between(short%energy_error, long%energy_error, fraction)
+      end associate
+   end function point_at_error
+
+   !> A value between two on a logarithmic scale; the first where one of them has no logarithm.
+   pure real(wp) function between(a, b, fraction)
+      !> Of one sign.
+      real(wp), intent(in) :: a, b
+      !> 0 at a, 1 at b.
+      real(wp), intent(in) :: fraction
+      between = a
+      if (abs(a) > 0.0_wp .and. abs(b) > 0.0_wp) between = a*(b/a)**fraction
+   end function between
+
+   !> The longest step whose error is within one, and not by accident; 0 if there is none.
+   pure integer function first_within(points, error) result(i)
+      type(work_point_t), intent(in) :: points(:)
+      !> rad.
+      real(wp), intent(in) :: error
+      do i = 1, size(points)
+         if (points(i)%attitude_error > error) cycle
+         if (i == size(points)) return
+         if (points(i + 1)%attitude_error <= confirmed*error) return
+      end do
+      i = 0
+   end function first_within
+
+   !> The middle one of some values, or the mean of the two in the middle.
+   pure real(wp) function median(values)
+      !> At least one; shape (any).
+      real(wp), intent(in) :: values(:)
+      real(wp) :: sorted(size(values)), value
+      integer :: i, k
+      sorted = values
+      do i = 2, size(sorted)
+         value = sorted(i)
+         k = i - 1
+         do while (k > 0)
+            if (sorted(k) <= value) exit
+            sorted(k + 1) = sorted(k)
+            k = k - 1
+         end do
+         sorted(k + 1) = value
+      end do
+      k = size(sorted)
+      median = 0.5_wp*(sorted((k + 1)/2) + sorted(k/2 + 1))
+   end function median
+
+end module nutate_work_point
