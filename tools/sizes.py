@@ -1,10 +1,11 @@
-"""Looks for files and procedures that are too long to read: over 500 lines a file, over 60 a procedure.
+"""Looks for what is too long to read: files over 500 lines, procedures over 60, subjects of commits over 72 characters.
 
     tools/sizes.py      prints each that is over; exit status 1 where there is one
 """
 
 import os
 import re
+import subprocess
 import sys
 
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
@@ -12,6 +13,9 @@ FOLDERS = ["src", "app", "test", "example", "bench", "link", "include", "python"
 ENDINGS = (".f90", ".f", ".c", ".cpp", ".h", ".py", ".sh")
 LONGEST_FILE = 500
 LONGEST_PROCEDURE = 60
+LONGEST_SUBJECT = 72
+# Commits looked at, from the last one back.
+COMMITS = 10
 BEGIN = re.compile(r"^\s*(?:(?:pure|elemental|recursive|impure|module)\s+"
                    r"|(?:integer|real|complex|logical|character|type|class)(?:\s*\([^!]*?\))?\s+)*"
                    r"(?:subroutine|function)\s+(\w+)", re.IGNORECASE)
@@ -42,8 +46,19 @@ def procedures(lines):
             open_ones.append([begin.group(1), number, 0])
 
 
+def subjects():
+    """Hash and subject of the last commits; none where this is no clone."""
+    try:
+        log = subprocess.run(["git", "-C", TOP, "log", f"-{COMMITS}", "--no-merges", "--format=%h %s"], check=False,
+                             capture_output=True, encoding="utf-8").stdout
+    except FileNotFoundError:
+        return []
+    return [line.split(" ", 1) for line in log.splitlines()]
+
+
 def main():
-    found = []
+    found = [f"commit {commit}: a subject of {len(subject)} characters (at most {LONGEST_SUBJECT})"
+             for commit, subject in subjects() if len(subject) > LONGEST_SUBJECT]
     for path in sources():
         with open(os.path.join(TOP, path), encoding="utf-8") as file:
             lines = file.read().splitlines()
