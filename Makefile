@@ -1,7 +1,7 @@
 # What to do with nutate, in one word. `make run` and `make test` work on a fresh machine: they set up what is missing.
 
 # Optimisation. No unsafe flags: the conservation laws hold to round-off only if the compiler keeps the arithmetic.
-# To tune for the machine at hand: make FFLAGS='-O3 -march=native'
+# To tune for the machine at hand, with the same results: make FFLAGS='-O3 -march=native'
 FFLAGS ?= -O3
 SCENE ?= scenes/box.nml
 PREFIX ?=
@@ -18,9 +18,9 @@ help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
 
 setup: ## install what is missing and let fpm fetch test-drive; afterwards plain fpm works, without a network too
-	@bash tools/setup.sh build test
+	@bash tools/setup.sh test
 
-build: ## build the program: build/nutate (FFLAGS='-O3 -march=native' tunes it for this machine)
+build: ## build the program: build/nutate (native, for this machine only: make FFLAGS='-O3 -march=native')
 	@bash tools/setup.sh build
 	@bash tools/build.sh
 
@@ -34,15 +34,15 @@ stress: setup ## run the stability cases at full length, a quarter of an hour, a
 	@bash tools/stress.sh $(STRESS)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
-	@bash tools/setup.sh build test
+	@bash tools/setup.sh test
 	@bash tools/fuzz.sh $(FUZZ)
 
 memcheck: ## run the tests under valgrind: leaks, invalid reads
-	@bash tools/setup.sh build test memcheck
+	@bash tools/setup.sh test memcheck
 	@bash tools/memcheck.sh
 
 sanitize: ## run the tests with the address and undefined-behaviour sanitizers
-	@bash tools/setup.sh build test
+	@bash tools/setup.sh test
 	@bash tools/sanitize.sh
 
 bench: ## measure costs (BENCH=bench_step selects)
@@ -65,7 +65,7 @@ docs: ## write the reference of all modules to build/docs/index.html
 	@bash tools/docs.sh
 
 install: ## install program, libraries, header, .mod files, pkg-config and CMake packages in PREFIX=FOLDER
-	@bash tools/setup.sh install
+	@bash tools/setup.sh build
 	@bash tools/install.sh '$(PREFIX)'
 
 clean: ## remove what was built; the tools in .venv and the fetched test-drive stay

@@ -1,11 +1,9 @@
 #!/usr/bin/env bash
 # What the FORTRAN 77 interface costs above the library: instructions per step by callgrind, from runs of two lengths, so that
 # start and end cancel; per step: of the bare stepper, of `integrate`, and of NUSTEP in calls of 1, 100 and 1000 steps.
-#    bench/f77_cost.sh
+#    bench/f77_cost.sh PROGRAM FOLDER
 set -u
-. "$(dirname "$0")/../tools/environment.sh"
-program=$(fpm_path run --example f77_stepping)
-[ -n "$program" ] || die 'f77_stepping was not built'
+program=$2/f77_stepping
 command -v valgrind >/dev/null || { echo 'skipped: valgrind is not here'; exit 0; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # What the C interface costs above Fortran: instructions per step of the box by callgrind, from runs of two lengths, so that
-# start and end cancel.   bench/interface_cost.sh PROGRAM FREE_STEP
+# start and end cancel.   bench/interface_cost.sh PROGRAM FOLDER
 #    one    a call of nutate_stepper_step for each step      against stepper%step
 #    batch  one call of nutate_stepper_steps                 against stepper%step
 #    run    one call of nutate_stepper_run                   against integrate, as the program calls it
 set -eu
-program=$1 free_step=$2 c_steps=$(dirname "$2")/c_steps
+program=$1 free_step=$2/free_step c_steps=$2/c_steps
 command -v valgrind >/dev/null || { echo 'skipped: valgrind is not here'; exit 0; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

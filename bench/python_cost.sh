@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # What Python costs above C: instructions of 1e5 steps of the box in one call of Stepper.run and of nutate_stepper_run, by
-# callgrind, from runs of two lengths, so that start and end cancel.   bench/python_cost.sh PROGRAM FREE_STEP
+# callgrind, from runs of two lengths, so that start and end cancel.   bench/python_cost.sh PROGRAM FOLDER
 set -u
-c_steps=$(dirname "$2")/c_steps
+c_steps=$2/c_steps
 for tool in valgrind cmake python3; do
    command -v $tool >/dev/null || { echo "skipped: $tool is not here"; exit 0; }
 done

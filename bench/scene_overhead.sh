@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # What a scene without effects costs above the bare free step: instructions per step by callgrind, from runs of two lengths, so
-# that start and end cancel.   bench/scene_overhead.sh PROGRAM FREE_STEP
+# that start and end cancel.   bench/scene_overhead.sh PROGRAM FOLDER
 set -eu
-program=$1 free_step=$2
+program=$1 free_step=$2/free_step
 command -v valgrind >/dev/null || { echo 'skipped: valgrind is not here'; exit 0; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -26,6 +26,7 @@
  *
  * Conventions
  *    ==>  the library reads this argument        <==  it writes it        <=>  both
+ *    A handle of which nothing more is to be said is not listed: const says whether the function changes it.
  *    Every function returns NUTATE_OK (0) or another status; on failure nothing has changed, and what a function would
  *    have written is untouched unless it says otherwise. No argument may be NULL unless it says "or NULL"; a NULL is
  *    reported, never followed.
@@ -34,7 +35,8 @@
  *    to space components. Arrays are contiguous; [3][3] is row by row.
  *    Truth values are int: 0 or another number. Strings end with NUL; UTF-8 passes through unchanged. Texts are handed
  *    back as (buffer, size): they are cut to size - 1 bytes and always end with NUL; a text that was cut gives
- *    NUTATE_TRUNCATED. A buffer for a message may be NULL (with any size), and cutting it is no failure.
+ *    NUTATE_TRUNCATED. Functions without a handle to ask for a message hand it back as (message, size): why they failed.
+ *    A message may be NULL (with any size), and cutting it is no failure.
  *
  * Handles
  *    A create function sets *handle, to NULL where it fails; the destroy function frees it and sets *handle to NULL
@@ -91,21 +93,15 @@ typedef struct nutate_history nutate_history;
 
 /* ---- General ---------------------------------------------------------------------------------------------------- */
 
-/* Version of the library, "0.1.0".
- *   <==  buffer   text
- *   ==>  size     of buffer, bytes */
+/* Version of the library, such as "0.1.0". */
 int nutate_get_version(char *buffer, size_t size);
 
 /* One line for a person about a status.
- *   ==>  status   what a function returned; numbers that are no status have a text too
- *   <==  buffer   text
- *   ==>  size     of buffer, bytes */
+ *   ==>  status   what a function returned; numbers that are no status have a text too */
 int nutate_status_text(int status, char *buffer, size_t size);
 
 /* Why the last call with this handle (not const) failed; empty after a call that succeeded.
- *   ==>  handle   any handle
- *   <==  buffer   text
- *   ==>  size     of buffer, bytes */
+ *   ==>  handle   any handle */
 int nutate_last_message(const void *handle, char *buffer, size_t size);
 
 /* ---- Systems ---------------------------------------------------------------------------------------------------- */
@@ -115,9 +111,6 @@ int nutate_last_message(const void *handle, char *buffer, size_t size);
  *   ==>  mass            kg; 0: not known, for bodies without effects that need it
  *   ==>  center_of_mass  [3], from the reference point, body axes, m; or NULL: the reference point
  *   ==>  about_center    true: the moments refer to the centre of mass and are moved by the parallel-axis rule
- *   <==  system          the new handle
- *   <==  message         why it failed; or NULL
- *   ==>  size            of message, bytes
  * Status: NUTATE_BAD_BODY for moments that no rigid body has, NUTATE_BAD_ARGUMENT. */
 int nutate_system_create_moments(const double moments[3], double mass, const double *center_of_mass, int about_center,
                                  nutate_system **system, char *message, size_t size);
@@ -133,16 +126,12 @@ int nutate_system_create_tensor(const double tensor[6], double mass, const doubl
  *   ==>  lengths         [n_lengths], m
  *   ==>  n_lengths       how many lengths the shape has
  *   ==>  mass, density   kg, kg m-3: one of the two, the other 0
- *   ==>  center_of_mass  [3], from the reference point, body axes, m; or NULL: the reference point
- *   <==  system          the new handle
- *   <==  message, size   as above */
+ *   ==>  center_of_mass  [3], from the reference point, body axes, m; or NULL: the reference point */
 int nutate_system_create_shape(const char *shape, const double *lengths, size_t n_lengths, double mass, double density,
                                const double *center_of_mass, nutate_system **system, char *message, size_t size);
 
 /* A body and effects as a scene file says them: the group &body, and those of effects.
  *   ==>  text            such as "&body inertia = 5, 20, 17 / &rotor momentum = 0, 0, 60 /"
- *   <==  system          the new handle
- *   <==  message, size   as above
  * Status: NUTATE_BAD_SCENE. */
 int nutate_system_parse(const char *text, nutate_system **system, char *message, size_t size);
 
@@ -150,15 +139,13 @@ int nutate_system_parse(const char *text, nutate_system **system, char *message,
 int nutate_system_destroy(nutate_system **system);
 
 /* Inertia, mass and centre of mass.
- *   ==>  system
  *   <==  inertia         about the reference point, body axes, kg m2; or NULL
  *   <==  mass            kg, 0 where it is not known; or NULL
  *   <==  center_of_mass  [3], body axes, m; or NULL */
 int nutate_system_body(const nutate_system *system, double inertia[3][3], double *mass, double *center_of_mass);
 
 /* The effects below act in addition to those that are there. Status: NUTATE_BAD_ARGUMENT for numbers that are not finite
- * or beyond all scales, NUTATE_BAD_BODY where the mass of the body is needed and not known.
- *   <=>  system */
+ * or beyond all scales, NUTATE_BAD_BODY where the mass of the body is needed and not known. */
 
 /* Uniform gravity on the centre of mass: V = -m g.(R c).   ==>  acceleration [3], space axes, m/s2 */
 int nutate_system_add_gravity(nutate_system *system, const double acceleration[3]);
@@ -229,7 +216,6 @@ typedef int (*nutate_hessian)(const double gamma[3], void *user, double hessian[
 typedef int (*nutate_torque)(double t, const double q[4], const double omega[3], void *user, double tau[3]);
 
 /* A potential of your own.
- *   <=>  system
  *   ==>  direction  [3], n, space axes, not zero, of the unit that the potential is written in
  *   ==>  potential  called with gamma; must stay callable as long as the system, its copies and steppers are used
  *   ==>  hessian    or NULL: by differences of the gradient
@@ -238,7 +224,6 @@ int nutate_system_add_potential(nutate_system *system, const double direction[3]
                                 nutate_hessian hessian, void *user);
 
 /* A torque of your own.
- *   <=>  system
  *   ==>  torque     called with t, q, omega
  *   ==>  user       passed through; or NULL */
 int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, void *user);
@@ -249,7 +234,6 @@ int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, v
  *   ==>  path         file
  *   ==>  overrides    [n_overrides] strings "GROUP.KEY=VALUE", applied after the file; or NULL with n_overrides 0
  *   ==>  n_overrides  how many
- *   <==  scene        the new handle
  *   <==  message      what is wrong, one line "FILE:LINE: ..."; or NULL
  *   ==>  size         of message, bytes
  * Status: NUTATE_IO, NUTATE_BAD_SCENE. */
@@ -269,14 +253,12 @@ int nutate_scene_destroy(nutate_scene **scene);
 int nutate_scene_get_title(const nutate_scene *scene, char *buffer, size_t size);
 
 /* Times of a scene.
- *   ==>  scene
  *   <==  time_step  s; 0 where steps are chosen by their error; or NULL
  *   <==  end_time   s; or NULL
  *   <==  every      nominal steps between rows; or NULL */
 int nutate_scene_get_plan(const nutate_scene *scene, double *time_step, double *end_time, int64_t *every);
 
 /* Initial state of a scene.
- *   ==>  scene
  *   <==  q          [4], attitude; or NULL
  *   <==  omega      [3], body axes, rad/s; or NULL */
 int nutate_scene_get_initial(const nutate_scene *scene, double *q, double *omega);
@@ -286,22 +268,15 @@ int nutate_scene_add_potential(nutate_scene *scene, const double direction[3], n
                                nutate_hessian hessian, void *user);
 int nutate_scene_add_user_torque(nutate_scene *scene, nutate_torque torque, void *user);
 
-/* The body and effects of a scene, a copy.
- *   ==>  scene
- *   <==  system        the new handle
- *   <==  message,size  as above */
+/* The body and effects of a scene, a copy. */
 int nutate_scene_system(const nutate_scene *scene, nutate_system **system, char *message, size_t size);
 
 /* Runs a scene and keeps the columns it asks for in memory.
- *   ==>  scene
- *   <==  history       the new handle, also where the run fails half-way: it then has all complete rows
- *   <==  message,size  as above */
+ *   <==  history       the new handle, also where the run fails half-way: it then has all complete rows */
 int nutate_scene_run(const nutate_scene *scene, nutate_history **history, char *message, size_t size);
 
 /* Runs a scene and writes its CSV file, as `nutate run` does.
- *   ==>  scene
  *   ==>  path          file to write; or NULL: the one that the scene names
- *   <==  message,size  as above
  * Status: NUTATE_IO, and why a step failed; complete rows are then in PATH.partial. */
 int nutate_scene_write(const nutate_scene *scene, const char *path, char *message, size_t size);
 
@@ -314,14 +289,12 @@ int nutate_history_size(const nutate_history *history, size_t *rows, size_t *col
 int nutate_history_name(const nutate_history *history, size_t column, char *buffer, size_t size);
 
 /* Values of a column.
- *   ==>  history
  *   ==>  name     such as "t", "q0", "omega1", "total"
  *   <==  values   [rows]
  *   ==>  size     numbers that fit into values, at least rows */
 int nutate_history_column(const nutate_history *history, const char *name, double *values, size_t size);
 
 /* All values, row by row.
- *   ==>  history
  *   <==  values   [rows][columns]
  *   ==>  size     numbers that fit into values, at least rows*columns */
 int nutate_history_values(const nutate_history *history, double *values, size_t size);
@@ -332,17 +305,13 @@ int nutate_history_destroy(nutate_history **history);
 /* ---- Steppers --------------------------------------------------------------------------------------------------- */
 
 /* A stepper for a system: second order, 8x8, at t = 0 with attitude 1 at rest.
- *   ==>  system        is copied
- *   <==  stepper       the new handle
- *   <==  message,size  as above */
+ *   ==>  system        is copied */
 int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper, char *message, size_t size);
 
 /* A stepper for a scene: its system, initial state, method, time step and columns. nutate_stepper_run_to its end time
  * gives bit for bit the numbers of `nutate run`. A scene none of whose columns depends on the attitude may be integrated
  * without it: functions that read the attitude, l or p then give NUTATE_BAD_ARGUMENT (see nutate_stepper_set_columns).
- *   ==>  scene         is copied
- *   <==  stepper       the new handle
- *   <==  message,size  as above */
+ *   ==>  scene         is copied */
 int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **stepper, char *message, size_t size);
 
 /* Frees a stepper.   <=>  stepper */
@@ -352,13 +321,11 @@ int nutate_stepper_destroy(nutate_stepper **stepper);
  * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
  * needs accuracy or local_tolerance; when a run ends is not known to it, so that fast tops and strong damping are not
  * told from others. What is set takes effect with the next step; errors that only show in combination are reported by it, or by nutate_stepper_prepare.
- *   <=>  stepper
  *   ==>  key      name, such as "method"
  *   ==>  value    text, such as "dop853", "4", "1e-3", ".false." */
 int nutate_stepper_set(nutate_stepper *stepper, const char *key, const char *value);
 
 /* Sets the nominal step of nutate_stepper_run and ..._run_to.
- *   <=>  stepper
  *   ==>  time_step  s; negative to go back in time; not 0 */
 int nutate_stepper_set_time_step(nutate_stepper *stepper, double time_step);
 
@@ -367,7 +334,6 @@ int nutate_stepper_set_time_step(nutate_stepper *stepper, double time_step);
 int nutate_stepper_prepare(nutate_stepper *stepper);
 
 /* Sets the state; energy_residual and work count from here.
- *   <=>  stepper
  *   ==>  t        s
  *   ==>  q        [4], attitude, body to space; unit to 1e-6, is normalised
  *   ==>  omega    [3], angular velocity, body axes, rad/s */
@@ -421,7 +387,6 @@ int nutate_stepper_run_to(nutate_stepper *stepper, double end_time, int64_t ever
 int nutate_stepper_count_rows(const nutate_stepper *stepper, double end_time, int64_t every, size_t *n_rows);
 
 /* Chooses the columns of rows, t being always the first.
- *   <=>  stepper
  *   ==>  sets     comma separated: quaternion, conjugate_momentum, angular_velocity, angular_velocity_space,
  *                 angular_momentum, angular_momentum_space, euler, energy, constraints, solver */
 int nutate_stepper_set_columns(nutate_stepper *stepper, const char *sets);
@@ -433,7 +398,6 @@ int nutate_stepper_width(const nutate_stepper *stepper, size_t *width);
 int nutate_stepper_column(const nutate_stepper *stepper, size_t column, char *buffer, size_t size);
 
 /* The present state as a row.
- *   <=>  stepper
  *   <==  row      [width]
  *   ==>  size     numbers that fit into row, at least width */
 int nutate_stepper_row(nutate_stepper *stepper, double *row, size_t size);

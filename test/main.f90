@@ -110,10 +110,10 @@ contains
       end if
    end subroutine run_what_is_asked_for
 
-   !> The list of suites: one line for each.
+   !> The list of suites: one line for each, here or in the list of stability cases.
    function all_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
-      suites = [ &
+      suites = [stability_suites(), &
          new_testsuite("archive", collect_archive), &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("baselines", collect_baselines), &
@@ -159,14 +159,6 @@ contains
          new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("series", collect_series), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
-         new_testsuite("stability_axes", collect_stability_axes), &
-         new_testsuite("stability_large_steps", collect_stability_large_steps), &
-         new_testsuite("stability_long", collect_stability_long), &
-         new_testsuite("stability_scales", collect_stability_scales), &
-         new_testsuite("stability_starts", collect_stability_starts), &
-         new_testsuite("stability_stiff", collect_stability_stiff), &
-         new_testsuite("stability_time", collect_stability_time), &
-         new_testsuite("stability_top", collect_stability_top), &
          new_testsuite("step", collect_step), &
          new_testsuite("taylor", collect_taylor), &
          new_testsuite("taylor_steps", collect_taylor_steps), &
@@ -175,6 +167,21 @@ contains
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function all_suites
+
+   !> The suites of stability cases.
+   function stability_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("stability_axes", collect_stability_axes), &
+         new_testsuite("stability_large_steps", collect_stability_large_steps), &
+         new_testsuite("stability_long", collect_stability_long), &
+         new_testsuite("stability_scales", collect_stability_scales), &
+         new_testsuite("stability_starts", collect_stability_starts), &
+         new_testsuite("stability_stiff", collect_stability_stiff), &
+         new_testsuite("stability_time", collect_stability_time), &
+         new_testsuite("stability_top", collect_stability_top) &
+         ]
+   end function stability_suites
 
    !> Runs one suite, adds its size to `tests` and what failed to `failures`.
    subroutine run_suite(suite, tests, failures)

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Builds the program with $FFLAGS and links it to build/nutate.
+# Builds the program with $FFLAGS and links it to build/nutate; or what is named: targets of CMakeLists.txt.
+#    tools/build.sh [TARGET]...
 set -u
 . "$(dirname "$0")/environment.sh"
 
-[ -x "$program" ] || say "Building with $FFLAGS (the first build takes a minute)"
-build build || exit 1
-path=$(fpm_path run nutate)
-[ -n "$path" ] || die "fpm does not say where it put the program"
-ln -sf "${path#build/}" "$program"
+[ -x "$program" ] || say "Building with $FFLAGS (the first build takes half a minute)"
+[ $# -gt 0 ] || set -- nutate_program
+cmake_build build --target "$@" || exit 1
+[ ! -x "$cmake_folder/nutate" ] || ln -sf "${cmake_folder#"$top/build/"}/nutate" "$program"

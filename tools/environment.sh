@@ -6,9 +6,17 @@ cd "$top" || exit 1
 venv=$top/.venv
 program=$top/build/nutate
 logs=$top/build/logs
+# Where CMake builds: a folder configured for one compiler cannot be used for another.
+cmake_folder=$top/build/cmake-$(basename "${FPM_FC:-gfortran}")
 # The flags of everything but the strict and the flang build. To tune for the machine at hand:
 #    make FFLAGS='-O3 -march=native'
 FFLAGS=${FFLAGS:--O3}
+# Added to the flags of every build, in CMakeLists.txt too: no product and sum become one rounding. Else the bits would depend
+# on the processor and on what is inlined where.
+unfused=-ffp-contract=off
+case ${FPM_FC:-gfortran}-$(uname -m) in
+   *gfortran*-x86_64) unfused="$unfused -mno-fma -mno-avx512f" ;;
+esac
 # What finds faults at run time. Without array-temps, which is a remark on speed, and
 # recursion, which has one flag for all threads.
 checked='-std=f2018 -g -fcheck=all,no-array-temps,no-recursion -ffpe-trap=invalid,zero,overflow'
@@ -37,17 +45,30 @@ quietly() {
    return $status
 }
 
+# fpm_with_flags ARGUMENT...: fpm with $FFLAGS for Fortran and $FPM_CFLAGS for C.
+fpm_with_flags() { fpm "$@" --flag "$FFLAGS $unfused" --c-flag "${FPM_CFLAGS-} $unfused"; }
+
 # build NAME ARGUMENT...: fpm build with $FFLAGS. fpm leaves a test module as it was whose own text is unchanged when a module
 # below it has changed; gfortran then cannot read the old .mod files, and only a fresh build helps.
 build() {
    local name=$1
    shift
    mkdir -p "$logs"
-   fpm build "$@" --flag "$FFLAGS" >"$logs/$name.log" 2>&1 </dev/null && return
+   fpm_with_flags build "$@" >"$logs/$name.log" 2>&1 </dev/null && return
    if grep -q -e 'Reading module' -e 'Mismatch in components' "$logs/$name.log"; then
       find build -mindepth 1 -maxdepth 1 -type d -name '*_*' -exec rm -rf {} +
    fi
-   quietly "$name" fpm build "$@" --flag "$FFLAGS"
+   quietly "$name" fpm_with_flags build "$@"
+}
+
+# cmake_build NAME ARGUMENT...: builds by CMakeLists.txt with $FFLAGS; arguments are those of cmake --build.
+cmake_build() {
+   local name=$1
+   shift
+   quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
+      -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
+      -DCMAKE_INSTALL_LIBDIR=lib &&
+      quietly "$name" cmake --build "$cmake_folder" --parallel "$(nproc)" "$@"
 }
 
 # Names of the suites of unit tests.
@@ -57,4 +78,4 @@ suites() { sed -n 's/.*new_testsuite("\([a-z_0-9]*\)".*/\1/p' test/main.f90; }
 has_fpm() { has fpm && fpm --version 2>/dev/null | grep -qi fortran; }
 
 # fpm_path run|test [--example] NAME: builds that program with $FFLAGS and prints its path.
-fpm_path() { fpm "$@" --flag "$FFLAGS" --runner echo 2>/dev/null | sed -n "s:^build/.*/${!#}\$:&:p" | tail -n 1; }
+fpm_path() { fpm_with_flags "$@" --runner echo 2>/dev/null | sed -n "s:^build/.*/${!#}\$:&:p" | tail -n 1; }

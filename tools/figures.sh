@@ -56,3 +56,6 @@ cost box
 cost precessing_top
 cost fast_top
 cost heavy_top
+
+# The layers, from the `use` statements.
+python3 tools/layers.py --write && say "Drawn: docs/figures/layers.svg"

@@ -6,15 +6,9 @@ set -u
 
 [ $# -eq 1 ] && [ -n "$1" ] || die "say where to install: make install PREFIX=FOLDER"
 mkdir -p "$1" && prefix=$(cd "$1" && pwd) || exit 1
-folder=$top/build/cmake
 
-# A folder configured for other compilers cannot be used for these.
-rm -f "$folder/CMakeCache.txt"
-quietly install-configure cmake -S "$top" -B "$folder" -DCMAKE_INSTALL_PREFIX="$prefix" \
-   -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_BUILD_TYPE=None -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" \
-   -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 || exit 1
-quietly install-build cmake --build "$folder" --parallel "$(nproc)" || exit 1
-quietly install cmake --install "$folder" || exit 1
+cmake_build install-build || exit 1
+quietly install cmake --install "$cmake_folder" --prefix "$prefix" || exit 1
 
 say "Installed in $prefix: bin/nutate, lib/libnutate.so and .a, include/nutate.h, include/nutate/*.mod"
 say "To link:"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Checks the Fortran sources with fortitude (rules in fpm.toml), the scripts for syntax, and that the public interface is
-# the one that docs/public-api.txt lists.
+# Checks the Fortran sources with fortitude (rules in fpm.toml), the scripts for syntax, the lengths of files, procedures and
+# subjects of commits, that the layers point one way, and that what is written out of the sources is as they are: the public
+# interface, the picture of the layers, the version.
 set -u
 . "$(dirname "$0")/environment.sh"
 
@@ -10,9 +11,12 @@ for folder in src app test example bench tools; do
    [ -n "$(find $folder -name '*.f90' -print -quit 2>/dev/null)" ] && folders+=("$folder")
 done
 fortitude check --output-format concise "${folders[@]}" || status=1
-for script in tools/*.sh .ci/run; do
+for script in tools/*.sh bench/*.sh .ci/run; do
    bash -n "$script" || status=1
 done
-python3 -m py_compile tools/*.py python/*/*.py || status=1
+python3 -m py_compile tools/*.py python/*/*.py test/cli/*.py || status=1
+python3 tools/sizes.py || status=1
+python3 tools/layers.py --check || status=1
+python3 tools/version.py --check || status=1
 python3 tools/public_api.py --check || status=1
 exit $status

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|install|link]...
+# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|link]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/environment.sh"
@@ -30,19 +30,15 @@ need_pip() { # PACKAGE: into .venv/, which needs Python with venv and pip
    has_venv || python3 -c 'import ensurepip, venv' >/dev/null 2>&1 || packages+=(python3-venv)
 }
 
-need_build() {
-   want gfortran gfortran
-   want ar binutils
-   want git git ca-certificates
-   links_lapack || packages+=(liblapack-dev libblas-dev)
-   has_fpm || need_pip fpm==0.12.0
-}
-
-need_install() {
+need_compilers() {
    want gfortran gfortran
    want gcc gcc
-   want cmake cmake make
    links_lapack || packages+=(liblapack-dev libblas-dev)
+}
+
+need_build() {
+   need_compilers
+   want cmake cmake make
 }
 
 # For the programs of link/ and docs/linking.md.
@@ -52,7 +48,14 @@ need_link() {
    python3 -c 'import ensurepip, venv' >/dev/null 2>&1 || packages+=(python3-venv)
 }
 
-need_test() { want python3 python3; }
+# fpm builds the tests, and fetches test-drive by git.
+need_test() {
+   need_compilers
+   want ar binutils
+   want git git ca-certificates
+   want python3 python3
+   has_fpm || need_pip fpm==0.12.0
+}
 need_memcheck() { want valgrind valgrind; }
 need_lint() { works fortitude || need_pip fortitude-lint==0.10.0; }
 need_docs() { works ford || need_pip ford==7.0.13; }
@@ -94,15 +97,15 @@ link_flang() {
 [ $# -gt 0 ] || set -- build
 for need; do
    case $need in
-      build | test | memcheck | lint | docs | figures | flang | install | link) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, install, link)" ;;
+      build | test | memcheck | lint | docs | figures | flang | link) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link)" ;;
    esac
 done
 install_packages
 install_python_tools
 for need; do
    case $need in
-      build) bash tools/fetch-testdrive.sh || exit 1 ;;
+      test) bash tools/fetch-testdrive.sh || exit 1 ;;
       flang) link_flang || exit 1 ;;
    esac
 done

@@ -1,0 +1,218 @@
+"""Legal scenes with extreme values: all rules of scene files kept, numbers of any size."""
+
+import re
+
+from support import COLUMNS, METHODS, ROOT
+
+
+def read_effects():
+    """The first group of each effect in test/effect_samples.nml: keys and numbers by name."""
+    text = (ROOT / "test" / "effect_samples.nml").read_text(encoding="utf-8")
+    found = {}
+    for name, body in re.findall(r"^&(\w+)\n(.*?)^/", text, flags=re.DOTALL | re.MULTILINE):
+        if name not in ("scene", "body", "initial", "integrator", "output"):
+            found.setdefault(name, re.findall(r"(\w+) = ([-+.\d, ]+)", body))
+    return found
+
+
+def number_text(value):
+    return repr(float(value)).replace("inf", "Infinity")
+
+
+def extreme(dice):
+    """A number of any size that a double can have."""
+    sign = dice.choice((1, 1, -1))
+    edge = dice.random()
+    if edge < 0.1:
+        return sign * dice.choice((5e-324, 2.2250738585072014e-308, 1.7976931348623157e308, 1e-310, 0.0))
+    return sign * dice.uniform(1, 10) * 10.0 ** dice.uniform(-300, 300 if edge < 0.5 else 100)
+
+
+class Scales:
+    """Scales of a scene, from which its numbers deviate now and then."""
+
+    def __init__(self, dice):
+        self.dice = dice
+        reach = dice.choice((0, 0, 3, 10, 25, 40))
+        self.length = 10.0 ** dice.uniform(-reach, reach)
+        self.mass = 10.0 ** dice.uniform(-reach, reach)
+        self.time = 10.0 ** dice.uniform(-reach, reach)
+        # How far the numbers of one scene are apart, and how often one is out of all proportion.
+        self.spread = dice.choice((0.0, 1.0, 4.0, 12.0))
+        self.oddity = dice.choice((0.0, 0.0, 0.05, 0.2))
+
+    def value(self, length=0, mass=0, time=0, signed=True):
+        """A number of that dimension."""
+        dice = self.dice
+        if dice.random() < self.oddity:
+            number = dice.choice((0.0, extreme(dice), extreme(dice)))
+        else:
+            size = dice.uniform(0.3, 3.0) * 10.0 ** dice.uniform(-self.spread, self.spread)
+            number = size * self.length**length * self.mass**mass * self.time**time
+        return number if signed and dice.random() < 0.5 else abs(number)
+
+    def text(self, count=1, **dimension):
+        """Numbers of that dimension as a scene has them."""
+        return ", ".join(number_text(self.value(**dimension)) for _ in range(count))
+
+
+def write_scene(dice):
+    """A scene that keeps the rules of scene files, whose values need not make sense."""
+    scales = Scales(dice)
+    effects = [dice.choice(EFFECTS)(dice, scales) for _ in range(dice.choice((0, 0, 1, 1, 2, 5)))]
+    parts = [body(dice, scales), initial(dice, scales), integrator(dice, scales, not effects), output(dice, scales)]
+    parts += dict.fromkeys(effects)
+    dice.shuffle(parts)
+    return "".join(parts).encode()
+
+
+def body(dice, scales):
+    lines = []
+    if dice.random() < 0.3:
+        shape, sizes = dice.choice((("box", 3), ("cylinder", 2), ("cone", 2), ("sphere", 1), ("ellipsoid", 3)))
+        lines += [f"shape = '{shape}'", f"size = {scales.text(sizes, length=1, signed=False)}"]
+    else:
+        lines += [f"inertia = {moments(dice, scales)}", f"check_triangle = .{dice.choice(('true', 'false'))}."]
+        if dice.random() < 0.2:
+            lines.append("inertia_about = 'center_of_mass'")
+    lines.append(f"mass = {scales.text(mass=1, signed=False)}")
+    if dice.random() < 0.7:
+        lines.append(f"center_of_mass = {dice.choice((scales.text(3, length=1), '0, 0, ' + scales.text(length=1)))}")
+    return group("body", lines)
+
+
+def moments(dice, scales):
+    """Principal moments: of a sphere, a top, nearly those, or any."""
+    j = [scales.value(length=2, mass=1, signed=False) for _ in range(3)]
+    way = dice.randrange(6)
+    if way < 3:
+        j[1] = j[0] * (1 + dice.choice((0.0, 1e-15, 1e-9)))
+    if way == 0:
+        j[2] = j[0] * (1 + dice.choice((0.0, 2.3e-16, -1e-15)))
+    elif way == 3:
+        j[2] = min(j[0] + j[1], 1.7e308)
+    elif way == 4:
+        j[1] = j[2] = j[0]
+        j[dice.randrange(3)] *= 10.0 ** -dice.uniform(0, 20)
+    return ", ".join(number_text(moment) for moment in j)
+
+
+def initial(dice, scales):
+    lines = []
+    way = dice.randrange(4)
+    if way == 0:
+        lines.append(f"euler = {dice.uniform(-7, 7)}, {dice.choice((0.0, 3.141592653589793, 1e-200, 1.0))}, 0.5")
+    elif way == 1:
+        lines += [f"axis = {scales.text(3)}", f"angle = {scales.text()}"]
+    elif way == 2:
+        q = [dice.choice((0.0, dice.gauss(0, 1))) for _ in range(3)] + [1.0]
+        size = sum(x * x for x in q) ** 0.5
+        lines.append("quaternion = " + ", ".join(number_text(x / size) for x in q))
+    if way == 0 and dice.random() < 0.3:
+        lines.append(f"euler_rates = {scales.text(3, time=-1)}")
+    else:
+        rate = [scales.value(time=-1) * dice.choice((1, 1, 1, 0, 1e-16, 1e-300, 1e6)) for _ in range(3)]
+        lines.append("angular_velocity = " + ", ".join(number_text(x) for x in rate))
+        if dice.random() < 0.3:
+            lines.append("frame = 'space'")
+    if dice.random() < 0.1:
+        lines.append("degrees = .true.")
+    return group("initial", lines)
+
+
+def integrator(dice, scales, free):
+    name, solver, order, _ = dice.choice([row for row in METHODS if free or row[0] != "exact"])
+    lines = [f"method = '{name}'"]
+    if solver:
+        lines += [f"linear_solver = '{solver}'", f"order = {order}"]
+    direction = dice.choice((1, 1, 1, -1))
+    step = scales.value(time=1, signed=False) * dice.choice((1e-9, 1e-3, 0.01, 0.1, 0.1, 1, 4, 100))
+    if dice.random() < 0.3 and order != "0":
+        lines.append(f"{dice.choice(('accuracy', 'local_tolerance'))} = {10.0 ** dice.uniform(-18, -1)}")
+        end = scales.value(time=1, signed=False) * dice.choice((0.1, 1, 1, 10, 1e6, 1e12))
+    else:
+        lines.append(f"time_step = {number_text(direction * step)}")
+        end = step * dice.choice((0.3, 1, 3, 20, 20, 20.5, 200, 1e5))
+    lines.append(f"end_time = {number_text(direction * end)}")
+    if dice.random() < 0.3:
+        lines.append(f"auxiliary_inertia = {scales.text(length=2, mass=1, signed=False)}")
+    if solver == "lapack" and len(lines) == 6 and dice.random() < 0.2:
+        lines.append("projection = .false.")
+    if dice.random() < 0.1:
+        lines.append(f"max_iterations = {dice.choice((1, 2, 5, 1000, 2147483647))}")
+    if dice.random() < 0.1:
+        lines.append(f"tolerance = {10.0 ** dice.uniform(-320, -1)}")
+    return group("integrator", lines)
+
+
+def output(dice, scales):
+    lines = []
+    if dice.random() < 0.8:
+        sets = list(COLUMNS)
+        chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
+        lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
+    if dice.random() < 0.3:
+        lines.append(f"every = {dice.choice((1, 7, 1000, 2147483647))}")
+    elif dice.random() < 0.05:
+        lines.append(f"interval = {scales.text(time=1, signed=False)}")
+    return group("output", lines)
+
+
+def gravity(_, scales):
+    return group("gravity", [f"acceleration = {scales.text(3, length=1, time=-2)}"])
+
+
+def dipole(_, scales):
+    return group("dipole", [f"moment = {scales.text(3)}", f"field = {scales.text(3, length=2, mass=1, time=-2)}"])
+
+
+def gravity_gradient(_, scales):
+    return group("gravity_gradient", [f"direction = {scales.text(3)}", f"strength = {scales.text(time=-2)}"])
+
+
+def spring(dice, scales):
+    lines = [f"body_point = {scales.text(3, length=1)}", f"anchor = {scales.text(3, length=1)}",
+             f"stiffness = {scales.text(mass=1, time=-2)}"]
+    if dice.random() < 0.7:
+        lines.append(f"rest_length = {scales.text(length=1, signed=False)}")
+    return group("spring", lines)
+
+
+def damping(_, scales):
+    return group("damping", [f"coefficient = {scales.text(3, length=2, mass=1, time=-1)}"])
+
+
+def torque(dice, scales):
+    lines = [f"{dice.choice(('body', 'space'))} = {scales.text(3, length=2, mass=1, time=-2)}"]
+    if dice.random() < 0.5:
+        lines += [f"frequency = {scales.text(time=-1)}", f"phase = {scales.text()}"]
+    if dice.random() < 0.5:
+        lines.append(f"start = {scales.text(time=1)}")
+    if dice.random() < 0.5:
+        lines.append(f"stop = {scales.text(time=1)}")
+    return group("torque", lines)
+
+
+def rotor(_, scales):
+    return group("rotor", [f"momentum = {scales.text(3, length=2, mass=1, time=-1)}"])
+
+
+def from_samples(name, keys):
+    """An effect of the samples without a function of its own: its numbers, each scaled at random."""
+
+    def effect(dice, _):
+        lines = [f"{key} = " + ", ".join(number_text(float(number) * 10.0 ** dice.uniform(-3, 3))
+                                         for number in numbers.split(",")) for key, numbers in keys]
+        return group(name, lines)
+
+    return effect
+
+
+# In the units of a scene, and then those that have no function of their own.
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor]
+EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
+            if name not in [effect.__name__ for effect in EFFECTS]]
+
+
+def group(name, lines):
+    return "&" + name + "\n" + "".join(f"   {line}\n" for line in lines) + "/\n"
