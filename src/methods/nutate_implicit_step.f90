@@ -73,7 +73,7 @@ module nutate_implicit_step
       procedure :: transfer
       !> Takes the state and the length of a step. Refuses states that the form cannot move.
       procedure(start_equations), deferred :: start
-      !> Chooses units for a step that was started.
+      !> Chooses units for a step that was started and for which no Jacobian was kept.
       procedure(choose_units), deferred :: scale_unknowns
       !> The unknowns of a step with the rates of its start.
       procedure(extrapolate), deferred :: explicit_guess
@@ -205,7 +205,8 @@ contains
       self%continued = 0
       if (self%untested) call check_start(system, state, dt, status)
       if (status%code == 0) call self%start(system, state, dt, window_time, status)
-      if (status%code == 0) call self%scale_unknowns(system, state, dt, window_time, status)
+      if (status%code == 0 .and. dt /= self%kept_dt) &
+         call self%scale_unknowns(system, state, dt, window_time, status)
       if (status%code == 0) then
          call find_root(self, system, dt, z, status)
          if (status%code /= 0 .and. self%settings%max_iterations >= fewest) &

@@ -91,6 +91,7 @@ contains
       else if (.not. abs(state%t + dt) <= huge(dt)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
       else
+         if (maxval(abs(state%p)) > outgrown*self%equations%unit) self%kept_dt = 0.0_wp
          if (.not. self%equations%scaled) &
             call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, self%equations%unit)
          call self%equations%start(system, state, dt, window_time)
@@ -99,8 +100,7 @@ contains
 
    !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p in a step by the forces
    !> on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest without forces,
-   !> the momentum that turns it by about 1 rad in a step. Only where the Jacobian belongs to another step, has been
-   !> dropped, or |p| has outgrown its unit.
+   !> the momentum that turns it by about 1 rad in a step.
    subroutine scale_unknowns(self, system, state, dt, window_time, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -110,7 +110,6 @@ contains
       real(wp), parameter :: at_rest(3) = 0.0_wp, at_start(8) = 0.0_wp
       real(wp) :: size, old, natural, s(4)
       size = maxval(abs(state%p))
-      if (dt == self%kept_dt .and. .not. size > outgrown*self%equations%unit) return
       natural = maxval(system%body%moments)/max(abs(dt), tiny(1.0_wp))
       if (self%equations%forces%active) then
          call self%equations%forces%evaluate(system%effects, self%equations%x0, self%equations%x0, at_rest, s)

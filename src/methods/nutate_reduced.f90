@@ -99,7 +99,6 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      if (self%predictor%known > 1) return
       if (.not. self%equations%is_in_scale()) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
    end subroutine scale_unknowns
