@@ -54,7 +54,7 @@ contains
                   new_unittest("so they do with rows at intervals, backwards", controlled_runs_go_on_with_intervals), &
                   new_unittest("a poll can ask for an archive and stop", a_poll_can_ask_and_stop), &
                   new_unittest("an archive of another run is refused", another_run_is_refused), &
-                  new_unittest("a method that does not list what it remembers is refused", forgetful_methods_are_refused)]
+                  new_unittest("a method that does not list what it remembers is refused", forgetful_refused)]
    end subroutine collect_resume
 
    !> The bytes of a state and a record.
@@ -431,7 +431,7 @@ contains
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "another kind of run")
    end subroutine another_run_is_refused
 
-   subroutine forgetful_methods_are_refused(error)
+   subroutine forgetful_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(forgetful_t) :: stepper
       type(byte_archive_t) :: archive
@@ -442,7 +442,7 @@ contains
       call archive%begin_writing()
       call stepper%transfer(archive)
       if (archive%problem() == '') call test_failed(error, "the archive says nothing")
-   end subroutine forgetful_methods_are_refused
+   end subroutine forgetful_refused
 
    subroutine prepare_nothing(self, system, settings, status)
       class(forgetful_t), intent(inout) :: self

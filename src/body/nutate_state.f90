@@ -56,8 +56,8 @@ contains
       total = rounded
    end subroutine add_increment
 
-   !> Adds the increment of a quaternion that was turned, and takes away by how much the turn made it too long: before the
-   !> sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.
+   !> Adds the increment of a quaternion that was turned, and takes away by how much the turn made it too long: before
+   !> the sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.
    pure subroutine add_turned(increment, excess, x, compensation)
       real(wp), intent(in) :: increment(4)
       !> Part of x.

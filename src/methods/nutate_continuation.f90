@@ -142,8 +142,8 @@ contains
       secant = (self%next - self%reached)/(self%reached - self%before)
    end function secant
 
-   !> True if a root can be no other than the continued one: near its prediction, the nearer the closer to the end of the
-   !> branch, and the determinant changed by no more than a factor of two.
+   !> True if a root can be no other than the continued one: near its prediction, the nearer the closer to the end of
+   !> the branch, and the determinant changed by no more than a factor of two.
    pure logical function keeps_to(self, root)
       class(continuation_t), intent(in) :: self
       type(root_t), intent(in) :: root

@@ -37,8 +37,8 @@ module nutate_implicit_step
    !> Steps that the predictor keeps after one that it predicted badly: a polynomial of higher degree extrapolates what
    !> was bad, in the end to another root.
    integer, parameter :: kept_after_surprise = 3
-   !> Most iterations from a prediction of a continuation, which is near the root or of no use; who allows fewer than the
-   !> second in a step gets no continuation.
+   !> Most iterations from a prediction of a continuation, which is near the root or of no use; who allows fewer than
+   !> the second in a step gets no continuation.
    integer, parameter :: near = 12, fewest = 8
 
    !> What a Newton increment came to.

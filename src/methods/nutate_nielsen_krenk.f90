@@ -76,8 +76,8 @@ contains
       self%equations%scaled = .false.
    end subroutine set_up
 
-   !> The equations of a step. Refuses an attitude that is far from the unit sphere, as it can become without projection,
-   !> and times that are not finite.
+   !> The equations of a step. Refuses an attitude that is far from the unit sphere, as it can become without
+   !> projection, and times that are not finite.
    subroutine start(self, system, state, dt, window_time, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system

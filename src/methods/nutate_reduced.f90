@@ -1,4 +1,5 @@
-!> The step of Nielsen & Krenk (2012) in reduced form: three equations in the step's turn, closed-form Newton, no LAPACK.
+!> The step of Nielsen & Krenk (2012) in reduced form: three equations in the step's turn, closed-form Newton, no
+!> LAPACK.
 !>
 !> The same trajectory as the 8×8 system to round-off. Where nothing depends on the attitude it can be left out: then
 !> only the body momentum is integrated.
@@ -25,9 +26,9 @@ module nutate_reduced
    !> Increment of b above which the free part of the Jacobian is taken anew: its change then costs the next iteration
    !> digits, since the error after it is about its square.
    real(wp), parameter :: coarse = 1e-6_wp
-   !> Bound of the sums of |adj(F') F''| without effects, in the units of the step: 163 is the largest of 1e5 bodies drawn at
-   !> random, with |b| < 0.41 and rotors of up to five times the body's own momentum. By it the next increment is known
-   !> beforehand.
+   !> Bound of the sums of |adj(F') F''| without effects, in the units of the step: 163 is the largest of 1e5 bodies
+   !> drawn at random, with |b| < 0.41 and rotors of up to five times the body's own momentum. By it the next increment
+   !> is known beforehand.
    real(wp), parameter :: curvature = 200.0_wp
    !> The turn of a step on the branch of the true motion is below 1: an iteration that is at a b this much longer is on
    !> no way to a root.

@@ -29,7 +29,8 @@ module nutate_eight_equations
 
    public :: eight_equations_t
 
-   !> q·p over |q||p| that rounding leaves of a product that vanishes.
+   !> q·p over |q||p| that rounding leaves of a product that vanishes: up to 4ε are seen, a state that is given may have
+   !> some more.
    real(wp), parameter :: product_noise = 64*eps
 
    !> C = diag(1, -1, -1, -1), the conjugation.

@@ -215,8 +215,8 @@ contains
       matrix(2, 3) = matrix(2, 3) + twice(1)
    end subroutine add_free_part
 
-   !> Inverse of ∂F/∂b at the b last taken, from its adjugate, with the effects' part as `linearize_forces` left it; none where the
-   !> determinant vanishes.
+   !> Inverse of ∂F/∂b at the b last taken, from its adjugate, with the effects' part as `linearize_forces` left it;
+   !> none where the determinant vanishes.
    pure subroutine invert(self, b, rows, determinant)
       class(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: b(3)
@@ -258,8 +258,9 @@ contains
          c(2:4) = b
          impulse = 0.0_wp
          if (self%forces%active) impulse = quat_product(self%frame, mid_impulse(self, b, factor))
-         ! What a turn adds to q and p is taken from them, not from the momentum in body axes, whose rounding would count
-         ! whole: so only the rounding of the increment does. The factor comes last, since its rounding counts in `excess`.
+         ! What a turn adds to q and p is taken from them, not from the momentum in body axes, whose rounding would
+         ! count whole: so only the rounding of the increment does. The factor comes last, since its rounding counts in
+         ! `excess`.
          call add_turned(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
          call add_turned(factor*quat_product(state%p, c) + impulse, excess, state%p, state%p_compensation)
       else
@@ -281,8 +282,8 @@ contains
       impulse(2:4) = impulse(2:4) + impulse(1)*b
    end function mid_impulse
 
-   !> L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄ in body axes, of the end and of the start: what is left where the attitude is
-   !> left out; shape (3).
+   !> L1 - L0 = (R(c)ᵀ - 1)L0 + Δt R(c½)ᵀτ̄ in body axes, of the end and of the start: what is left where the attitude
+   !> is left out; shape (3).
    pure function momentum_change(self, b, beta, factor) result(change)
       type(reduced_equations_t), intent(in) :: self
       !> b, β and 2/(1+β).

@@ -22,7 +22,7 @@ module nutate_reference
    !> Beside the closed solutions: none, and what two methods agree on.
    integer, parameter :: NO_REFERENCE = NOT_EXACT, AGREED = 3
 
-   !> An attitude known no better than this is no reference, rad: of the errors of a study it would leave one decade.
+   !> An attitude known no better than this is no reference, rad: a study asks about errors of 1e-4 and less.
    real(wp), parameter :: useless = 1e-3_wp
    !> Turn in the first, longest step, rad: methods of order 8 begin to agree there.
    real(wp), parameter :: first_turn = 1.0_wp

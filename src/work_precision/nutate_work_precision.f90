@@ -25,8 +25,8 @@ module nutate_work_precision
    real(wp), parameter :: longest_turn = 4.0_wp
    !> Largest error of the steps that a method chooses, rad: with larger ones such a method takes its longest step.
    real(wp), parameter :: loosest = 1e-2_wp
-   !> Levels, with and without a reference: 2⁻²³ of 4 rad is below what any method needs, even of order 2 for round-off;
-   !> where errors do not say when to stop, half a decade of times each way shows what there is to see.
+   !> Levels, with and without a reference: 2⁻²³ of 4 rad brings even order 2 to round-off; where errors do not say when
+   !> to stop, two decades of steps show the times and the invariants.
    integer, parameter :: most_levels = 24, levels_without_reference = 8
    !> A level that makes the error smaller by less than this factor is no gain (order 2 gains 4); so many of them end a
    !> method, since one may be an accident, where the error has been below `converging`, rad: above it, errors of
