@@ -2,9 +2,12 @@
 !> it is the one that the documentation promises.
 module test_limits
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
+   use nutate_keys, only: group_kind_t, KEY_REAL
    use nutate_kinds, only: wp
-   use test_limit_channels, only: c_takes, c_takes_direction, f77_takes, f77_takes_direction, f77_takes_energy, &
-      number_text, setting_t, text_takes
+   use nutate_scene, only: scene_kinds
+   use test_limit_c, only: c_takes, c_takes_direction, c_takes_every
+   use test_limit_f77, only: f77_takes, f77_takes_direction, f77_takes_energy, f77_takes_every
+   use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
@@ -45,6 +48,8 @@ contains
                   new_unittest("torques and rotors at their limits", torques), &
                   new_unittest("starts at their limits", starts), &
                   new_unittest("settings at their limits", settings), &
+                  new_unittest("every key of a number is tried", all_keys), &
+                  new_unittest("whole numbers at their limits", whole_numbers), &
                   new_unittest("motions and turns at their limits", motions), &
                   new_unittest("the strength of an effect does not depend on the attitude", strengths), &
                   new_unittest("a gravity gradient along (1e-150, 0, 0) is refused by every way", tiny_direction), &
@@ -79,6 +84,10 @@ contains
 
    subroutine bodies(error)
       type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_bodies())
+   end subroutine bodies
+
+   pure function of_bodies() result(promises)
       type(promise_t) :: promises(9)
       real(wp), parameter :: sphere(6) = [1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       promises(1) = positive('body', 'inertia', sphere(1:3), which=0)
@@ -98,11 +107,14 @@ contains
       promises(9) = positive('body', 'density', [1.0_wp], least=1e-94_wp)
       promises(9)%setting%edge = 0.1_wp
       promises%setting%omega(3) = 0.25_wp
-      call check_all(error, promises)
-   end subroutine bodies
+   end function of_bodies
 
    subroutine potentials(error)
       type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_potentials())
+   end subroutine potentials
+
+   pure function of_potentials() result(promises)
       type(promise_t) :: promises(12)
       real(wp), parameter :: zero(3) = 0.0_wp, up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       integer :: i
@@ -128,11 +140,14 @@ contains
       do i = 8, 10
          promises(i)%setting%stiffness = 1e-150_wp
       end do
-      call check_all(error, promises)
-   end subroutine potentials
+   end function of_potentials
 
    subroutine torques(error)
       type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_torques())
+   end subroutine torques
+
+   pure function of_torques() result(promises)
       type(promise_t) :: promises(8)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = any_number('damping', 'coefficient', zero, 3)
@@ -147,11 +162,14 @@ contains
       promises(8) = any_number('rotor', 'momentum', zero, 1)
       ! |p| is twice the momentum.
       promises(8)%greatest = 0.5e100_wp
-      call check_all(error, promises)
-   end subroutine torques
+   end function of_torques
 
    subroutine starts(error)
       type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_starts())
+   end subroutine starts
+
+   pure function of_starts() result(promises)
       type(promise_t) :: promises(8)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = any_number('initial', 'quaternion', [1.0_wp, zero], 1)
@@ -174,11 +192,14 @@ contains
       ! |p||Ω| = 2JΩ² is at the limit of energies; steps are short enough to follow.
       promises(7:8)%greatest = sqrt(5.0_wp)*1e50_wp
       promises(7:8)%setting%time_step = 1e-45_wp
-      call check_all(error, promises)
-   end subroutine starts
+   end function of_starts
 
    subroutine settings(error)
       type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_settings())
+   end subroutine settings
+
+   pure function of_settings() result(promises)
       type(promise_t) :: promises(7)
       real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp)
       promises(1) = any_number('integrator', 'time_step', [1.0_wp])
@@ -199,8 +220,36 @@ contains
       ! Fewer than 9e15 rows in 0.08 s.
       promises(7) = positive('output', 'interval', [1.0_wp], least=1e-17_wp)
       promises(7)%c_leaves_out = .true.
-      call check_all(error, promises)
-   end subroutine settings
+   end function of_settings
+
+   !> A new key belongs into one of the tables above.
+   subroutine all_keys(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(promise_t), allocatable :: promises(:)
+      type(group_kind_t), allocatable :: kinds(:)
+      integer :: i, k
+      promises = [of_bodies(), of_potentials(), of_torques(), of_starts(), of_settings()]
+      kinds = scene_kinds()
+      do i = 1, size(kinds)
+         do k = 1, size(kinds(i)%keys)
+            if (kinds(i)%keys(k)%kind /= KEY_REAL) cycle
+            if (any(promises%setting%group == kinds(i)%name .and. promises%setting%key == kinds(i)%keys(k)%name)) cycle
+            call test_failed(error, trim(kinds(i)%name)//'.'//trim(kinds(i)%keys(k)%name)//' is not tried')
+         end do
+      end do
+   end subroutine all_keys
+
+   !> Steps between rows: at least 1.
+   subroutine whole_numbers(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: numbers(5) = [-7, -1, 0, 1, 7]
+      integer :: i
+      do i = 1, size(numbers)
+         call check(error, all([text_takes_every(numbers(i)), c_takes_every(numbers(i)), f77_takes_every(numbers(i))] &
+                               .eqv. numbers(i) > 0), number_text(real(numbers(i), wp)))
+         if (allocated(error)) return
+      end do
+   end subroutine whole_numbers
 
    !> Momentum, energy, turn in a step, and damping, as large as they may be, and larger by a rounding or two.
    subroutine motions(error)

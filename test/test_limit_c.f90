@@ -1,7 +1,5 @@
-!> One key of a scene with given numbers, by each way that it can reach the library: as text, by the function of C, by
-!> the argument of a FORTRAN 77 routine. Each tells whether the numbers are taken: for a start that is, not for a run.
-module test_limit_channels
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+!> One key of a scene with given numbers, as arguments of the functions of C: are they taken?
+module test_limit_c
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_funloc, c_int, c_int64_t, c_loc, &
       c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
    use nutate_c_attitude, only: nutate_omega_from_euler_rates, nutate_quat_from_axis_angle, nutate_quat_from_euler
@@ -15,182 +13,14 @@ module test_limit_channels
    use nutate_c_system_effects, only: nutate_system_add_damping, nutate_system_add_dipole, nutate_system_add_gravity, &
       nutate_system_add_gravity_gradient, nutate_system_add_rotor, nutate_system_add_spring, nutate_system_add_torque
    use nutate_kinds, only: wp
-   use nutate_scene, only: parse_scene, scene_t
-   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_OK
-   use test_f77_routines, only: nue2q, nuinit, nuinv, nusetp, nustep, potnan, potspr, tormot
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_OK
+   use test_limit_text, only: number_text, origin, setting_t, top, up
    implicit none
    private
 
-   public :: setting_t, text_takes, c_takes, f77_takes, number_text
-   public :: c_takes_direction, f77_takes_direction, f77_takes_energy
-
-   !> A key with its numbers, and what the numbers of the others are where they differ from the usual.
-   type :: setting_t
-      character(len=24) :: group = '', key = ''
-      real(wp) :: values(6) = 0.0_wp
-      integer :: n = 1
-      !> J of a sphere, kg m²; mass, kg; Ω, body axes, rad/s; time step, s.
-      real(wp) :: inertia = 0.1_wp, mass = 1.0_wp, omega(3) = [0.0_wp, 0.0_wp, 0.5_wp], time_step = 0.01_wp
-      !> Attitude at the start.
-      real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      !> Edge of the box, m; stiffness of the spring, N/m; field of the dipole, T.
-      real(wp) :: edge = 1.0_wp, stiffness = 1.0_wp, field(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-   end type setting_t
-
-   real(wp), parameter :: origin(3) = 0.0_wp, &
-                          top(3) = [0.0_wp, 0.0_wp, 0.25_wp], up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-   real(wp), parameter :: plain(7) = 0.0_wp
-   real(wp), parameter :: unit_tensor(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
-                                                       1.0_wp], [3, 3])
-   integer, parameter :: work_size = 2000, iuser(2) = [3, 0]
+   public :: c_takes, c_takes_direction, c_takes_every
 
 contains
-
-   !> A number as a scene has it, with as many digits as read back exactly.
-   function number_text(x) result(text)
-      real(wp), intent(in) :: x
-      character(len=:), allocatable :: text
-      character(len=32) :: digits
-      if (ieee_is_nan(x)) then
-         digits = 'NaN'
-      else if (.not. ieee_is_finite(x)) then
-         digits = merge('Infinity ', '-Infinity', x > 0.0_wp)
-      else
-         write (digits, '(es26.16e3)') x
-      end if
-      text = trim(adjustl(digits))
-   end function number_text
-
-   function numbers_text(x) result(text)
-      real(wp), intent(in) :: x(:)
-      character(len=:), allocatable :: text
-      integer :: i
-      text = ''
-      do i = 1, size(x)
-         text = text//' '//number_text(x(i))
-      end do
-   end function numbers_text
-
-   !> ` key = numbers`, of the setting or the usual ones.
-   function entry(setting, group, key, usual) result(text)
-      type(setting_t), intent(in) :: setting
-      character(len=*), intent(in) :: group, key
-      real(wp), intent(in) :: usual(:)
-      character(len=:), allocatable :: text
-      if (setting%group == group .and. setting%key == key) then
-         text = ' '//key//' ='//numbers_text(setting%values(1:setting%n))
-      else
-         text = ' '//key//' ='//numbers_text(usual)
-      end if
-   end function entry
-
-   !> True if a scene with the setting is accepted; `message` says why not.
-   logical function text_takes(setting, message)
-      type(setting_t), intent(in) :: setting
-      character(len=:), allocatable, intent(out) :: message
-      type(scene_t) :: scene
-      type(status_t) :: status
-      call parse_scene(body_text(setting)//initial_text(setting)//integrator_text(setting)//effect_text(setting), &
-                       'a.nml', scene, status, message)
-      text_takes = status%ok()
-   end function text_takes
-
-   function body_text(setting) result(text)
-      type(setting_t), intent(in) :: setting
-      character(len=:), allocatable :: text
-      text = '&body'
-      select case (merge(setting%key, repeat(' ', 24), setting%group == 'body'))
-      case ('size', 'density')
-         text = text//" shape = 'box'"//entry(setting, 'body', 'size', spread(setting%edge, 1, 3))
-         if (setting%key == 'size') text = text//' mass = 1'
-         if (setting%key == 'density') text = text//entry(setting, 'body', 'density', [1.0_wp])
-      case ('inertia_tensor')
-         text = text//entry(setting, 'body', 'inertia_tensor', plain(1:6))
-      case default
-         text = text//entry(setting, 'body', 'inertia', spread(setting%inertia, 1, 3))// &
-                entry(setting, 'body', 'mass', [setting%mass])//entry(setting, 'body', 'center_of_mass', top)
-      end select
-      text = text//' /'//new_line('a')
-   end function body_text
-
-   function initial_text(setting) result(text)
-      type(setting_t), intent(in) :: setting
-      character(len=:), allocatable :: text
-      text = '&initial'
-      select case (merge(setting%key, repeat(' ', 24), setting%group == 'initial'))
-      case ('quaternion')
-         text = text//entry(setting, 'initial', 'quaternion', setting%q)
-      case ('axis', 'angle')
-         text = text//entry(setting, 'initial', 'axis', up)//entry(setting, 'initial', 'angle', [0.5_wp])
-      case ('euler', 'euler_rates')
-         text = text//entry(setting, 'initial', 'euler', origin)
-      case default
-         text = text//entry(setting, 'initial', 'quaternion', setting%q)
-      end select
-      if (setting%group == 'initial' .and. setting%key == 'euler_rates') then
-         text = text//entry(setting, 'initial', 'euler_rates', setting%omega)
-      else
-         text = text//entry(setting, 'initial', 'angular_velocity', setting%omega)
-      end if
-      text = text//' /'//new_line('a')
-   end function initial_text
-
-   function integrator_text(setting) result(text)
-      type(setting_t), intent(in) :: setting
-      character(len=:), allocatable :: text
-      real(wp) :: step, end_time
-      text = '&integrator'
-      step = setting%time_step
-      if (setting%group == 'integrator' .and. setting%key == 'time_step') step = setting%values(1)
-      end_time = 1.0_wp
-      if (abs(step) > 1e-90_wp .and. abs(step) < 1e90_wp) end_time = 8*step
-      if (setting%group == 'integrator') then
-         select case (setting%key)
-         case ('accuracy', 'local_tolerance')
-            text = text//entry(setting, 'integrator', trim(setting%key), [0.5_wp])
-         case ('tolerance', 'auxiliary_inertia')
-            text = text//entry(setting, 'integrator', trim(setting%key), [0.5_wp])// &
-                   entry(setting, 'integrator', 'time_step', [step])
-         case default
-            text = text//entry(setting, 'integrator', 'time_step', [step])
-         end select
-      else if (setting%group == 'output') then
-         text = text//' accuracy = 1e-6'
-      else
-         text = text//entry(setting, 'integrator', 'time_step', [step])
-      end if
-      text = text//entry(setting, 'integrator', 'end_time', [end_time])//' /'//new_line('a')
-   end function integrator_text
-
-   function effect_text(setting) result(text)
-      type(setting_t), intent(in) :: setting
-      character(len=:), allocatable :: text
-      character(len=:), allocatable :: group
-      group = trim(setting%group)
-      select case (group)
-      case ('gravity')
-         text = entry(setting, group, 'acceleration', up)
-      case ('dipole')
-         text = entry(setting, group, 'moment', up)//entry(setting, group, 'field', setting%field)
-      case ('gravity_gradient')
-         text = entry(setting, group, 'direction', up)//entry(setting, group, 'strength', [1.0_wp])
-      case ('spring')
-         text = entry(setting, group, 'body_point', top)//entry(setting, group, 'anchor', top)// &
-                entry(setting, group, 'stiffness', [setting%stiffness])//entry(setting, group, 'rest_length', [0.25_wp])
-      case ('damping')
-         text = entry(setting, group, 'coefficient', up)
-      case ('torque')
-         text = entry(setting, group, merge('space', 'body ', setting%key == 'space'), up)
-         if (all(setting%key /= ['body ', 'space'])) text = text//entry(setting, group, trim(setting%key), [0.0_wp])
-      case ('rotor')
-         text = entry(setting, group, 'momentum', up)
-      case ('output')
-         text = entry(setting, group, 'interval', [0.5_wp])
-      case default
-         text = ''
-      end select
-      if (text /= '') text = '&'//group//text//' /'//new_line('a')
-   end function effect_text
 
    !> The numbers of a key, or the usual ones.
    function numbers_of(setting, key, usual) result(x)
@@ -402,52 +232,6 @@ contains
       end do
    end subroutine to_c
 
-   !> True if the FORTRAN 77 routine with the argument takes it; `known` if there is one.
-   logical function f77_takes(setting, known)
-      type(setting_t), intent(in) :: setting
-      logical, intent(out) :: known
-      real(wp) :: aj(3, 3), aj0, h(3), cm(3), g(3), d(3), work(work_size), t, q(4), p(4), dt, omega(3)
-      integer :: info, k
-      known = .true.
-      aj = 0.0_wp
-      do k = 1, 3
-         aj(k, k) = setting%inertia
-      end do
-      aj0 = 0.0_wp
-      h = 0.0_wp
-      d = 0.0_wp
-      cm = setting%mass*top
-      g = 0.0_wp
-      dt = setting%time_step
-      q = setting%q
-      omega = setting%omega
-      info = 0
-      select case (trim(setting%group)//'.'//trim(setting%key))
-      case ('body.inertia')
-         do k = 1, 3
-            aj(k, k) = setting%values(k)
-         end do
-      case ('body.inertia_tensor')
-         associate (j => setting%values)
-            aj = reshape([j(1), j(4), j(5), j(4), j(2), j(6), j(5), j(6), j(3)], [3, 3])
-         end associate
-      case ('integrator.auxiliary_inertia'); aj0 = setting%values(1)
-      case ('rotor.momentum'); h = setting%values(1:3)
-      case ('gravity.acceleration'); g = setting%values(1:3)
-      case ('damping.coefficient'); d = setting%values(1:3)
-      case ('initial.angular_velocity'); omega = setting%values(1:3)
-      case ('initial.euler'); call nue2q(setting%values(1), setting%values(2), setting%values(3), q, info)
-      case ('integrator.time_step'); dt = setting%values(1)
-      case default; known = .false.
-      end select
-      if (info == 0) call nuinit(aj, aj0, h, cm, g, d, up, 2, 2, 0, work, work_size, info)
-      if (info == 0) call nusetp(q, omega, p, work, work_size, info)
-      t = 0.0_wp
-      if (info == 0) call nustep(1, dt, t, q, p, potspr, tormot, iuser, plain, work, work_size, info)
-      ! INFO > 0 is too late: the argument has been taken.
-      f77_takes = info >= 0
-   end function f77_takes
-
    !> True if C takes a potential of its own along a direction.
    logical function c_takes_direction(direction)
       real(wp), intent(in) :: direction(3)
@@ -470,24 +254,19 @@ contains
       no_energy = merge(0, 1, .not. c_associated(user))
    end function no_energy
 
-   !> True if NUINIT takes the direction of POT.
-   logical function f77_takes_direction(direction)
-      real(wp), intent(in) :: direction(3)
-      real(wp) :: work(work_size)
-      integer :: info
-      call nuinit(unit_tensor, 0.0_wp, origin, origin, origin, origin, direction, 1, 2, 1, work, work_size, info)
-      f77_takes_direction = info == 0
-   end function f77_takes_direction
+   !> True if C takes so many steps between rows.
+   logical function c_takes_every(every)
+      integer, intent(in) :: every
+      type(c_ptr), target :: system, stepper
+      integer(c_size_t) :: n
+      integer :: code
+      code = nutate_system_create_moments([1.0_wp, 1.0_wp, 1.0_wp], 0.0_wp, about_center=0, system=c_loc(system), &
+                                          message=c_null_ptr, size=0_c_size_t)
+      code = nutate_stepper_create(system, c_loc(stepper), c_null_ptr, 0_c_size_t)
+      code = nutate_stepper_set_time_step(stepper, 0.1_wp)
+      code = nutate_stepper_run_to(stepper, 1.0_wp, int(every, c_int64_t), 0.0_wp, c_null_ptr, 0_c_size_t, n)
+      c_takes_every = code == NUTATE_OK
+      code = nutate_stepper_destroy(c_loc(stepper)) + nutate_system_destroy(c_loc(system))
+   end function c_takes_every
 
-   !> True if NUINV takes the energy of POT.
-   logical function f77_takes_energy(energy)
-      real(wp), intent(in) :: energy
-      real(wp) :: work(work_size), e(3), al(3, 2), c(2)
-      integer :: info
-      call nuinit(unit_tensor, 0.0_wp, origin, origin, origin, origin, up, 1, 2, 1, work, work_size, info)
-      call nuinv([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], potnan, iuser, &
-                 [plain(1:6), energy], e, al, c, work, work_size, info)
-      f77_takes_energy = info == 0
-   end function f77_takes_energy
-
-end module test_limit_channels
+end module test_limit_c
