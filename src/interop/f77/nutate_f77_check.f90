@@ -41,18 +41,21 @@ contains
    logical function is_motion(setup, state)
       type(setup_t), intent(in) :: setup
       type(state_t), intent(in) :: state
+      type(system_t) :: system
       type(status_t) :: status
-      call check_motion(system_of(setup), state, status)
+      call make_system(setup, system)
+      call check_motion(system, state, status)
       is_motion = status%ok()
    end function is_motion
 
    !> What of a set-up can make a motion or a step too large: body, rotors, damping.
-   type(system_t) function system_of(setup) result(system)
+   subroutine make_system(setup, system)
       type(setup_t), intent(in) :: setup
+      type(system_t), intent(inout) :: system
       system%body = setup%body
       system%effects%rotor_momentum = setup%rotor
-      call system%effects%add(damping_t(setup%damping))
-   end function system_of
+      if (any(setup%damping /= 0.0_wp)) call system%effects%add(damping_t(setup%damping))
+   end subroutine make_system
 
    !> The array holds what NUINIT wrote, in the length that it needs. 0, 1 if it is not that of NUINIT, 2 if too short.
    pure integer function is_ready(work, lwork)
@@ -127,6 +130,7 @@ contains
       real(wp), intent(in), target, contiguous :: work(:)
       type(setup_t) :: setup
       type(place_t) :: place
+      type(system_t) :: system
       type(status_t) :: status
       bad = 0
       call get_place(work, place)
@@ -146,10 +150,11 @@ contains
          call get_setup(work, setup)
          ! The reduced form has no q·p.
          if (setup%solver == 1 .and. abs(dot_product(q, p)) > manifold_tolerance*norm2(p)) bad = 5
-         if (.not. is_motion(setup, state_t(t=t, q=q, p=p))) bad = 5
-         if (bad /= 0) return
-         call check_step(system_of(setup), state_t(t=t, q=q, p=p), dt, status)
-         if (.not. status%ok()) bad = 2
+         call make_system(setup, system)
+         call check_motion(system, state_t(t=t, q=q, p=p), status)
+         if (.not. status%ok()) bad = 5
+         if (bad == 0) call check_step(system, state_t(t=t, q=q, p=p), dt, status)
+         if (bad == 0 .and. .not. status%ok()) bad = 2
       end if
    end function find_bad_step
 
