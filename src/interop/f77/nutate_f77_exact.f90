@@ -28,6 +28,7 @@ subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
    type(setup_t) :: setup
+   type(system_t) :: system
    type(free_body_t) :: solution
    type(status_t) :: status
    real(wp) :: momentum(3)
@@ -35,11 +36,12 @@ subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    call check_setup(setup, aj, 0.0_wp, info)
    info = -info
    if (info /= 0) return
+   system%body = setup%body
    if (.not. is_attitude(q0)) then
       info = -2
    else if (.not. all(is_moderate(omega0))) then
       info = -3
-   else if (.not. is_motion(setup, make_state(system_t(body=setup%body), q0, omega0))) then
+   else if (.not. is_motion(setup, make_state(system, q0, omega0))) then
       info = -3
    else if (n < 0) then
       info = -4
