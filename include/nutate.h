@@ -33,6 +33,9 @@
  *    SI units; angles in radians. Space axes are inertial, body axes fixed in the body; both start at the reference
  *    point of the body, which stays at rest. Quaternions are unit quaternions, scalar first, and take body components
  *    to space components. Arrays are contiguous; [3][3] is row by row.
+ *    Numbers that are set keep to the limits of the keys of scene files, and are refused in the same words:
+ *    finite, zero or 1e-300 to 1e100 in size; positive ones at least 1e-100; steps 1e-50 to 1e50 s in size. Times and
+ *    states, which a program may carry from call to call, may be as small as they have become.
  *    Truth values are int: 0 or another number. Strings end with NUL; UTF-8 passes through unchanged. Texts are handed
  *    back as (buffer, size): they are cut to size - 1 bytes and always end with NUL; a text that was cut gives
  *    NUTATE_TRUNCATED. Functions without a handle to ask for a message hand it back as (message, size): why they failed.
@@ -69,7 +72,7 @@ enum nutate_status {
     NUTATE_NOT_CONVERGED = 1, /* the iteration of a step did not converge */
     NUTATE_OFF_BRANCH = 2,    /* the step is too long to follow the motion */
     NUTATE_SINGULAR = 3,      /* the linear system of a step is singular */
-    NUTATE_NOT_FINITE = 4,    /* a number is not finite or beyond all scales (1e100), in a step or from a callback */
+    NUTATE_NOT_FINITE = 4,    /* a number is not finite or exceeds 1e100, in a step or from a callback */
     NUTATE_BAD_ARGUMENT = 5,  /* an argument is out of its range */
     NUTATE_BAD_BODY = 6,      /* the inertia is not that of a rigid body */
     NUTATE_BAD_SCENE = 7,     /* a scene says something that cannot be understood or simulated */
@@ -144,8 +147,8 @@ int nutate_system_destroy(nutate_system **system);
  *   <==  center_of_mass  [3], body axes, m; or NULL */
 int nutate_system_body(const nutate_system *system, double inertia[3][3], double *mass, double *center_of_mass);
 
-/* The effects below act in addition to those that are there. Status: NUTATE_BAD_ARGUMENT for numbers that are not finite
- * or beyond all scales, NUTATE_BAD_BODY where the mass of the body is needed and not known. */
+/* The effects below act in addition to those that are there. Status: NUTATE_BAD_ARGUMENT for numbers that the keys of
+ * their groups do not admit, NUTATE_BAD_BODY where the mass of the body is needed and not known. */
 
 /* Uniform gravity on the centre of mass: V = -m g.(R c).   ==>  acceleration [3], space axes, m/s2 */
 int nutate_system_add_gravity(nutate_system *system, const double acceleration[3]);

@@ -46,9 +46,9 @@ contains
                   new_unittest("a water molecule in SI units", water_in_si_units), &
                   new_unittest("the Earth in SI units", earth_in_si_units), &
                   new_unittest("units of powers of two change no digit", units_change_no_digit), &
-                  new_unittest("what is beyond all scales is refused", beyond_all_scales_is_refused), &
-                  new_unittest("bodies beyond all scales are refused", bodies_are_refused), &
-                  new_unittest("scenes beyond all scales are refused", scenes_are_refused)]
+                  new_unittest("what is out of its range is refused", out_of_range_is_refused), &
+                  new_unittest("bodies out of their ranges are refused", bodies_are_refused), &
+                  new_unittest("scenes out of their ranges are refused", scenes_are_refused)]
    end subroutine collect_stability_scales
 
    !> The cases, for `make stress`.
@@ -81,7 +81,7 @@ contains
    end function units_case
 
    type(stability_case_t) function beyond_case() result(item)
-      item%name = 'states, steps and effects beyond all scales'
+      item%name = 'states, steps and effects out of their ranges'
       item%guards = 'numbers next to overflow, denormal, not finite: an error before the first step, '// &
                     'without an exception of floating point'
       item%selected = EVERY_WAY
@@ -258,10 +258,10 @@ contains
       record%norm = max(record%norm, meter%invariants%norm_error)
    end subroutine run_in_units
 
-   subroutine beyond_all_scales_is_refused(error)
+   subroutine out_of_range_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
       call check_case(error, beyond_case())
-   end subroutine beyond_all_scales_is_refused
+   end subroutine out_of_range_is_refused
 
    !> A body with one thing wrong with its motion, its step, or an effect; and with none, which must go.
    subroutine run_beyond(way, whole, record)

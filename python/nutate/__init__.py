@@ -14,7 +14,8 @@ or step by step:
     rows = stepper.run(1000, every=10)
 
 SI units, radians. Quaternions have their scalar first and take body components to space components. Every failure is a
-`NutateError`, but for what a callback raised, which comes out as it was.
+`NutateError`, but for what a callback raised, which comes out as it was. Scenes, systems and steppers own memory of the
+library and cannot be copied: make another one.
 """
 
 from ._library import NutateError, version

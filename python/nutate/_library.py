@@ -152,6 +152,14 @@ def create(function, *arguments):
     return handle
 
 
+def encoded(text):
+    """A text, or a path, as C has it. C ends texts at a NUL: what stands behind one would be lost."""
+    data = os.fsencode(text) if isinstance(text, (bytes, os.PathLike)) else text.encode("utf-8", "surrogateescape")
+    if b"\0" in data:
+        raise ValueError(f"{text!r} has a NUL character")
+    return data
+
+
 def vector(values, size, name):
     """A contiguous array of so many doubles."""
     array = np.ascontiguousarray(values, dtype=np.float64)
@@ -178,6 +186,10 @@ class Owner:
         handle = getattr(self, "_handle", None)
         if handle:
             getattr(library, self.destroy)(ctypes.byref(handle))
+
+    def __reduce_ex__(self, protocol):
+        # A copy would share the handle, and free it under the original.
+        raise TypeError(f"a {type(self).__name__} cannot be copied or pickled: make another one")
 
     def _call(self, name, *arguments):
         """Calls a function of this handle; raises what a callback raised, or NutateError."""

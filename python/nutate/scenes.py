@@ -1,11 +1,10 @@
 """Scene files, and running them."""
 
 import ctypes
-import os
 
 import numpy as np
 
-from ._library import (NutateError, Owner, Text, check, create, library, MESSAGE_SIZE, pointer, text_of,
+from ._library import (NutateError, Owner, Text, check, create, encoded, library, MESSAGE_SIZE, pointer, text_of,
                        vector)
 
 
@@ -17,11 +16,11 @@ class Scene(Owner):
     def __init__(self, path=None, *overrides, text=None):
         if (path is None) == (text is None):
             raise ValueError("a Scene takes a path or a text")
-        array = (Text * max(1, len(overrides)))(*[override.encode() for override in overrides])
+        array = (Text * max(1, len(overrides)))(*[encoded(override) for override in overrides])
         if text is None:
-            handle = create(library.nutate_scene_read, os.fsencode(path), array, len(overrides))
+            handle = create(library.nutate_scene_read, encoded(path), array, len(overrides))
         else:
-            handle = create(library.nutate_scene_parse, text.encode(), None, array, len(overrides))
+            handle = create(library.nutate_scene_parse, encoded(text), None, array, len(overrides))
         super().__init__(handle)
 
     @property
@@ -60,7 +59,7 @@ class Scene(Owner):
     def write(self, path=None):
         """Runs the scene and writes its CSV file, as the program does; by default the one that the scene names."""
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = library.nutate_scene_write(self._handle, None if path is None else os.fsencode(path), message,
+        status = library.nutate_scene_write(self._handle, None if path is None else encoded(path), message,
                                             MESSAGE_SIZE)
         if status:
             self._callbacks.raise_again()

@@ -1,18 +1,27 @@
 """Stepping by hand."""
 
 import ctypes
+import numbers
 
 import numpy as np
 
-from ._library import Owner, create, library, pointer, text_of, vector
+from ._library import Owner, create, encoded, library, pointer, text_of, vector
 from .scenes import Scene
 
 
-def setting(value):
-    """A value as a scene file writes it."""
+def setting(key, value):
+    """A value as a scene file writes it; numbers and truth values may be those of NumPy."""
+    if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
+        value = value.item()
     if isinstance(value, bool):
         return ".true." if value else ".false."
-    return value if isinstance(value, str) else repr(value)
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    if isinstance(value, numbers.Real):
+        return repr(float(value))
+    if isinstance(value, str):
+        return value
+    raise TypeError(f"{key} is {value!r} (expected a number, a truth value or a text)")
 
 
 class Stepper(Owner):
@@ -32,7 +41,7 @@ class Stepper(Owner):
     def set(self, **settings):
         """Sets keys of the group &integrator."""
         for key, value in settings.items():
-            self._call("nutate_stepper_set", key.encode(), setting(value).encode())
+            self._call("nutate_stepper_set", encoded(key), encoded(setting(key, value)))
 
     def set_state(self, q, omega, t=0.0):
         """Sets attitude, angular velocity (body axes, rad/s) and time (s); work counts from here."""
@@ -58,7 +67,7 @@ class Stepper(Owner):
 
     def set_columns(self, *sets):
         """Chooses the sets of columns of `run`, as &output columns does."""
-        self._call("nutate_stepper_set_columns", ",".join(sets).encode())
+        self._call("nutate_stepper_set_columns", encoded(",".join(sets)))
 
     @property
     def column_names(self):

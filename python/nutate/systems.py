@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._library import Owner, create, library, pointer, vector
+from ._library import Owner, create, encoded, library, pointer, vector
 
 
 def group(name, **values):
@@ -38,10 +38,10 @@ class System(Owner):
             raise ValueError("a System takes one of moments, tensor, shape and text")
         center = None if center_of_mass is None else vector(center_of_mass, 3, "center_of_mass")
         if text is not None:
-            handle = create(library.nutate_system_parse, text.encode())
+            handle = create(library.nutate_system_parse, encoded(text))
         elif shape is not None:
             lengths = np.ascontiguousarray(np.atleast_1d(() if size is None else size), dtype=np.float64)
-            handle = create(library.nutate_system_create_shape, shape.encode(), pointer(lengths), lengths.size, mass,
+            handle = create(library.nutate_system_create_shape, encoded(shape), pointer(lengths), lengths.size, mass,
                             density, pointer(center))
         elif tensor is not None:
             handle = create(library.nutate_system_create_tensor, pointer(vector(tensor, 6, "tensor")), mass,
@@ -61,7 +61,7 @@ class System(Owner):
     def add(self, name, **keys):
         """Adds a built-in effect with the keys of its group in a scene file:
         system.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)."""
-        self._call("nutate_system_add_groups", group(name, **keys).encode())
+        self._call("nutate_system_add_groups", encoded(group(name, **keys)))
 
     def add_user_torque(self, torque):
         """Adds a torque of your own: torque(t, q, omega) gives three numbers, N m, body axes; omega in body axes, rad/s.

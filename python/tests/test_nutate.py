@@ -1,9 +1,11 @@
 """The Python package: the numbers of the program bit for bit, callbacks, misuse. $NUTATE names the program."""
 
+import copy
 import csv
 import gc
 import glob
 import os
+import pickle
 import subprocess
 import tempfile
 import threading
@@ -175,6 +177,31 @@ class CallbackTest(unittest.TestCase):
                 stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
                 stepper.step(0.1)
 
+    def test_what_a_callback_is_given_can_be_kept(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        kept, seen = [], []
+
+        def torque(t, q, omega):
+            kept.append((q, omega))
+            seen.append((tuple(q), tuple(omega)))
+            return -omega
+
+        def potential(gamma):
+            kept.append((gamma, gamma))
+            seen.append((tuple(gamma), tuple(gamma)))
+            return gamma[2], (0, 0, 1)
+
+        system.add_user_torque(torque)
+        system.add_potential((0, 0, 1), potential, lambda gamma: kept.append((gamma, gamma)) or
+                             seen.append((tuple(gamma), tuple(gamma))) or np.zeros((3, 3)))
+        stepper = nutate.Stepper(system)
+        stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+        stepper.steps(0.1, 10)
+        del stepper, system
+        gc.collect()
+        self.assertEqual([(tuple(a), tuple(b)) for a, b in kept], seen)
+        self.assertGreater(len({omega for _, omega in seen}), 20)
+
     def test_a_stepper_outlives_its_system(self):
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_user_torque(lambda t, q, omega: -omega)
@@ -206,6 +233,92 @@ class CallbackTest(unittest.TestCase):
             thread.join()
         for values in found:
             np.testing.assert_array_equal(values, expected)
+
+
+class SettingTest(unittest.TestCase):
+    """Settings as Python and NumPy have them."""
+
+    def test_numbers_of_numpy_are_numbers(self):
+        expected = make_box(order=4, linear_solver="reduced").run(20)
+        for number, whole, text in ((np.float64, np.int64, np.str_), (np.longdouble, np.uint8, str),
+                                    (np.array, np.int16, np.str_)):
+            with self.subTest(number=number):
+                stepper = make_box(order=whole(4), linear_solver=text("reduced"), time_step=number(0.01))
+                for name, values in stepper.run(20).items():
+                    np.testing.assert_array_equal(values, expected[name], name)
+        single = make_box(time_step=np.float32(0.25)).run(2)
+        np.testing.assert_array_equal(single["t"], (0.25, 0.5))
+
+    def test_truth_values_of_numpy_are_truth_values(self):
+        for true, false in ((True, False), (np.bool_(True), np.bool_(False)), (np.array(True), np.array(False))):
+            stepper = make_box(auxiliary_inertia=20.0)
+            stepper.set(projection=false)
+            stepper.step(0.01)
+            stepper.set(projection=true, auxiliary_inertia=np.inf, linear_solver="reduced")
+            stepper.step(0.01)
+            stepper.set(projection=false)
+            with self.assertRaisesRegex(nutate.NutateError, "projection"):
+                stepper.step(0.01)
+
+    def test_what_is_no_setting_is_refused(self):
+        for value in (None, (0.01,), np.array((0.01, 0.02)), 1j, b"0.01"):
+            with self.subTest(value=value), self.assertRaisesRegex(TypeError, "time_step is .* number"):
+                make_box(time_step=value)
+
+
+class LimitTest(unittest.TestCase):
+    """What a scene refuses, arguments are refused for too, in the same words; and taken otherwise."""
+
+    NUMBERS = (0.0, 5e-324, 9.99e-301, 1e-300, 1e-150, 9.99e-101, 1e-100, 1.0, 1e100, 1.01e100, 1e300, np.inf, -np.inf,
+               np.nan)
+
+    def verdict(self, function, *arguments, **keys):
+        """What is said behind the number or the name; empty if it is taken."""
+        try:
+            function(*arguments, **keys)
+        except nutate.NutateError as error:
+            return str(error).partition(" is ")[2] or str(error)
+        return ""
+
+    def test_effects(self):
+        for x in self.NUMBERS:
+            for group, key, others in (("gravity_gradient", "direction", {"strength": 1.0}),
+                                       ("damping", "coefficient", {}), ("rotor", "momentum", {})):
+                with self.subTest(x=x, group=group):
+                    values = (x, 0.0, 0.0)
+                    text = f"&body inertia = 5, 20, 17 / &{group} {key} = {x!r}, 0, 0 "
+                    text += "".join(f", {name} = {value}" for name, value in others.items()) + " /"
+                    system = nutate.System(moments=(5, 20, 17))
+                    self.assertEqual(self.verdict(system.add, group, **{key: values}, **others),
+                                     self.verdict(nutate.System, text=text))
+
+    def test_a_gravity_gradient_along_a_tiny_direction_is_refused(self):
+        system = nutate.System(moments=(5, 20, 17))
+        with self.assertRaisesRegex(nutate.NutateError, "direction is too short"):
+            system.add("gravity_gradient", direction=(1e-150, 0, 0), strength=1)
+        with self.assertRaisesRegex(nutate.NutateError, "direction is too short"):
+            system.add_potential((1e-150, 0, 0), lambda gamma: (0, (0, 0, 0)))
+
+    def test_bodies(self):
+        for x in self.NUMBERS:
+            with self.subTest(x=x):
+                text = f"&body inertia = {x!r}, {x!r}, {x!r} /"
+                self.assertEqual(self.verdict(nutate.System, moments=(x, x, x)), self.verdict(nutate.System, text=text))
+                if x:
+                    text = f"&body inertia = 1, 1, 1, mass = {x!r} /"
+                    self.assertEqual(self.verdict(nutate.System, moments=(1, 1, 1), mass=x),
+                                     self.verdict(nutate.System, text=text))
+
+    def test_steps(self):
+        scene = ("&body inertia = 1, 1, 1 / &initial angular_velocity = 0, 0, 1e-60 / "
+                 "&integrator time_step = {0!r}, end_time = {0!r} /")
+        for x in (9.99e-51, 1e-50, 1.0, 1e50, 1.01e50, np.inf, np.nan, 0.0):
+            with self.subTest(x=x):
+                refused = self.verdict(nutate.Scene, text=scene.format(x)) != ""
+                stepper = nutate.Stepper(nutate.System(moments=(1, 1, 1)))
+                stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 1e-60))
+                self.assertEqual(self.verdict(stepper.step, x) != "", refused)
+                self.assertEqual(self.verdict(stepper.set, time_step=x) != "", refused)
 
 
 class MisuseTest(unittest.TestCase):
@@ -257,6 +370,34 @@ class MisuseTest(unittest.TestCase):
         stepper = make_box()
         stepper.set(method="rk4", linear_solver="lapack")
         self.refuse(nutate.NutateError, ".", stepper.step, 0.01)
+
+    def test_what_owns_a_handle_is_not_copied(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        scene = nutate.Scene(BOX, "integrator.end_time=0.1")
+        stepper = make_box()
+        for thing in (system, scene, stepper):
+            for way in (copy.copy, copy.deepcopy, pickle.dumps):
+                with self.subTest(thing=type(thing), way=way):
+                    self.refuse(TypeError, f"a {type(thing).__name__} cannot be copied", way, thing)
+        gc.collect()
+        np.testing.assert_array_equal(system.inertia, np.diag((1, 2, 2.5)))
+        self.assertEqual(len(scene.run()["t"]), 11)
+        stepper.step(0.01)
+
+    def test_a_text_with_a_nul_is_refused_as_a_whole(self):
+        system, stepper = nutate.System(moments=(1, 2, 2.5)), make_box()
+        with open(BOX, encoding="utf-8") as file:
+            box = file.read()
+        for function, arguments, keys in (
+                (nutate.Scene, (), {"text": box + "\0 &gravty /"}), (nutate.Scene, (BOX, "integrator.order=4\0"), {}),
+                (nutate.Scene, (BOX + "\0",), {}), (nutate.run, (BOX + "\0x",), {}),
+                (nutate.System, (), {"text": "&body inertia = 1, 1, 1 /\0"}),
+                (nutate.System, (), {"shape": "box\0", "size": (4, 1, 2), "mass": 12}), (system.add, ("rotor\0",), {}),
+                (system.add, ("torque",), {"body\0": (0, 0, 1)}), (stepper.set, (), {"method": "rk4\0"}),
+                (stepper.set, (), {"order\0": 4}), (stepper.set_columns, ("energy\0",), {}),
+                (nutate.Scene(BOX).write, ("x\0y",), {})):
+            with self.subTest(function=function, arguments=arguments, keys=keys):
+                self.refuse(ValueError, "NUL", function, *arguments, **keys)
 
     def test_version(self):
         self.assertRegex(nutate.version(), r"^\d+\.\d+\.\d+$")

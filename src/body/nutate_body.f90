@@ -3,6 +3,7 @@ module nutate_body
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, eps
    use nutate_lapack, only: symmetric_eigen
+   use nutate_limits, only: greatest_length, greatest_number, is_moderate, least_length, least_size
    use nutate_shapes, only: measure_shape
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    implicit none
@@ -13,9 +14,6 @@ module nutate_body
    !> How far a moment may exceed the sum of the other two, relative to the largest moment, before the body is
    !> called impossible: flat plates given with rounded numbers are valid.
    real(wp), parameter :: triangle_tolerance = 1e-12_wp
-   !> Moments of inertia (kg m²) and masses (kg) lie between these, distances (m) below the second, lengths of shapes
-   !> (m) between the last two: products of a few stay in the range of numbers.
-   real(wp), parameter :: least = 1e-100_wp, greatest = 1e100_wp, shortest = 1e-60_wp, longest = 1e60_wp
 
    !> A rigid body as the equations of motion need it. Made by `make_body` or `make_shape_body`.
    type :: body_t
@@ -39,7 +37,8 @@ module nutate_body
       logical :: idealised = .false.
    end type body_t
 
-   character(len=*), parameter :: beyond = 'the inertia is beyond all scales (expected 1e-100 to 1e100 kg m2)'
+   character(len=*), parameter :: wrong_size = 'the inertia is too large or too small (expected principal moments '// &
+                                              'of 1e-100 to 1e100 kg m2)'
 
 contains
 
@@ -113,13 +112,14 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'a length is not a finite number', 'size')
       else if (any(lengths <= 0.0_wp)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a length is not positive', 'size')
-      else if (any(lengths < shortest .or. lengths > longest)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a length is beyond all scales (expected 1e-60 to 1e60 m)', 'size')
+      else if (any(lengths < least_length .or. lengths > greatest_length)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a length is too large or too small (expected 1e-30 to 1e30 m)', 'size')
       else if (present(density)) then
          if (.not. ieee_is_finite(density)) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the density is not a finite number', 'mass')
-         else if (abs(density) > greatest) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the density is beyond all scales (expected below 1e100 kg/m3)', 'mass')
+         else if (density < least_size .or. density > greatest_number) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the density is out of its range (expected 1e-100 to 1e100 kg/m3)', &
+                          'mass')
          end if
       end if
       if (.not. status%ok()) return
@@ -145,8 +145,9 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, 'the mass is not a finite number', 'mass')
          else if (mass <= 0.0_wp) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the mass is not positive', 'mass')
-         else if (mass < least .or. mass > greatest) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the mass is beyond all scales (expected 1e-100 to 1e100 kg)', 'mass')
+         else if (mass < least_size .or. mass > greatest_number) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the mass is too large or too small (expected 1e-100 to 1e100 kg)', &
+                          'mass')
          end if
          if (.not. status%ok()) return
          body%mass = mass
@@ -155,8 +156,8 @@ contains
       if (present(center_of_mass)) then
          if (.not. all(ieee_is_finite(center_of_mass))) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is not finite', 'center_of_mass')
-         else if (any(abs(center_of_mass) > greatest)) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is beyond all scales (expected below 1e100 m)', &
+         else if (.not. all(is_moderate(center_of_mass))) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is too far away (expected up to 1e100 m)', &
                           'center_of_mass')
          end if
          if (status%ok()) body%center_of_mass = center_of_mass
@@ -187,8 +188,8 @@ contains
       type(status_t), intent(out) :: status
       if (.not. all(ieee_is_finite(tensor))) then
          status = fail(NUTATE_BAD_BODY, 'the inertia is not finite', 'inertia')
-      else if (any(abs(tensor) > greatest)) then
-         status = fail(NUTATE_BAD_BODY, beyond, 'inertia')
+      else if (.not. all(is_moderate(tensor))) then
+         status = fail(NUTATE_BAD_BODY, wrong_size, 'inertia')
       else if (maxval(abs(tensor - transpose(tensor))) > 8*eps*maxval(abs(tensor))) then
          status = fail(NUTATE_BAD_BODY, 'the inertia tensor is not symmetric', 'inertia')
       end if
@@ -260,8 +261,8 @@ contains
       character(len=120) :: text
 
       largest = maxval(body%moments)
-      if (largest > greatest .or. (largest > 0.0_wp .and. largest < least)) then
-         status = fail(NUTATE_BAD_BODY, beyond, 'inertia')
+      if (largest > greatest_number .or. (largest > 0.0_wp .and. largest < least_size)) then
+         status = fail(NUTATE_BAD_BODY, wrong_size, 'inertia')
          return
       end if
       if (largest <= 0.0_wp .or. any(body%moments < -8*eps*largest)) then
@@ -274,8 +275,8 @@ contains
                        'inertia about its axis, so its spin is undefined', 'inertia')
          return
       end if
-      if (any(body%moments < least)) then
-         status = fail(NUTATE_BAD_BODY, beyond, 'inertia')
+      if (any(body%moments < least_size)) then
+         status = fail(NUTATE_BAD_BODY, wrong_size, 'inertia')
          return
       end if
       body%breaks_triangle = triangle_excess(body%moments) > triangle_tolerance

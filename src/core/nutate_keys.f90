@@ -1,15 +1,16 @@
-!> The vocabulary of a scene: which keys a group knows, and the values that a scene gives them.
+!> The vocabulary of a scene: which keys a group knows, what numbers they admit, and the values that a scene gives them.
 !>
 !> Every part of the library that a scene can ask for publishes its keys as a table of `key_t` and is built from a
-!> `group_t`, so that a new effect brings its own keys along and the scene reader stays as it is.
+!> `group_t`, so that a new effect brings its own keys along and the scene reader stays as it is. Whoever takes the
+!> numbers of a key from elsewhere than a scene asks the same key.
 module nutate_keys
+   use nutate_admissible, only: fault_of, fault_together, kind_in_words, ANY_VALUE
    use nutate_kinds, only: wp
    implicit none
    private
 
    public :: key_t, value_t, setting_t, group_t, group_kind_t, name_length
    public :: KEY_REAL, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
-   public :: ANY_VALUE, POSITIVE, NON_NEGATIVE, POSITIVE_OR_INFINITE, NOT_ZERO
 
    !> Longest name of a group or key.
    integer, parameter :: name_length = 24
@@ -23,17 +24,6 @@ module nutate_keys
    !> Quoted text.
    integer, parameter :: KEY_TEXT = 4
 
-   !> Any finite number.
-   integer, parameter :: ANY_VALUE = 0
-   !> Each value finite and > 0.
-   integer, parameter :: POSITIVE = 1
-   !> Each value finite and >= 0.
-   integer, parameter :: NON_NEGATIVE = 2
-   !> Each value > 0; `Infinity` is admissible.
-   integer, parameter :: POSITIVE_OR_INFINITE = 3
-   !> Finite, and not all values zero.
-   integer, parameter :: NOT_ZERO = 4
-
    !> One key that a group knows.
    type :: key_t
       character(len=name_length) :: name = ''
@@ -43,12 +33,18 @@ module nutate_keys
       integer :: least = 1
       !> Greatest number of values.
       integer :: most = 1
-      !> `ANY_VALUE`, `POSITIVE`, ...: what the numbers may be.
+      !> `ANY_VALUE`, ... of `nutate_admissible`: what the numbers may be.
       integer :: range = ANY_VALUE
       !> The group is incomplete without it.
       logical :: required = .false.
       !> Admissible texts, comma separated, for a key that names a choice; blank: any text.
       character(len=320) :: choices = ''
+   contains
+      !> What is wrong with one of its numbers, or with all together, in words; empty if nothing is.
+      procedure :: fault => fault_of_one
+      procedure :: fault_of_all
+      !> What numbers it expects, in words: `3 numbers > 0`.
+      procedure :: expected_numbers
    end type key_t
 
    !> One value: the component of the key's kind is set.
@@ -107,6 +103,39 @@ module nutate_keys
    end type group_kind_t
 
 contains
+
+   !> What is wrong with a number: `is too large (expected 1e-100 to 1e100 for mass)`.
+   pure function fault_of_one(self, number) result(words)
+      class(key_t), intent(in) :: self
+      real(wp), intent(in) :: number
+      character(len=:), allocatable :: words
+      words = fault_of(self%range, number, self%expected_numbers())
+      if (words /= '') words = words//' for '//trim(self%name)//')'
+   end function fault_of_one
+
+   !> What is wrong with numbers none of which is at fault: `is zero (expected 3 numbers, not zero)`.
+   pure function fault_of_all(self, numbers) result(words)
+      class(key_t), intent(in) :: self
+      real(wp), intent(in) :: numbers(:)
+      character(len=:), allocatable :: words
+      words = fault_together(self%range, numbers, self%expected_numbers())
+      if (words /= '') words = words//')'
+   end function fault_of_all
+
+   pure function expected_numbers(self) result(words)
+      class(key_t), intent(in) :: self
+      character(len=:), allocatable :: words
+      character(len=12) :: count
+      words = 'number'
+      if (self%kind == KEY_INTEGER) words = 'whole number'
+      if (self%most == 1) then
+         words = 'a '//words//kind_in_words(self%range)
+         return
+      end if
+      write (count, '(i0)') self%most
+      if (self%least < self%most) write (count, '(i0," to ",i0)') self%least, self%most
+      words = trim(count)//' '//words//'s'//kind_in_words(self%range)
+   end function expected_numbers
 
    !> Position of a key among the settings; 0 where it is absent.
    pure integer function find(self, name)

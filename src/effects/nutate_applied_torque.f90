@@ -3,9 +3,10 @@
 module nutate_applied_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: are_in_range, effect_t, GENERAL_SERIES, torque_t
+   use nutate_effect, only: effect_t, GENERAL_SERIES, torque_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp, pi
+   use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
    use nutate_power_series, only: cosine_term
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -37,7 +38,7 @@ module nutate_applied_torque
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
    contains
       procedure :: torque => applied_torque
-      procedure :: in_range => torque_in_range
+      procedure :: is_moderate => torque_is_moderate
       procedure :: derivatives => applied_derivatives
       procedure :: window => applied_window
       procedure :: needs_attitude => attitude_in_space
@@ -165,10 +166,11 @@ contains
    end subroutine harmonic_torque
 
    !> Start and stop may be anything that can be compared.
-   pure logical function torque_in_range(self)
+   pure logical function torque_is_moderate(self)
       class(applied_torque_t), intent(in) :: self
-      torque_in_range = are_in_range([self%amplitude, self%frequency, self%phase]) .and. &
-                        .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
-   end function torque_in_range
+      torque_is_moderate = all(is_moderate([self%amplitude, self%frequency, self%phase])) .and. &
+                           .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+      if (torque_is_moderate) torque_is_moderate = is_moderate(norm2(self%amplitude))
+   end function torque_is_moderate
 
 end module nutate_applied_torque

@@ -1,9 +1,10 @@
 !> Viscous damping in body axes: τ = -diag(c) Ω.
 module nutate_damping
    use nutate_body, only: body_t
-   use nutate_effect, only: are_in_range, effect_t, LINEAR_SERIES, torque_t
+   use nutate_effect, only: effect_t, LINEAR_SERIES, torque_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_status, only: status_t
    implicit none
    private
@@ -19,7 +20,7 @@ module nutate_damping
       real(wp) :: coefficient(3) = 0.0_wp
    contains
       procedure :: torque => damping_torque
-      procedure :: in_range => damping_in_range
+      procedure :: is_moderate => damping_is_moderate
       procedure :: derivatives => damping_derivatives
       procedure :: needs_attitude => no_attitude
       procedure :: series_kind => linear_kind
@@ -91,9 +92,9 @@ contains
       end do
    end function damping_drag
 
-   pure logical function damping_in_range(self)
+   pure logical function damping_is_moderate(self)
       class(damping_t), intent(in) :: self
-      damping_in_range = are_in_range(self%coefficient)
-   end function damping_in_range
+      damping_is_moderate = all(is_moderate(self%coefficient))
+   end function damping_is_moderate
 
 end module nutate_damping

@@ -10,22 +10,18 @@
 !> integrate with it. All series are in `s = (t - t₀)/time_unit`; coefficient k is asked for when the coefficients 0..k
 !> of what it depends on are there, k = 0, 1, 2, ... in turn.
 module nutate_effect
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, eps
+   use nutate_limits, only: is_moderate
    use nutate_quaternion, only: quat_product
    implicit none
    private
 
-   public :: effect_t, potential_t, torque_t, rotor_t, are_in_range
+   public :: effect_t, potential_t, torque_t, rotor_t
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ
    !> or Ω; coefficient by coefficient.
    integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2
-
-   !> Bound of what an effect is given, of its energy (J), torque (N m) and momentum (N m s): products of three stay in
-   !> the range of numbers.
-   real(wp), parameter :: greatest = 1e100_wp
 
    !> Anything a scene can contain beside the body.
    type, abstract :: effect_t
@@ -36,8 +32,9 @@ module nutate_effect
       procedure :: series_kind => no_kind
       !> Number of auxiliary series, scalar ones that a general series is computed from; 0 unless overridden.
       procedure :: auxiliary_series => no_auxiliary
-      !> The effect's numbers are finite and of a size that can be computed with; `.true.` unless overridden.
-      procedure :: in_range => not_judged
+      !> The effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a size that can be
+      !> computed with, at every attitude; `.true.` unless overridden.
+      procedure :: is_moderate => not_judged
    end type effect_t
 
    !> V(q) = U(γ), γ = R(q)ᵀ n, the V of equation (8) of Nielsen & Krenk (2012).
@@ -88,7 +85,7 @@ module nutate_effect
       real(wp) :: momentum(3) = 0.0_wp
    contains
       procedure :: series_kind => constant_series
-      procedure :: in_range => rotor_in_range
+      procedure :: is_moderate => rotor_is_moderate
    end type rotor_t
 
    abstract interface
@@ -130,17 +127,10 @@ contains
       not_judged = .true.
    end function not_judged
 
-   pure logical function rotor_in_range(self)
+   pure logical function rotor_is_moderate(self)
       class(rotor_t), intent(in) :: self
-      rotor_in_range = are_in_range(self%momentum)
-   end function rotor_in_range
-
-   !> True if all numbers are finite and below the bound of what an effect is given.
-   pure logical function are_in_range(numbers)
-      real(wp), intent(in) :: numbers(:)
-      are_in_range = all(ieee_is_finite(numbers))
-      if (are_in_range) are_in_range = all(abs(numbers) <= greatest)
-   end function are_in_range
+      rotor_is_moderate = all(is_moderate(self%momentum))
+   end function rotor_is_moderate
 
    !> Central differences of ∇U with steps of ε^(1/3) of |γ|, where their error and round-off are alike: exact to
    !> round-off for quadratic U.

@@ -1,9 +1,11 @@
 !> The gradient of a central gravity field over an orbiting body: V = ½·3(μ/r³) γᵀJγ, γ = Rᵀn.
 module nutate_gravity_gradient
+   use nutate_admissible, only: ANY_DIRECTION
    use nutate_body, only: body_t
-   use nutate_effect, only: are_in_range, effect_t, GENERAL_SERIES, potential_t
-   use nutate_keys, only: group_t, key_t, NOT_ZERO
+   use nutate_effect, only: effect_t, GENERAL_SERIES, potential_t
+   use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_direction, is_moderate
    use nutate_status, only: status_t
    implicit none
    private
@@ -12,7 +14,7 @@ module nutate_gravity_gradient
 
    !> Keys of the scene group `&gravity_gradient`.
    type(key_t), parameter :: gravity_gradient_keys(2) = [ &
-      key_t(name='direction', least=3, most=3, range=NOT_ZERO, required=.true.), &
+      key_t(name='direction', least=3, most=3, range=ANY_DIRECTION, required=.true.), &
       key_t(name='strength', required=.true.)]
 
    !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the effect's
@@ -27,7 +29,7 @@ module nutate_gravity_gradient
       real(wp) :: offset = 0.0_wp
    contains
       procedure :: energy => quadratic_energy
-      procedure :: in_range => gradient_in_range
+      procedure :: is_moderate => gradient_is_moderate
       procedure :: gradient => quadratic_gradient
       procedure :: hessian => quadratic_hessian
       procedure :: discrete_gradient => midpoint_gradient
@@ -56,7 +58,7 @@ contains
       real(wp) :: scaled(3), middle
       integer :: i
       gradient%name = 'gravity_gradient'
-      if (.not. are_in_range([direction, strength]) .or. all(direction == 0.0_wp)) then
+      if (.not. (is_direction(direction) .and. is_moderate(strength))) then
          gradient%offset = huge(1.0_wp)
          return
       end if
@@ -147,9 +149,13 @@ contains
       end do
    end subroutine quadratic_torque
 
-   pure logical function gradient_in_range(self)
+   !> All that it is made of, and the sum of |A| by rows and U₀: the largest energy and torque.
+   pure logical function gradient_is_moderate(self)
       class(gravity_gradient_t), intent(in) :: self
-      gradient_in_range = are_in_range([self%direction, reshape(self%stiffness, [9]), self%offset])
-   end function gradient_in_range
+      gradient_is_moderate = all(is_moderate(self%direction)) .and. all(is_moderate(self%stiffness)) .and. &
+                             is_moderate(self%offset)
+      if (gradient_is_moderate) &
+         gradient_is_moderate = is_moderate(maxval(sum(abs(self%stiffness), dim=1)) + abs(self%offset))
+   end function gradient_is_moderate
 
 end module nutate_gravity_gradient

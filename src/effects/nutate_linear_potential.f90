@@ -1,7 +1,8 @@
 !> Potentials linear in a direction, U = -m·γ: what weight and a magnetic dipole have in common.
 module nutate_linear_potential
-   use nutate_effect, only: are_in_range, LINEAR_SERIES, potential_t
+   use nutate_effect, only: LINEAR_SERIES, potential_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    implicit none
    private
 
@@ -14,7 +15,7 @@ module nutate_linear_potential
       real(wp) :: moment(3) = 0.0_wp
    contains
       procedure :: energy => linear_energy
-      procedure :: in_range => linear_in_range
+      procedure :: is_moderate => linear_is_moderate
       procedure :: gradient => constant_gradient
       procedure :: hessian => no_hessian
       procedure :: discrete_gradient => constant_discrete_gradient
@@ -71,10 +72,11 @@ contains
       moment = self%moment
    end function constant_moment
 
-   pure logical function linear_in_range(self)
+   !> All that it is given, and |m||n|: the largest energy and torque.
+   pure logical function linear_is_moderate(self)
       class(linear_potential_t), intent(in) :: self
-      linear_in_range = are_in_range([self%moment, self%direction])
-      if (linear_in_range) linear_in_range = are_in_range([maxval(abs(self%moment))*maxval(abs(self%direction))])
-   end function linear_in_range
+      linear_is_moderate = all(is_moderate([self%moment, self%direction]))
+      if (linear_is_moderate) linear_is_moderate = is_moderate(norm2(self%moment)*norm2(self%direction))
+   end function linear_is_moderate
 
 end module nutate_linear_potential

@@ -1,9 +1,11 @@
 !> A spring between a point of the body and an anchor fixed in space: V = ½k(|Rx - a| - l₀)².
 module nutate_spring
+   use nutate_admissible, only: NON_NEGATIVE
    use nutate_body, only: body_t
-   use nutate_effect, only: are_in_range, effect_t, GENERAL_SERIES, LINEAR_SERIES, potential_t
-   use nutate_keys, only: group_t, key_t, NON_NEGATIVE
+   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, potential_t
+   use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: least_size, is_moderate
    use nutate_power_series, only: power_term
    use nutate_status, only: status_t
    implicit none
@@ -22,7 +24,7 @@ module nutate_spring
    !> apart, |x|² + |a|² - 2x·γ loses four digits of ℓ² at most.
    real(wp), parameter :: nearly = 1e-2_wp
    !> Lengths below this fraction of l₀ have no direction: products with l₀/ℓ would leave the range of numbers.
-   real(wp), parameter :: negligible = 1e-100_wp
+   real(wp), parameter :: negligible = least_size
 
    !> U(γ) = ½k(ℓ - l₀)², γ = Rᵀa, with ℓ² = |x|² + |a|² - 2x·γ, the square of |x - γ| wherever |γ| = |a|.
    !>
@@ -40,7 +42,7 @@ module nutate_spring
       real(wp), private :: closeness = 1.0_wp
    contains
       procedure :: energy => spring_energy
-      procedure :: in_range => spring_in_range
+      procedure :: is_moderate => spring_is_moderate
       procedure :: gradient => spring_gradient
       procedure :: hessian => spring_hessian
       procedure :: discrete_gradient => spring_discrete_gradient
@@ -75,7 +77,7 @@ contains
       spring%stiffness = stiffness
       if (present(rest_length)) spring%rest_length = rest_length
       spring%closeness = 0.0_wp
-      if (.not. are_in_range([body_point, anchor])) return
+      if (.not. all(is_moderate([body_point, anchor]))) return
       if (abs(norm2(body_point) - norm2(anchor)) <= nearly*norm2(anchor)) spring%closeness = 1.0_wp
    end function new_spring
 
@@ -227,11 +229,11 @@ contains
    end subroutine spring_torque
 
    !> All that it is given, and its energy where it is longest.
-   pure logical function spring_in_range(self)
+   pure logical function spring_is_moderate(self)
       class(spring_t), intent(in) :: self
-      spring_in_range = are_in_range([self%direction, self%body_point, self%stiffness, self%rest_length])
-      if (spring_in_range) spring_in_range = are_in_range([self%stiffness*( &
-         sum(abs(self%direction)) + sum(abs(self%body_point)) + abs(self%rest_length))**2])
-   end function spring_in_range
+      spring_is_moderate = all(is_moderate([self%direction, self%body_point, self%stiffness, self%rest_length]))
+      if (spring_is_moderate) spring_is_moderate = is_moderate(self%stiffness*( &
+         sum(abs(self%direction)) + sum(abs(self%body_point)) + abs(self%rest_length))**2)
+   end function spring_is_moderate
 
 end module nutate_spring

@@ -2,7 +2,7 @@
 module nutate_nielsen_krenk
    use nutate_archive, only: archive_t
    use nutate_eight_equations, only: eight_equations_t
-   use nutate_effect, only: are_in_range
+   use nutate_limits, only: is_moderate
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
@@ -65,7 +65,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'without projection the auxiliary inertia must be finite', 'projection')
          return
       end if
-      if (.not. are_in_range([settings%inverse_auxiliary_inertia]) .or. &
+      if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &
           settings%inverse_auxiliary_inertia < 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or beyond all scales', &
                        'auxiliary_inertia')

@@ -5,9 +5,9 @@
 !> that the physical body is its default.
 module nutate_hamiltonian
    use nutate_body, only: body_t
-   use nutate_effect, only: are_in_range
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, rotate_to_space
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
@@ -35,7 +35,7 @@ contains
       if (present(t)) state%t = t
       state%q = q
       state%p = huge(1.0_wp)
-      if (.not. are_in_range([q, omega, system%effects%rotor_momentum])) return
+      if (.not. all(is_moderate([q, omega, system%effects%rotor_momentum]))) return
       state%p = 2*quat_product(q, [0.0_wp, matmul(system%body%inertia, omega) + system%effects%rotor_momentum])
    end function make_state
 

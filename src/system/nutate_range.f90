@@ -1,28 +1,25 @@
-!> What can be computed with: systems, settings and states whose numbers are finite and of a size that products of a
-!> few of them leave in the range of numbers. Tested once, before the first step.
+!> What can be computed with: systems, attitudes, motions and steps within the limits of `nutate_limits`. Scene files, C
+!> and FORTRAN 77 ask here before a run, and every method before its first step.
 module nutate_range
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_effect, only: are_in_range
+   use nutate_effect, only: effect_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
+   use nutate_limits, only: attitude_tolerance, greatest_norm, greatest_turn, is_moderate, is_step, is_unit, &
+      least_momentum, least_norm
+   use nutate_quaternion, only: quat_norm
+   use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: check_system, check_start
+   public :: check_system, check_strength, check_attitude, check_motion, check_step, check_start
 
-   !> Steps lie between these, s.
-   real(wp), parameter :: shortest = 1e-50_wp, longest = 1e50_wp
-   !> Bound of the angle that the body turns in a step, rad: with more than that a step says nothing.
-   real(wp), parameter :: greatest_turn = 1e8_wp
-   !> Norms of q that can be one, but for the error of its source.
-   real(wp), parameter :: least_norm = 0.5_wp, greatest_norm = 2.0_wp
 contains
 
-   !> Errors: `NUTATE_BAD_BODY` for a body that was not made; `NUTATE_BAD_ARGUMENT` for an effect whose numbers are
-   !> not finite or beyond 1e100 in SI units.
+   !> Errors: `NUTATE_BAD_BODY` for a body that was not made; `NUTATE_BAD_ARGUMENT` for an effect whose numbers, energy
+   !> or torque are too large.
    pure subroutine check_system(system, status)
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
@@ -33,45 +30,119 @@ contains
       end if
       associate (effects => system%effects)
          do i = 1, effects%n_potentials
-            if (.not. effects%potentials(i)%item%in_range()) status = beyond(effects%potentials(i)%item%name)
+            if (status%ok()) call check_strength(effects%potentials(i)%item, status)
          end do
          do i = 1, effects%n_torques
-            if (.not. effects%torques(i)%item%in_range()) status = beyond(effects%torques(i)%item%name)
+            if (status%ok()) call check_strength(effects%torques(i)%item, status)
          end do
-         if (.not. are_in_range(effects%rotor_momentum)) status = beyond('rotor')
+         if (status%ok() .and. .not. all(is_moderate(effects%rotor_momentum))) status = too_strong('rotor')
       end associate
    end subroutine check_system
 
-   pure type(status_t) function beyond(name)
-      character(len=*), intent(in) :: name
-      beyond = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(name)//' is beyond all scales (expected finite '// &
-                    'numbers below 1e100 in SI units)')
-   end function beyond
+   !> Errors: `NUTATE_BAD_ARGUMENT` for an effect whose numbers, energy or torque are too large.
+   pure subroutine check_strength(effect, status)
+      class(effect_t), intent(in) :: effect
+      type(status_t), intent(out) :: status
+      if (.not. effect%is_moderate()) status = too_strong(effect%name)
+   end subroutine check_strength
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a state or a step that is not finite or of no sensible size.
+   pure type(status_t) function too_strong(name)
+      character(len=*), intent(in) :: name
+      too_strong = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(name)//' is too strong (expected finite numbers, '// &
+                        'energy and torque up to 1e100 in SI units)')
+   end function too_strong
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a given attitude that is no unit quaternion to the digits it is given with.
+   pure subroutine check_attitude(q, status)
+      !> Body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      type(status_t), intent(out) :: status
+      character(len=24) :: norm
+      if (is_unit(q, attitude_tolerance)) return
+      if (all(is_moderate(q))) then
+         write (norm, '(g0.8)') quat_norm(q)
+         status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is '//trim(norm)//' (expected 1 to within 1e-6)', &
+                       'quaternion')
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, 'the quaternion is not finite (expected a norm of 1 to within 1e-6)', &
+                       'quaternion')
+      end if
+   end subroutine check_attitude
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a state whose time, momentum or energy, or whose damping, is not finite or too
+   !> large.
+   pure subroutine check_motion(system, state, status)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(status_t), intent(out) :: status
+      real(wp) :: omega(3), drag(3, 3)
+      integer :: i
+      if (.not. is_moderate(state%t)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is too large (expected up to 1e100 s)', 't')
+      else if (.not. all(is_moderate(state%p))) then
+         status = too_fast()
+      else
+         omega = angular_velocity(system, state)
+         ! |p||Ω| bounds the kinetic energy, whatever the rotors.
+         if (.not. is_moderate(maxval(abs(state%p))*maxval(abs(omega)))) status = too_fast()
+         do i = 1, system%effects%n_torques
+            associate (torque => system%effects%torques(i)%item)
+               drag = torque%series_drag()
+               if (.not. all(is_moderate(times_vector(drag, omega)))) status = too_strong(torque%name)
+            end associate
+         end do
+      end if
+   end subroutine check_motion
+
+   pure type(status_t) function too_fast()
+      too_fast = fail(NUTATE_BAD_ARGUMENT, 'the rotation is too fast, or not finite (expected momentum p and '// &
+                      '|p||omega| up to 1e100 in SI units)', 'angular_velocity')
+   end function too_fast
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a step that is zero, not finite, too short or too long, for any body or for this
+   !> motion.
+   pure subroutine check_step(system, state, dt, status)
+      type(system_t), intent(in) :: system
+      !> Passes `check_motion`.
+      type(state_t), intent(in) :: state
+      !> s
+      real(wp), intent(in) :: dt
+      type(status_t), intent(out) :: status
+      if (.not. is_step(dt)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the step is not one (expected 1e-50 to 1e50 s in size)', 'time_step')
+      else if (abs(dt)*maxval(abs(angular_velocity(system, state))) > greatest_turn) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the body turns by more than 1e8 rad in one time_step '// &
+                       '(expected a shorter step)', 'time_step')
+      end if
+   end subroutine check_step
+
+   !> Errors: those of `check_motion` and `check_step`; `NUTATE_BAD_ARGUMENT` for a state that is none.
    pure subroutine check_start(system, state, dt, status)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
-      real(wp) :: norm, momentum
-      if (.not. (are_in_range([state%t, state%q, state%p]) .and. ieee_is_finite(dt))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the state or the step is not finite, or beyond all scales (expected '// &
-                       'numbers below 1e100)')
+      real(wp) :: momentum
+      if (.not. is_attitude(state%q)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is no unit quaternion')
          return
       end if
-      norm = norm2(state%q)
+      call check_motion(system, state, status)
+      if (.not. status%ok()) return
       momentum = maxval(abs(state%p))
-      if (norm < least_norm .or. norm > greatest_norm) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is no unit quaternion')
-      else if (momentum > 0.0_wp .and. momentum < tiny(1.0_wp)) then
+      if (momentum > 0.0_wp .and. momentum < least_momentum) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the momentum has lost digits (expected 0, or above 2e-308 in SI units)')
-      else if (abs(dt) < shortest .or. abs(dt) > longest) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the step is beyond all scales (expected 1e-50 to 1e50 s)')
-      else if (abs(dt)*maxval(abs(angular_velocity(system, state))) > greatest_turn) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the body turns by more than 1e8 rad in the step (expected a shorter one)')
+      else
+         call check_step(system, state, dt, status)
       end if
    end subroutine check_start
+
+   !> |q| is within a factor of two of 1.
+   pure logical function is_attitude(q)
+      real(wp), intent(in) :: q(4)
+      is_attitude = all(is_moderate(q))
+      if (is_attitude) is_attitude = norm2(q) >= least_norm .and. norm2(q) <= greatest_norm
+   end function is_attitude
 
 end module nutate_range

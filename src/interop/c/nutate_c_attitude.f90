@@ -5,8 +5,8 @@ module nutate_c_attitude
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, follow_euler, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
-   use nutate_c_groups, only: is_moderate
    use nutate_kinds, only: wp
+   use nutate_limits, only: attitude_tolerance, is_direction, is_moderate
    use nutate_quaternion, only: attitude_distance, quat_normalized, quat_product, rotate_to_body, rotate_to_space, &
       rotation_matrix
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_OK
@@ -17,9 +17,6 @@ module nutate_c_attitude
       nutate_quat_from_euler, nutate_omega_from_euler_rates, nutate_quat_from_axis_angle, nutate_axis_angle_from_quat, &
       nutate_quat_from_rotation_vector, nutate_rotation_vector_from_quat, nutate_quat_product, nutate_quat_normalized, &
       nutate_rotate_to_space, nutate_rotate_to_body, nutate_attitude_distance
-
-   !> How far a matrix may be from orthogonal.
-   real(wp), parameter :: orthogonal_to = 1e-6_wp
 
 contains
 
@@ -45,7 +42,7 @@ contains
       do i = 1, 3
          product(i, i) = product(i, i) - 1
       end do
-      if (maxval(abs(product)) > orthogonal_to .or. determinant(r) < 0.0_wp) return
+      if (maxval(abs(product)) > attitude_tolerance .or. determinant(r) < 0.0_wp) return
       q = quat_from_matrix(transpose(r))
       code = NUTATE_OK
    end function nutate_quat_from_matrix
@@ -90,6 +87,7 @@ contains
       type(status_t) :: status
       real(wp) :: unit(4)
       code = judge(is_vector(axis) .and. is_moderate(angle) .and. present(q))
+      if (code == NUTATE_OK) code = judge(is_direction(axis))
       if (code /= NUTATE_OK) return
       call quat_from_axis_angle(axis, angle, unit, status)
       code = status%code
@@ -184,11 +182,11 @@ contains
       if (is_quaternion) is_quaternion = all(is_moderate(q))
    end function is_quaternion
 
-   !> The same, and not all numbers are zero.
+   !> The same, and the four are long enough to have a direction.
    pure logical function is_attitude(q)
       real(wp), intent(in), optional :: q(4)
       is_attitude = is_quaternion(q)
-      if (is_attitude) is_attitude = any(abs(q) > 0.0_wp)
+      if (is_attitude) is_attitude = is_direction(q)
    end function is_attitude
 
    pure real(wp) function determinant(r)

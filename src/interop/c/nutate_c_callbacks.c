@@ -1,13 +1,12 @@
 /* Calls the callbacks of a C program for Fortran procedures that must be pure, and keeps what went wrong.
  *
  * `failure` belongs to the run: [0] its status, [1] what the callback returned. After a failure, and for results that
- * are not finite or beyond all scales, zeros go back into the step: whoever started it looks at `failure` and takes the
+ * are not finite or exceed 1e100, zeros go back into the step: whoever started it looks at `failure` and takes the
  * step back. No result that could raise a floating-point exception reaches the arithmetic. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
 
-#include <math.h>
 #include <pthread.h>
 #include "../../../include/nutate.h"
 
@@ -27,7 +26,8 @@ void nutate_c_lock_texts(void) { pthread_mutex_lock(&text_lock); }
 
 void nutate_c_unlock_texts(void) { pthread_mutex_unlock(&text_lock); }
 
-static const double beyond_all_scales = 1e100;
+/* Not 0 if all numbers are finite and within the limits of the library. In nutate_c_effects.f90. */
+int nutate_c_are_moderate(int n, const double *numbers);
 
 void nutate_c_call_potential(nutate_potential potential, const double *gamma, void *user, int *failure, double *energy,
                              double *gradient);
@@ -38,10 +38,8 @@ void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const
 /* Keeps the first failure; zeros in place of results that are none. */
 static void judge(int returned, int *failure, int n, double *results)
 {
-    int i, bad = returned != 0;
-    for (i = 0; i < n && !bad; ++i)
-        bad = !isfinite(results[i]) || fabs(results[i]) > beyond_all_scales;
-    if (!bad) return;
+    int i;
+    if (returned == 0 && nutate_c_are_moderate(n, results)) return;
     for (i = 0; i < n; ++i) results[i] = 0.0;
     if (!failure || failure[0] != NUTATE_OK) return;
     failure[0] = returned != 0 ? NUTATE_CALLBACK : NUTATE_NOT_FINITE;

@@ -8,12 +8,13 @@ module nutate_c_effects
    use nutate_effect, only: potential_t, torque_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_status, only: status_t, fail, NUTATE_CALLBACK, NUTATE_NOT_FINITE, NUTATE_OK
    implicit none
    private
 
    public :: c_potential_t, c_curved_potential_t, c_torque_t, report_failures_to, has_callbacks, &
-      judge_failure, add_failure
+      judge_failure, add_failure, are_moderate
 
    !> U(γ) and its gradient from a callback `nutate_potential`.
    type, extends(potential_t) :: c_potential_t
@@ -74,6 +75,13 @@ module nutate_c_effects
    end interface
 
 contains
+
+   !> Not 0 if all numbers that a callback gave are finite and within the limits.
+   pure integer(c_int) function are_moderate(n, numbers) bind(C, name='nutate_c_are_moderate')
+      integer(c_int), intent(in), value :: n
+      real(c_double), intent(in) :: numbers(n)
+      are_moderate = merge(1, 0, all(is_moderate(numbers)))
+   end function are_moderate
 
    pure real(wp) function called_energy(self, gamma)
       class(c_potential_t), intent(in) :: self

@@ -2,11 +2,14 @@
 !> `include/nutate.h`.
 module nutate_c_general
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
-   use nutate_c_groups, only: is_moderate
    use nutate_c_handles, only: find_handle, find_system, handle_t, system_handle_t
    use nutate_c_text, only: text_to_c
    use nutate_exact_free, only: free_body_t
+   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_quaternion, only: quat_normalized
+   use nutate_range, only: check_motion
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
    use nutate_version, only: version
    implicit none
@@ -20,7 +23,7 @@ module nutate_c_general
       'the iteration of a step did not converge', &
       'the step is too long to follow the motion', &
       'the linear system of a step is singular', &
-      'a number is not finite or beyond all scales', &
+      'a number is not finite or exceeds 1e100', &
       'an argument is out of its range', &
       'the inertia is not that of a rigid body', &
       'a scene cannot be understood or simulated', &
@@ -81,6 +84,9 @@ contains
       if (.not. (all(is_moderate(q0)) .and. all(is_moderate(omega0)))) return
       associate (body => handle%system%body, effects => handle%system%effects)
          if (effects%n_potentials + effects%n_torques + effects%n_rotors > 0) return
+         call check_motion(handle%system, make_state(handle%system, quat_normalized(q0), omega0), status)
+         code = status%code
+         if (code /= NUTATE_OK) return
          call motion%prepare(body%moments, q0, matmul(body%inertia, omega0), status, body%axes)
          code = status%code
          if (code /= NUTATE_OK) return

@@ -1,35 +1,22 @@
 !> Arguments of C functions as the groups of a scene: what a scene's values must keep to, a program's must too.
 module nutate_c_groups
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
-   use nutate_keys, only: group_kind_t, group_t, key_t, setting_t, KEY_REAL, KEY_TEXT, NON_NEGATIVE, &
-      NOT_ZERO, POSITIVE
+   use nutate_keys, only: group_kind_t, group_t, setting_t, KEY_REAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_body, only: body_keys, build_body
    use nutate_scene_check, only: check_complete, read_groups
    use nutate_scene_effects, only: build_effects
    use nutate_scene, only: scene_kinds
    use nutate_scene_error, only: scene_error_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
+   use nutate_scene_values, only: check_values
+   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, parse_system, is_moderate
-
-   !> Numbers beyond this have no place in a simulation: products of three of them stay finite.
-   real(wp), parameter :: greatest = 1e100_wp
-   !> Where effects are tried: attitude and rate.
-   real(wp), parameter :: upright(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], rest(3) = 0.0_wp
+   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, parse_system
 
 contains
-
-   !> Finite and not beyond all scales.
-   elemental logical function is_moderate(x)
-      real(wp), intent(in) :: x
-      is_moderate = ieee_is_finite(x)
-      if (is_moderate) is_moderate = abs(x) <= greatest
-   end function is_moderate
 
    !> Appends a key of real numbers.
    subroutine put_numbers(group, name, values)
@@ -69,42 +56,6 @@ contains
       call move_alloc(grown, group%settings)
    end subroutine append
 
-   !> Tests the numbers of a group against its keys. Errors: `NUTATE_BAD_ARGUMENT`.
-   subroutine check_numbers(group, keys, status)
-      type(group_t), intent(in) :: group
-      type(key_t), intent(in) :: keys(:)
-      type(status_t), intent(out) :: status
-      integer :: i, k
-      do i = 1, size(group%settings)
-         if (group%settings(i)%kind /= KEY_REAL) cycle
-         do k = 1, size(keys)
-            if (keys(k)%name == group%settings(i)%name) exit
-         end do
-         if (.not. fits(keys(k), group%settings(i)%values%number)) then
-            status = fail(NUTATE_BAD_ARGUMENT, trim(group%name)//': '//trim(keys(k)%name)//' is out of its range', &
-                          keys(k)%name)
-            return
-         end if
-      end do
-   end subroutine check_numbers
-
-   !> The numbers are what the key says they may be.
-   pure logical function fits(key, numbers)
-      type(key_t), intent(in) :: key
-      real(wp), intent(in) :: numbers(:)
-      fits = all(is_moderate(numbers))
-      if (.not. fits) return
-      select case (key%range)
-      case (POSITIVE)
-         fits = all(numbers > 0.0_wp)
-      case (NON_NEGATIVE)
-         fits = all(numbers >= 0.0_wp)
-      case (NOT_ZERO)
-         fits = any(abs(numbers) > 0.0_wp)
-      case default
-      end select
-   end function fits
-
    !> The body that a group `body` describes. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_BODY`.
    subroutine make_body_of(group, system, status)
       type(group_t), intent(in) :: group
@@ -112,10 +63,9 @@ contains
       type(status_t), intent(out) :: status
       type(scene_error_t) :: error
       character(len=:), allocatable :: shape
-      call check_numbers(group, body_keys(), status)
-      if (.not. status%ok()) return
-      call build_body(group, system%body, shape, error)
-      if (error%raised) status = fail(NUTATE_BAD_BODY, error%text)
+      call check_values(group, body_keys(), error)
+      if (.not. error%raised) call build_body(group, system%body, shape, error)
+      if (error%raised) status = fail(error%code, error%text)
    end subroutine make_body_of
 
    !> Adds the effect that a group describes. Errors: `NUTATE_BAD_ARGUMENT`; `NUTATE_BAD_BODY` without a mass that is
@@ -129,14 +79,10 @@ contains
       integer :: k
       kinds = effect_kinds()
       do k = 1, size(kinds)
-         if (kinds(k)%group%name == group%name) exit
+         if (kinds(k)%group%name == group%name) call check_values(group, kinds(k)%group%keys, error)
       end do
-      call check_numbers(group, kinds(k)%group%keys, status)
-      if (.not. status%ok()) return
-      call build_effects([group], upright, rest, system, error)
-      if (.not. error%raised) return
-      status = fail(NUTATE_BAD_ARGUMENT, error%text)
-      if (group%name == 'gravity' .and. .not. system%body%has_mass) status%code = NUTATE_BAD_BODY
+      if (.not. error%raised) call build_effects([group], system, error)
+      if (error%raised) status = fail(error%code, error%text)
    end subroutine add_effect_of
 
    !> Adds the effects that a text describes as a scene would. Errors: `NUTATE_BAD_SCENE`; no effect is added then.
@@ -176,7 +122,7 @@ contains
       else
          built%body = system%body
       end if
-      if (.not. error%raised) call build_effects(groups, upright, rest, built, error)
+      if (.not. error%raised) call build_effects(groups, built, error)
       if (error%raised) then
          status = fail(NUTATE_BAD_SCENE, error%text)
          return

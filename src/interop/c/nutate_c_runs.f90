@@ -2,7 +2,7 @@
 module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_accuracy, only: find_error_rate
-   use nutate_c_groups, only: is_moderate
+   use nutate_admissible, only: admits, POSITIVE
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
    use nutate_c_rows, only: row_taker_t, write_row
    use nutate_c_settings, only: prepare_if_needed
@@ -10,6 +10,7 @@ module nutate_c_runs
    use nutate_columns, only: columns_t
    use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
+   use nutate_limits, only: is_countable, is_moderate
    use nutate_run, only: advance, begin_run => begin, count_steps, run_plan_t, run_record_t, run_summary_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
@@ -191,6 +192,10 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'end_time or interval is not finite, or every not positive', 'end_time')
       else if (interval < 0.0_wp .or. (interval > 0.0_wp .and. .not. handle%control%active())) then
          status = fail(NUTATE_BAD_ARGUMENT, 'interval is negative, or needs accuracy or local_tolerance', 'interval')
+      else if (interval > 0.0_wp .and. .not. (admits(POSITIVE, [interval]) .and. &
+                                              is_countable(end_time - handle%state%t, interval))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'interval is too small for end_time (expected less than 9e15 rows)', &
+                       'interval')
       end if
    end subroutine check_run
 
@@ -208,7 +213,8 @@ contains
       if (.not. status%ok()) return
       n = steps_to(handle, end_time)
       if (n < 0) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time', 'end_time')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time, or not in 9e15 steps', &
+                       'end_time')
          return
       end if
       call taker%take(rows, handle%columns%width, rows_of(n, every), capacity, status)
@@ -217,7 +223,8 @@ contains
       if (status%ok()) call continue_run(handle, n, every, .true., end_time, taker, status)
    end subroutine run_nominal
 
-   !> Number of nominal steps to a time, the last one shortened if need be; negative where they lead away from it.
+   !> Number of nominal steps to a time, the last one shortened if need be; negative where they lead away from it
+   !> or are too many to count.
    pure integer(long) function steps_to(handle, end_time) result(n)
       type(stepper_handle_t), intent(in) :: handle
       !> s.
@@ -225,6 +232,7 @@ contains
       type(run_plan_t) :: plan
       n = -1
       if ((end_time - handle%state%t)*sign(1.0_wp, handle%plan%time_step) < 0.0_wp) return
+      if (.not. is_countable(end_time - handle%state%t, handle%plan%time_step)) return
       plan%time_step = handle%plan%time_step
       plan%end_time = end_time
       if (is_on_grid(handle)) then

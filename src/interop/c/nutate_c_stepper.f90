@@ -2,7 +2,6 @@
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure
-   use nutate_c_groups, only: is_moderate
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
    use nutate_c_settings, only: prepare, set_key
@@ -10,7 +9,9 @@ module nutate_c_stepper
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: quat_norm, quat_normalized
+   use nutate_limits, only: attitude_tolerance, is_moderate
+   use nutate_quaternion, only: quat_normalized
+   use nutate_range, only: check_attitude, check_motion
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    implicit none
@@ -19,8 +20,6 @@ module nutate_c_stepper
    public :: nutate_stepper_create, nutate_stepper_create_scene, nutate_stepper_destroy, nutate_stepper_set, &
       nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, nutate_stepper_set_canonical
 
-   !> How far from 1 the norm of a given quaternion may be, and q·p over |p| from 0.
-   real(wp), parameter :: norm_tolerance = 1e-6_wp
    !> Sets of columns of a stepper that no scene has chosen.
    character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
                                                              'quaternion', 'angular_velocity', 'energy', 'constraints']
@@ -120,12 +119,8 @@ contains
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      if (is_moderate(time_step)) then
-         write (digits, '(es24.16e3)') time_step
-         call set_key(handle, 'time_step', trim(adjustl(digits)), status)
-      else
-         status = fail(NUTATE_BAD_ARGUMENT, 'time_step is not finite or beyond all scales', 'time_step')
-      end if
+      write (digits, '(es24.16e3)') time_step
+      call set_key(handle, 'time_step', trim(adjustl(digits)), status)
       code = conclude(handle, status)
    end function nutate_stepper_set_time_step
 
@@ -153,7 +148,7 @@ contains
       if (.not. (present(q) .and. present(omega))) then
          status = null_argument('q or omega')
       else
-         call check_attitude(t, q, omega, status)
+         call check_numbers(t, q, omega, status)
          if (status%ok()) then
             state = make_state(handle%system, quat_normalized(q), omega, t)
             call replace_state(handle, state, status)
@@ -175,12 +170,12 @@ contains
       if (.not. (present(q) .and. present(p))) then
          status = null_argument('q or p')
       else
-         call check_attitude(t, q, p, status)
+         call check_numbers(t, q, p, status)
          if (status%ok()) then
             state%t = t
             state%q = q
             state%p = p
-            if (abs(dot_product(q, p)) > norm_tolerance*maxval(abs(p))) then
+            if (abs(dot_product(q, p)) > attitude_tolerance*maxval(abs(p))) then
                status = fail(NUTATE_BAD_ARGUMENT, 'q.p is not 0 to within 1e-6 of |p|', 'p')
             else
                call replace_state(handle, state, status)
@@ -249,31 +244,28 @@ contains
    end subroutine take_start
 
    !> Tests time, attitude and what else makes a state. Errors: `NUTATE_BAD_ARGUMENT`.
-   subroutine check_attitude(t, q, other, status)
+   subroutine check_numbers(t, q, other, status)
       real(wp), intent(in) :: t, q(4), other(:)
       type(status_t), intent(out) :: status
-      if (.not. (is_moderate(t) .and. all(is_moderate(q)) .and. all(is_moderate(other)))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the state is not finite or beyond all scales')
-      else if (abs(quat_norm(q) - 1) > norm_tolerance) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the norm of q is not 1 to within 1e-6', 'q')
+      if (is_moderate(t) .and. all(is_moderate(other))) then
+         call check_attitude(q, status)
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, 'the state is not finite or too large (expected numbers up to 1e100)')
       end if
-   end subroutine check_attitude
+   end subroutine check_numbers
 
    !> Puts a state in place of the present one, from which energy and work count. Errors: `NUTATE_BAD_ARGUMENT` where
-   !> momentum or energy are beyond all scales; those of callbacks.
+   !> momentum or energy are too large; those of callbacks.
    subroutine replace_state(handle, state, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       type(status_t), intent(out) :: status
       real(wp) :: energy, inverse_j0
-      if (maxval(abs(state%p)) > 1e100_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the momentum is beyond all scales', 'omega')
-         return
-      end if
+      call check_motion(handle%system, state, status)
+      if (.not. status%ok()) return
       inverse_j0 = handle%settings%inverse_auxiliary_inertia
       handle%failure = 0
       energy = total_energy(handle%system, state, inverse_j0)
-      if (.not. is_moderate(energy)) status = fail(NUTATE_BAD_ARGUMENT, 'the energy is beyond all scales', 'omega')
       call add_failure(handle%failure, status)
       if (.not. status%ok()) return
       handle%state = state

@@ -1,12 +1,11 @@
 !> C interface: single steps. What each function does stands in `include/nutate.h`.
 module nutate_c_stepping
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use nutate_c_effects, only: judge_failure
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, STEPPER_MARK
    use nutate_c_settings, only: prepare_if_needed
-   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
+   use nutate_range, only: check_step
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
    implicit none
@@ -14,9 +13,6 @@ module nutate_c_stepping
 
    public :: nutate_stepper_step, nutate_stepper_steps
    public :: take_back, test_step
-
-   !> Steps lie between these, s, and turn the body by less than that, rad.
-   real(wp), parameter :: least_step = 1e-50_wp, greatest_step = 1e50_wp, greatest_turn = 1e8_wp
 
 contains
 
@@ -93,18 +89,12 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
-      logical :: good
       if (handle%tested .and. dt == handle%tested_dt) return
-      good = ieee_is_finite(dt)
-      if (good) good = abs(dt) >= least_step .and. abs(dt) <= greatest_step
-      if (good) good = maxval(abs(angular_velocity(handle%system, handle%state)))*abs(dt) <= greatest_turn
-      if (good) then
-         handle%tested = .true.
-         handle%tested_dt = dt
-         handle%plain = handle%bare
-      else
-         status = fail(NUTATE_BAD_ARGUMENT, 'the step is zero, not finite, or beyond all scales', 'dt')
-      end if
+      call check_step(handle%system, handle%state, dt, status)
+      if (.not. status%ok()) return
+      handle%tested = .true.
+      handle%tested_dt = dt
+      handle%plain = handle%bare
    end subroutine test_step
 
    !> Puts back the state from before a callback failed; the method forgets what it remembers of the step.

@@ -2,9 +2,9 @@
 module nutate_c_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr, c_size_t
+   use nutate_admissible, only: admits, ANY_DIRECTION
    use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
-   use nutate_c_groups, only: add_groups, is_moderate, make_body_of, parse_system, put_numbers, &
-      put_text
+   use nutate_c_groups, only: add_groups, make_body_of, parse_system, put_numbers, put_text
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_system, null_argument, open_slot, report, &
       system_handle_t, SYSTEM_MARK
    use nutate_c_text, only: lock_texts, take_text, unlock_texts
@@ -213,32 +213,12 @@ contains
          status = null_argument(missing)
       else
          call lock_texts()
-         call check_shape(group, status)
-         if (status%ok()) call make_body_of(group, built, status)
+         call make_body_of(group, built, status)
          call unlock_texts()
          if (status%ok()) call keep_system(built, slot, status)
       end if
       code = report(status, message, size)
    end function create
-
-   !> Tests the name of a shape and how many lengths it has. Errors: `NUTATE_BAD_ARGUMENT`.
-   subroutine check_shape(group, status)
-      type(group_t), intent(in) :: group
-      type(status_t), intent(out) :: status
-      integer :: i
-      if (.not. group%has('shape')) return
-      do i = 1, size(shape_kinds)
-         if (shape_kinds(i)%name == group%text('shape', '')) exit
-      end do
-      if (i > size(shape_kinds)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "unknown shape '"//group%text('shape', '')//"'", 'shape')
-      else if (group%count_of('size') /= shape_kinds(i)%sizes) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'wrong number of lengths (expected '//trim(shape_kinds(i)%lengths)//')', &
-                       'n_lengths')
-      else if (group%has('mass') .eqv. group%has('density')) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a shape needs its mass or its density, one of the two', 'mass')
-      end if
-   end subroutine check_shape
 
    !> Makes the handle of a system. Errors: `NUTATE_NO_MEMORY`.
    subroutine keep_system(system, slot, status)
@@ -268,10 +248,9 @@ contains
          status = null_argument('direction')
       else if (.not. c_associated(potential)) then
          status = null_argument('potential')
-      else if (.not. all(is_moderate(direction))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the direction is not finite or beyond all scales', 'direction')
-      else if (.not. any(abs(direction) > 0.0_wp)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the direction is zero', 'direction')
+      else if (.not. admits(ANY_DIRECTION, direction)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the direction is too short, too long or not finite (expected a '// &
+                       'component of 1e-100 to 1e100 in size)', 'direction')
       else if (c_associated(hessian)) then
          call effects%add(c_curved_potential_t(name='callback', direction=direction, function=potential, user=user, &
                                                second=hessian))

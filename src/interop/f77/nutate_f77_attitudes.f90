@@ -59,8 +59,8 @@ end subroutine nuq2e
 !> NUE2Q turns Euler angles z-x-z into the quaternion.
 subroutine nue2q(phi, theta, psi, q, info)
    use nutate_attitude, only: quat_from_euler
-   use nutate_f77_check, only: is_usable
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    implicit none
    !> (input) Precession about the space axis 3, rad.
    real(wp), intent(in) :: phi
@@ -73,11 +73,11 @@ subroutine nue2q(phi, theta, psi, q, info)
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
    info = 0
-   if (.not. is_usable(phi)) then
+   if (.not. is_moderate(phi)) then
       info = -1
-   else if (.not. is_usable(theta)) then
+   else if (.not. is_moderate(theta)) then
       info = -2
-   else if (.not. is_usable(psi)) then
+   else if (.not. is_moderate(psi)) then
       info = -3
    else
       q = quat_from_euler(phi, theta, psi)

@@ -1,15 +1,16 @@
 !> Potentials and torques that a FORTRAN 77 program computes in subroutines of its own.
 !>
 !> They are declared pure, since the effects of the library are: the library may call them as often as it likes, in any
-!> order. Numbers that are not finite do not reach the equations: they ring an alarm, and count as zero.
+!> order. Numbers that are not finite or exceed 1e100 do not reach the equations: they count as zero, and the failure is
+!> noted.
 module nutate_f77_callback
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_effect, only: potential_t, torque_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    implicit none
    private
 
-   public :: f77_potential, f77_torque, alarm_t, f77_potential_t, f77_torque_t
+   public :: f77_potential, f77_torque, failure_t, f77_potential_t, f77_torque_t
 
    abstract interface
       !> POT: U(γ), J, and ∇U, body axes.
@@ -40,16 +41,16 @@ module nutate_f77_callback
    end interface
 
    !> What a callback that goes wrong sets to 1; the effects are constant in a step, so that it lies outside of them.
-   type :: alarm_t
-      integer, pointer :: rung => null()
-   end type alarm_t
+   type :: failure_t
+      integer, pointer :: noted => null()
+   end type failure_t
 
    !> U(γ) of a program.
    type, extends(potential_t) :: f77_potential_t
       procedure(f77_potential), pointer, nopass :: ask => null()
       integer, pointer, contiguous :: iuser(:) => null()
       real(wp), pointer, contiguous :: ruser(:) => null()
-      type(alarm_t) :: alarm
+      type(failure_t) :: failure
    contains
       procedure :: energy
       procedure :: gradient
@@ -60,7 +61,7 @@ module nutate_f77_callback
       procedure(f77_torque), pointer, nopass :: ask => null()
       integer, pointer, contiguous :: iuser(:) => null()
       real(wp), pointer, contiguous :: ruser(:) => null()
-      type(alarm_t) :: alarm
+      type(failure_t) :: failure
    contains
       procedure :: torque
    end type f77_torque_t
@@ -72,8 +73,8 @@ contains
       real(wp), intent(in) :: gamma(3)
       real(wp) :: slope(3)
       call self%ask(gamma, energy, slope, self%iuser, self%ruser)
-      if (ieee_is_finite(energy)) return
-      call ring(self%alarm)
+      if (is_moderate(energy)) return
+      call note(self%failure)
       energy = 0.0_wp
    end function energy
 
@@ -83,8 +84,8 @@ contains
       real(wp) :: gradient(3)
       real(wp) :: u
       call self%ask(gamma, u, gradient, self%iuser, self%ruser)
-      if (all(ieee_is_finite(gradient))) return
-      call ring(self%alarm)
+      if (all(is_moderate(gradient))) return
+      call note(self%failure)
       gradient = 0.0_wp
    end function gradient
 
@@ -93,15 +94,15 @@ contains
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
       call self%ask(t, q, omega, tau, self%iuser, self%ruser)
-      if (all(ieee_is_finite(tau))) return
-      call ring(self%alarm)
+      if (all(is_moderate(tau))) return
+      call note(self%failure)
       tau = 0.0_wp
    end function torque
 
-   !> The alarm is passed by value: a pure procedure may set what such a copy points to.
-   pure subroutine ring(alarm)
-      type(alarm_t), value :: alarm
-      alarm%rung = 1
-   end subroutine ring
+   !> The failure is passed by value: a pure procedure may set what such a copy points to.
+   pure subroutine note(failure)
+      type(failure_t), value :: failure
+      failure%noted = 1
+   end subroutine note
 
 end module nutate_f77_callback

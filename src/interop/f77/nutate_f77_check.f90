@@ -1,36 +1,30 @@
 !> Tests of the arguments of the FORTRAN 77 routines: each finds the first that is wrong.
 module nutate_f77_check
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_admissible, only: admits, ANY_DIRECTION, ANY_VALUE, POSITIVE_OR_INFINITE
    use nutate_body, only: diagonal, make_body
+   use nutate_damping, only: damping_keys, damping_t
    use nutate_f77_work, only: get_place, get_setup, is_work, place_t, setup_t
+   use nutate_gravity, only: gravity_keys, gravity_t
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: cross, quat_norm
+   use nutate_limits, only: is_moderate, is_step, is_unit, manifold_tolerance
+   use nutate_quaternion, only: cross
+   use nutate_range, only: check_motion, check_step
+   use nutate_rotor, only: rotor_keys
+   use nutate_state, only: state_t
    use nutate_status, only: status_t
+   use nutate_system, only: system_t
    implicit none
    private
 
-   public :: is_usable, is_attitude, is_rotation, check_setup, find_bad_step, is_ready
-
-   !> Largest number that is taken, in SI units: its square and that of a product of two can be computed.
-   real(wp), parameter :: largest = 1e100_wp
-   !> Largest |qᵀq - 1| of a quaternion that is meant to be an attitude, and largest |q·p|/|p| that counts as zero.
-   real(wp), parameter :: unit_tolerance = 1e-9_wp
+   public :: is_attitude, is_rotation, is_motion, check_setup, find_bad_step, is_ready
 
 contains
 
-   !> Finite, and not so large that its square is not.
-   elemental logical function is_usable(x)
-      real(wp), intent(in) :: x
-      is_usable = .false.
-      if (ieee_is_finite(x)) is_usable = abs(x) <= largest
-   end function is_usable
-
-   !> A quaternion of unit length.
+   !> A quaternion of unit length, |qᵀq - 1| within the tolerance of a state: none is normalised here.
    pure logical function is_attitude(q)
       !> Shape (4).
       real(wp), intent(in) :: q(4)
-      is_attitude = .false.
-      if (all(is_usable(q))) is_attitude = abs(quat_norm(q)**2 - 1) <= unit_tolerance
+      is_attitude = is_unit(q, 0.5_wp*manifold_tolerance)
    end function is_attitude
 
    !> An orthogonal matrix of determinant 1.
@@ -38,10 +32,30 @@ contains
       !> Shape (3,3).
       real(wp), intent(in) :: r(3, 3)
       is_rotation = .false.
-      if (.not. all(is_usable(r))) return
-      if (maxval(abs(matmul(transpose(r), r) - diagonal([1.0_wp, 1.0_wp, 1.0_wp]))) > unit_tolerance) return
+      if (.not. all(is_moderate(r))) return
+      if (maxval(abs(matmul(transpose(r), r) - diagonal([1.0_wp, 1.0_wp, 1.0_wp]))) > manifold_tolerance) return
       is_rotation = dot_product(cross(r(:, 1), r(:, 2)), r(:, 3)) > 0.0_wp
    end function is_rotation
+
+   !> A motion that can be computed with.
+   logical function is_motion(setup, state)
+      type(setup_t), intent(in) :: setup
+      type(state_t), intent(in) :: state
+      type(system_t) :: system
+      type(status_t) :: status
+      call make_system(setup, system)
+      call check_motion(system, state, status)
+      is_motion = status%ok()
+   end function is_motion
+
+   !> What of a set-up can make a motion or a step too large: body, rotors, damping.
+   subroutine make_system(setup, system)
+      type(setup_t), intent(in) :: setup
+      type(system_t), intent(inout) :: system
+      system%body = setup%body
+      system%effects%rotor_momentum = setup%rotor
+      if (any(setup%damping /= 0.0_wp)) call system%effects%add(damping_t(setup%damping))
+   end subroutine make_system
 
    !> The array holds what NUINIT wrote, in the length that it needs. 0, 1 if it is not that of NUINIT, 2 if too short.
    pure integer function is_ready(work, lwork)
@@ -61,25 +75,19 @@ contains
       integer, intent(out) :: bad
       type(status_t) :: status
       bad = 0
-      if (.not. all(is_usable(tensor))) then
+      if (.not. admits(ANY_VALUE, reshape(tensor, [9]))) then
          bad = 1
-      else if (maxval(abs(tensor)) < 1/largest) then
-         bad = 1
-      else if (.not. is_usable(j0)) then
+      else if (.not. (is_left_out(j0) .or. admits(POSITIVE_OR_INFINITE, [j0]))) then
          bad = 2
-      else if (j0 > 0.0_wp .and. j0 < 1/largest) then
-         bad = 2
-      else if (.not. all(is_usable(setup%rotor))) then
+      else if (.not. admits(rotor_keys(1)%range, setup%rotor)) then
          bad = 3
-      else if (.not. all(is_usable(setup%moment))) then
+      else if (.not. admits(ANY_VALUE, setup%moment)) then
          bad = 4
-      else if (.not. all(is_usable(setup%gravity))) then
+      else if (.not. admits(gravity_keys(1)%range, setup%gravity)) then
          bad = 5
-      else if (.not. all(is_usable(setup%damping))) then
+      else if (.not. admits(damping_keys(1)%range, setup%damping)) then
          bad = 6
-      else if (.not. all(is_usable(setup%direction))) then
-         bad = 7
-      else if (mod(setup%callbacks, 2) == 1 .and. all(setup%direction == 0.0_wp)) then
+      else if (.not. admits(merge(ANY_DIRECTION, ANY_VALUE, mod(setup%callbacks, 2) == 1), setup%direction)) then
          bad = 7
       else if (all(setup%solver /= [1, 2])) then
          bad = 8
@@ -89,10 +97,30 @@ contains
          bad = 10
       end if
       if (bad /= 0) return
-      if (j0 > 0.0_wp) setup%inverse_j0 = 1/j0
+      if (.not. is_moderate_weight(setup)) then
+         bad = 5
+         return
+      end if
+      if (j0 > 0.0_wp .and. j0 <= huge(j0)) setup%inverse_j0 = 1/j0
       call make_body(tensor, setup%body, status, check_triangle=.false.)
       if (.not. status%ok()) bad = 1
    end subroutine check_setup
+
+   !> J0 <= 0: infinite.
+   pure logical function is_left_out(j0)
+      real(wp), intent(in) :: j0
+      is_left_out = is_moderate(j0)
+      if (is_left_out) is_left_out = j0 <= 0.0_wp
+   end function is_left_out
+
+   !> Energy and torque of the weight can be computed with.
+   pure logical function is_moderate_weight(setup)
+      type(setup_t), intent(in) :: setup
+      type(gravity_t) :: gravity
+      gravity%moment = setup%moment
+      gravity%direction = setup%gravity
+      is_moderate_weight = gravity%is_moderate()
+   end function is_moderate_weight
 
    !> The number of the first of N, DT, T, Q, P that is wrong, 0 if none is. What the last call left is not tested.
    integer function find_bad_step(n, dt, t, q, p, work) result(bad)
@@ -102,26 +130,31 @@ contains
       real(wp), intent(in), target, contiguous :: work(:)
       type(setup_t) :: setup
       type(place_t) :: place
+      type(system_t) :: system
+      type(status_t) :: status
       bad = 0
       call get_place(work, place)
       if (n < 0) then
          bad = 1
-      else if (.not. is_usable(dt)) then
-         bad = 2
-      else if (abs(dt) < 1/largest) then
+      else if (.not. is_step(dt)) then
          bad = 2
       else if (place%continues_at(t, q, p)) then
          bad = 0
-      else if (.not. is_usable(t)) then
+      else if (.not. is_moderate(t)) then
          bad = 3
       else if (.not. is_attitude(q)) then
          bad = 4
-      else if (.not. all(is_usable(p))) then
+      else if (.not. all(is_moderate(p))) then
          bad = 5
       else
          call get_setup(work, setup)
          ! The reduced form has no q·p.
-         if (setup%solver == 1 .and. abs(dot_product(q, p)) > unit_tolerance*norm2(p)) bad = 5
+         if (setup%solver == 1 .and. abs(dot_product(q, p)) > manifold_tolerance*norm2(p)) bad = 5
+         call make_system(setup, system)
+         call check_motion(system, state_t(t=t, q=q, p=p), status)
+         if (.not. status%ok()) bad = 5
+         if (bad == 0) call check_step(system, state_t(t=t, q=q, p=p), dt, status)
+         if (bad == 0 .and. .not. status%ok()) bad = 2
       end if
    end function find_bad_step
 

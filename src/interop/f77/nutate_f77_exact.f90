@@ -3,10 +3,13 @@
 !> NUFREE computes the motion of a free body at N times, exactly: elliptic functions, no steps.
 subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    use nutate_exact_free, only: free_body_t
-   use nutate_f77_check, only: check_setup, is_attitude, is_usable
+   use nutate_f77_check, only: check_setup, is_attitude, is_motion
    use nutate_f77_work, only: setup_t
+   use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_status, only: status_t
+   use nutate_system, only: system_t
    implicit none
    !> (input) Inertia tensor about the fixed point, body axes, kg m²; dimension (3,3).
    real(wp), intent(in) :: aj(3, 3)
@@ -25,6 +28,7 @@ subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    !> (output) 0; -i: argument i is wrong.
    integer, intent(out) :: info
    type(setup_t) :: setup
+   type(system_t) :: system
    type(free_body_t) :: solution
    type(status_t) :: status
    real(wp) :: momentum(3)
@@ -32,13 +36,16 @@ subroutine nufree(aj, q0, omega0, n, t, q, omega, info)
    call check_setup(setup, aj, 0.0_wp, info)
    info = -info
    if (info /= 0) return
+   system%body = setup%body
    if (.not. is_attitude(q0)) then
       info = -2
-   else if (.not. all(is_usable(omega0))) then
+   else if (.not. all(is_moderate(omega0))) then
+      info = -3
+   else if (.not. is_motion(setup, make_state(system, q0, omega0))) then
       info = -3
    else if (n < 0) then
       info = -4
-   else if (.not. all(is_usable(t(1:n)))) then
+   else if (.not. all(is_moderate(t(1:n)))) then
       info = -5
    end if
    if (info /= 0) return

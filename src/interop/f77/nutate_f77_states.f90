@@ -2,10 +2,11 @@
 
 !> NUSETP turns an angular velocity into the conjugate momentum that NUSTEP works with.
 subroutine nusetp(q, omega, p, work, lwork, info)
-   use nutate_f77_check, only: is_attitude, is_ready, is_usable
+   use nutate_f77_check, only: is_attitude, is_motion, is_ready
    use nutate_f77_work, only: get_setup, setup_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -27,7 +28,7 @@ subroutine nusetp(q, omega, p, work, lwork, info)
    info = 0
    if (.not. is_attitude(q)) then
       info = -1
-   else if (.not. all(is_usable(omega))) then
+   else if (.not. all(is_moderate(omega))) then
       info = -2
    else if (is_ready(work, lwork) /= 0) then
       info = -3 - is_ready(work, lwork)
@@ -37,15 +38,20 @@ subroutine nusetp(q, omega, p, work, lwork, info)
    system%body = setup%body
    system%effects%rotor_momentum = setup%rotor
    state = make_state(system, q, omega)
-   p = state%p
+   if (is_motion(setup, state)) then
+      p = state%p
+   else
+      info = -2
+   end if
 end subroutine nusetp
 
 !> NUOMEG turns a conjugate momentum into the angular velocity.
 subroutine nuomeg(q, p, omega, work, lwork, info)
-   use nutate_f77_check, only: is_attitude, is_ready, is_usable
+   use nutate_f77_check, only: is_attitude, is_ready
    use nutate_f77_work, only: get_setup, setup_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -66,7 +72,7 @@ subroutine nuomeg(q, p, omega, work, lwork, info)
    info = 0
    if (.not. is_attitude(q)) then
       info = -1
-   else if (.not. all(is_usable(p))) then
+   else if (.not. all(is_moderate(p))) then
       info = -2
    else if (is_ready(work, lwork) /= 0) then
       info = -3 - is_ready(work, lwork)
@@ -81,9 +87,10 @@ end subroutine nuomeg
 !> NUINV computes what the motion conserves: energy, angular momentum, and the length of the quaternion.
 subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    use nutate_f77_callback, only: f77_potential
-   use nutate_f77_check, only: is_attitude, is_ready, is_usable
+   use nutate_f77_check, only: is_attitude, is_ready
    use nutate_f77_stepping, only: find_invariants
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
    implicit none
    !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
@@ -110,7 +117,7 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    info = 0
    if (.not. is_attitude(q)) then
       info = -1
-   else if (.not. all(is_usable(p))) then
+   else if (.not. all(is_moderate(p))) then
       info = -2
    else if (is_ready(work, lwork) /= 0) then
       info = -8 - is_ready(work, lwork)

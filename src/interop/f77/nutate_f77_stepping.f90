@@ -30,25 +30,25 @@ module nutate_f77_stepping
       real(wp), pointer, contiguous :: rows(:, :) => null()
       !> Rows written.
       integer :: n = 0
-      !> 1: a callback has returned a number that is not finite.
-      integer :: rung = 0
+      !> 1: a callback has returned a number that is not finite or exceeds 1e100.
+      integer :: failed = 0
    contains
       procedure :: observe => store_row
-      procedure :: poll => stop_on_alarm
+      procedure :: poll => stop_on_failure
    end type row_store_t
 
 contains
 
    !> The effects that a set-up asks for: gravity, POT, damping, TOR, in this order; absent what is zero.
-   subroutine build_effects(setup, pot, tor, iuser, ruser, rung, effects)
+   subroutine build_effects(setup, pot, tor, iuser, ruser, failed, effects)
       type(setup_t), intent(in) :: setup
       procedure(f77_potential) :: pot
       procedure(f77_torque) :: tor
       !> The program's own, for the callbacks.
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
-      !> Set to 1 when a callback returns a number that is not finite.
-      integer, pointer, intent(in) :: rung
+      !> Set to 1 when a callback returns a number that is not finite or exceeds 1e100.
+      integer, pointer, intent(in) :: failed
       type(effect_list_t), intent(inout) :: effects
       type(gravity_t) :: gravity
       type(damping_t) :: damping
@@ -65,7 +65,7 @@ contains
          potential%ask => pot
          potential%iuser => iuser(1:1)
          potential%ruser => ruser(1:1)
-         potential%alarm%rung => rung
+         potential%failure%noted => failed
          call effects%add(potential)
       end if
       if (any(setup%damping /= 0.0_wp)) then
@@ -76,7 +76,7 @@ contains
       torque%ask => tor
       torque%iuser => iuser(1:1)
       torque%ruser => ruser(1:1)
-      torque%alarm%rung => rung
+      torque%failure%noted => failed
       call effects%add(torque)
    end subroutine build_effects
 
@@ -130,7 +130,7 @@ contains
 
       call get_setup(work, setup)
       system%body = setup%body
-      call build_effects(setup, pot, tor, iuser, ruser, store%rung, system%effects)
+      call build_effects(setup, pot, tor, iuser, ruser, store%failed, system%effects)
       if (setup%order > 2) then
          call with_composition(n, every, dt, t, q, p, setup, system, store, work, info)
       else if (setup%solver == 1) then
@@ -216,7 +216,7 @@ contains
                         steps=int(n, long))
       call integrate(system, stepper, place%state, plan, store, summary, status)
       info = status%code
-      if (store%rung /= 0) info = NUTATE_NOT_FINITE
+      if (store%failed /= 0) info = NUTATE_NOT_FINITE
       if (info /= 0) return
       t = place%state%t
       q = place%state%q
@@ -258,15 +258,15 @@ contains
       type(state_t) :: state
       real(wp) :: potential
       ! Volatile: what a pure procedure does to it goes unnoticed otherwise.
-      integer, target, volatile :: rung
-      rung = 0
+      integer, target, volatile :: failed
+      failed = 0
       call get_setup(work, setup)
       setup%callbacks = mod(setup%callbacks, 2)
       system%body = setup%body
-      call build_effects(setup, pot, no_torque, iuser, ruser, rung, system%effects)
+      call build_effects(setup, pot, no_torque, iuser, ruser, failed, system%effects)
       state = state_t(q=q, p=p)
       potential = potential_energy(system%effects, q)
-      info = merge(NUTATE_NOT_FINITE, 0, rung /= 0)
+      info = merge(NUTATE_NOT_FINITE, 0, failed /= 0)
       if (info /= 0) return
       e(1) = kinetic_energy(system, state, setup%inverse_j0)
       e(2) = potential
@@ -302,12 +302,13 @@ contains
       end associate
    end subroutine store_row
 
-   !> Ends a run that a callback has spoilt.
-   subroutine stop_on_alarm(self, fraction, status)
+   !> Ends a run in which a callback has failed.
+   subroutine stop_on_failure(self, fraction, status)
       class(row_store_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
-      if (self%rung /= 0) status = fail(NUTATE_NOT_FINITE, 'a user subroutine returned a number that is not finite')
-   end subroutine stop_on_alarm
+      if (self%failed /= 0) &
+         status = fail(NUTATE_NOT_FINITE, 'POT or TOR returned a number that is not finite or exceeds 1e100')
+   end subroutine stop_on_failure
 
 end module nutate_f77_stepping

@@ -23,7 +23,7 @@ subroutine nutext(info, text)
    case (NUTATE_SINGULAR)
       text = 'the linear system of a step is singular'
    case (NUTATE_NOT_FINITE)
-      text = 'a number that is not finite appeared: look at POT and TOR'
+      text = 'a number is not finite or exceeds 1D100: look at POT and TOR'
    case (NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY)
       text = 'body and state do not fit the method'
    case (NUTATE_STEP_LIMIT)

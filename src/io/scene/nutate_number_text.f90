@@ -2,6 +2,7 @@
 module nutate_number_text
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use nutate_kinds, only: wp
+   use nutate_limits, only: greatest_power, least_power
    use nutate_printable, only: quoted
    use nutate_spelling, only: lower_case
    implicit none
@@ -9,8 +10,6 @@ module nutate_number_text
 
    public :: read_real, read_whole, read_logical
 
-   !> Powers of ten in which a number other than zero must lie. What is computed from it stays far from overflow.
-   integer, parameter :: least_power = -300, greatest_power = 100
    !> More digits than decide how a number is rounded.
    integer, parameter :: most_digits = 780
    !> Exponents and digit counts are followed up to here; far beyond what a number can have.
@@ -32,6 +31,7 @@ contains
    !> sign alone, as Fortran programs write it. `Infinity` becomes infinite.
    subroutine read_real(word, value, problem)
       character(len=*), intent(in) :: word
+      !> Where it is too large or too close to zero, the largest or smallest number of its sign.
       real(wp), intent(out) :: value
       !> What is wrong with it; empty on success.
       character(len=:), allocatable, intent(out) :: problem
@@ -52,8 +52,10 @@ contains
          return
       else if (is_too_large(decimal)) then
          problem = quoted(word)//' is too large'
+         value = merge(-huge(value), huge(value), decimal%negative)
       else if (decimal%power - 1 < least_power) then
          problem = quoted(word)//' is too close to zero'
+         value = merge(-tiny(value), tiny(value), decimal%negative)
       else
          call convert(decimal, value)
       end if

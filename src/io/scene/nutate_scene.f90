@@ -17,7 +17,7 @@ module nutate_scene
    use nutate_scene_check, only: apply_override, check_complete, read_groups
    use nutate_scene_effects, only: add_effect_kinds, build_effects
    use nutate_scene_error, only: scene_error_t, error_line
-   use nutate_scene_initial, only: initial_keys, build_initial, check_motion
+   use nutate_scene_initial, only: initial_keys, build_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
    use nutate_scene_title, only: title_keys, scene_name
@@ -159,14 +159,14 @@ contains
       if (error%raised) return
       call build_initial(first_group(scene%groups, 'initial'), q, omega, error)
       if (error%raised) return
-      call build_effects(scene%groups, q, omega, scene%system, error)
+      call build_effects(scene%groups, scene%system, error)
       if (error%raised) return
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')
       call build_integrator(group, scene%integrator, scene%plan, scene%control, error)
       if (error%raised) return
       if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
-      call check_motion(scene%system, omega, scene%plan, first_group(scene%groups, 'initial'), group, error)
+      call check_initial(scene%system, scene%initial, scene%plan, first_group(scene%groups, 'initial'), group, error)
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%control, &
                         scene%output, error)
       if (error%raised) return

@@ -1,7 +1,8 @@
 !> `&body`: the rigid body from its moments, its tensor or its shape.
 module nutate_scene_body
+   use nutate_admissible, only: POSITIVE, SHAPE_LENGTH
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
-   use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT, POSITIVE
+   use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
    use nutate_shapes, only: shape_kinds
@@ -11,11 +12,6 @@ module nutate_scene_body
    private
 
    public :: body_keys, build_body
-
-   !> Moments of inertia of a scene lie between these, kg m², so that what is computed from them stays finite.
-   real(wp), parameter :: least_moment = 1e-100_wp, greatest_moment = 1e100_wp
-   !> Lengths of a shape lie between these, m.
-   real(wp), parameter :: least_length = 1e-30_wp, greatest_length = 1e30_wp
 
 contains
 
@@ -27,7 +23,7 @@ contains
       keys = [key_t(name='inertia', least=3, most=3), &
               key_t(name='inertia_tensor', least=6, most=6), &
               key_t(name='shape', kind=KEY_TEXT, choices=joined(shapes)), &
-              key_t(name='size', most=maxval(shape_kinds%sizes), range=POSITIVE), &
+              key_t(name='size', most=maxval(shape_kinds%sizes), range=SHAPE_LENGTH), &
               key_t(name='mass', range=POSITIVE), &
               key_t(name='density', range=POSITIVE), &
               key_t(name='center_of_mass', least=3, most=3), &
@@ -48,17 +44,11 @@ contains
       call check_keys(group, error)
       if (error%raised) return
       if (group%has('shape')) then
-         call build_shape(group, shape, body, status, error)
+         call build_shape(group, shape, body, status)
       else
-         call build_inertia(group, body, status, error)
+         call build_inertia(group, body, status)
       end if
-      if (error%raised) return
-      if (.not. status%ok()) then
-         call error%raise(line_at_fault(group, trim(status%subject)), trim(status%message))
-      else if (any(body%moments < least_moment) .or. any(body%moments > greatest_moment)) then
-         call error%raise(line_at_fault(group, 'inertia'), 'a moment of inertia is beyond all scales', &
-                          expected='1e-100 to 1e100 kg m2')
-      end if
+      if (.not. status%ok()) call error%take(line_at_fault(group, trim(status%subject)), status)
    end subroutine build_body
 
    !> Keys that exclude or need each other.
@@ -83,19 +73,14 @@ contains
    end subroutine check_keys
 
    !> A body of a homogeneous shape.
-   subroutine build_shape(group, shape, body, status, error)
+   subroutine build_shape(group, shape, body, status)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: shape
       type(body_t), intent(out) :: body
       type(status_t), intent(out) :: status
-      type(scene_error_t), intent(inout) :: error
       real(wp) :: lengths(group%count_of('size')), center(3)
 
       lengths = group%vector('size', lengths)
-      if (any(lengths < least_length) .or. any(lengths > greatest_length)) then
-         call error%raise(group%line_of('size'), 'a length is beyond all scales', expected='1e-30 to 1e30 m')
-         return
-      end if
       center = group%vector('center_of_mass', [0.0_wp, 0.0_wp, 0.0_wp])
       if (group%has('mass')) then
          call make_shape_body(shape, lengths, body, status, mass=group%number('mass', 0.0_wp), center_of_mass=center)
@@ -106,21 +91,15 @@ contains
    end subroutine build_shape
 
    !> A body from moments or a tensor.
-   subroutine build_inertia(group, body, status, error)
+   subroutine build_inertia(group, body, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(out) :: body
       type(status_t), intent(out) :: status
-      type(scene_error_t), intent(inout) :: error
       real(wp) :: tensor(3, 3), center(3)
       real(wp), allocatable :: mass
       logical :: about_center
 
       tensor = given_tensor(group)
-      if (maxval(abs(tensor)) < least_moment .and. any(abs(tensor) > 0.0_wp)) then
-         call error%raise(line_at_fault(group, 'inertia'), 'the inertia is beyond all scales', &
-                          expected='1e-100 to 1e100 kg m2')
-         return
-      end if
       center = group%vector('center_of_mass', [0.0_wp, 0.0_wp, 0.0_wp])
       about_center = group%text('inertia_about', 'reference') == 'center_of_mass'
       ! An allocatable that is not there counts as an argument that is absent.

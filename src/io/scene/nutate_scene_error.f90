@@ -2,6 +2,7 @@
 module nutate_scene_error
    use nutate_keys, only: group_t
    use nutate_printable, only: printable_path
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
@@ -13,8 +14,12 @@ module nutate_scene_error
       !> Line of the file; 0 for a setting on the command line.
       integer :: line = 0
       character(len=:), allocatable :: text
+      !> What it is called where the groups do not come from a scene: `NUTATE_BAD_ARGUMENT`, or the code of a status.
+      integer :: code = NUTATE_BAD_ARGUMENT
    contains
       procedure :: raise
+      !> The same for a status that is a failure.
+      procedure :: take
    end type scene_error_t
 
 contains
@@ -42,6 +47,17 @@ contains
       end if
       self%text = self%text//')'
    end subroutine raise
+
+   !> Records a failure unless there is one already.
+   pure subroutine take(self, line, status)
+      class(scene_error_t), intent(inout) :: self
+      integer, intent(in) :: line
+      type(status_t), intent(in) :: status
+
+      if (self%raised) return
+      call self%raise(line, trim(status%message))
+      self%code = status%code
+   end subroutine take
 
    !> The error as a line for a person: `FILE:LINE: text`, or `--set: text`.
    pure function error_line(path, error) result(line)

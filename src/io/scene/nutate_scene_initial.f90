@@ -1,29 +1,25 @@
 !> `&initial`: attitude and angular velocity at t = 0.
 module nutate_scene_initial
+   use nutate_admissible, only: ANY_DIRECTION
    use nutate_attitude, only: angular_velocity_from_euler_rates, quat_from_axis_angle, quat_from_euler
-   use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT, NOT_ZERO
+   use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: quat_norm, quat_normalized, rotate_to_body
+   use nutate_quaternion, only: quat_normalized, rotate_to_body
+   use nutate_range, only: check_attitude, check_motion, check_step
    use nutate_run, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
+   use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: initial_keys, build_initial, check_motion
-
-   !> How far from 1 the norm of a given quaternion may be.
-   real(wp), parameter :: norm_tolerance = 1e-6_wp
-   !> Bound of momentum (N m s) and energy (J) in a scene: their squares stay finite.
-   real(wp), parameter :: greatest = 1e100_wp
-   !> Bound of the angle that the body turns in a step, rad: with more than that a step says nothing.
-   real(wp), parameter :: greatest_turn = 1e8_wp
+   public :: initial_keys, build_initial, check_initial
 
    !> Keys of the scene group `&initial`.
    type(key_t), parameter :: initial_keys(8) = [ &
-      key_t(name='quaternion', least=4, most=4, range=NOT_ZERO), &
-      key_t(name='axis', least=3, most=3, range=NOT_ZERO), &
+      key_t(name='quaternion', least=4, most=4, range=ANY_DIRECTION), &
+      key_t(name='axis', least=3, most=3, range=ANY_DIRECTION), &
       key_t(name='angle'), &
       key_t(name='euler', least=3, most=3), &
       key_t(name='angular_velocity', least=3, most=3), &
@@ -80,21 +76,16 @@ contains
       type(scene_error_t), intent(inout) :: error
       real(wp) :: angles(3)
       type(status_t) :: status
-      character(len=24) :: norm
 
       angles = 0.0_wp
       if (group%has('quaternion')) then
          q = group%vector('quaternion', q)
-         if (abs(quat_norm(q) - 1) > norm_tolerance) then
-            write (norm, '(g0.8)') quat_norm(q)
-            call error%raise(group%line_of('quaternion'), 'the norm of quaternion is '//trim(norm), &
-                             expected='1 to within 1e-6')
-            return
-         end if
+         call check_attitude(q, status)
+         if (.not. status%ok()) call error%take(group%line_of('quaternion'), status)
          q = quat_normalized(q)
       else if (group%has('axis')) then
          call quat_from_axis_angle(group%vector('axis', angles), unit*group%number('angle', 0.0_wp), q, status)
-         if (.not. status%ok()) call error%raise(group%line_of('axis'), trim(status%message))
+         if (.not. status%ok()) call error%take(group%line_of('axis'), status)
       else if (group%has('euler')) then
          angles = unit*group%vector('euler', angles)
          q = quat_from_euler(angles(1), angles(2), angles(3))
@@ -120,29 +111,25 @@ contains
       end if
    end subroutine build_rate
 
-   !> Raises an error for a motion whose momentum, energy or turn per step is beyond all scales.
-   subroutine check_motion(system, omega, plan, initial, integrator, error)
+   !> Raises an error for a motion, or a turn in a step, that cannot be computed with.
+   subroutine check_initial(system, state, plan, initial, integrator, error)
       type(system_t), intent(in) :: system
-      !> Ω, body axes, rad/s; shape (3).
-      real(wp), intent(in) :: omega(3)
+      type(state_t), intent(in) :: state
+      !> `time_step` 0: steps are chosen by their error.
       type(run_plan_t), intent(in) :: plan
       !> The groups `&initial` and `&integrator`.
       type(group_t), intent(in) :: initial, integrator
       type(scene_error_t), intent(inout) :: error
-      real(wp) :: momentum, rate
-      integer :: line
+      type(status_t) :: status
 
-      line = initial%line_of('angular_velocity')
-      if (initial%has('euler_rates')) line = initial%line_of('euler_rates')
-      rate = maxval(abs(omega))
-      momentum = maxval(abs(matmul(system%body%inertia, omega) + system%effects%rotor_momentum))
-      if (momentum > greatest .or. momentum*rate > greatest) then
-         call error%raise(line, 'the rotation is beyond all scales', &
-                          expected='momentum and energy below 1e100 in SI units')
-      else if (abs(plan%time_step)*rate > greatest_turn) then
-         call error%raise(integrator%line_of('time_step'), 'the body turns by more than 1e8 rad in one time_step', &
-                          expected='a shorter step')
+      call check_motion(system, state, status)
+      if (.not. status%ok()) then
+         call error%take(initial%line_of(trim(merge('euler_rates     ', 'angular_velocity', &
+                                                    initial%has('euler_rates')))), status)
+      else if (abs(plan%time_step) > 0.0_wp) then
+         call check_step(system, state, plan%time_step, status)
+         if (.not. status%ok()) call error%take(integrator%line_of('time_step'), status)
       end if
-   end subroutine check_motion
+   end subroutine check_initial
 
 end module nutate_scene_initial

@@ -1,10 +1,11 @@
 !> `&integrator`: method, step and end.
 module nutate_scene_integrator
+   use nutate_admissible, only: FRACTION, NOT_ZERO, POSITIVE, POSITIVE_OR_INFINITE, TIME_STEP
    use nutate_method_choice, only: AUTOMATIC_METHOD
    use nutate_step_control, only: control_settings_t
-   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT, NOT_ZERO, POSITIVE, &
-      POSITIVE_OR_INFINITE
+   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_countable
    use nutate_methods, only: default_settings, methods
    use nutate_run, only: run_plan_t
    use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
@@ -16,11 +17,6 @@ module nutate_scene_integrator
    private
 
    public :: integrator_keys, build_integrator
-
-   !> More steps than a double can count make no run.
-   real(wp), parameter :: most_steps = 2.0_wp**53
-   !> Time steps of a scene lie between these, s.
-   real(wp), parameter :: least_step = 1e-50_wp, greatest_step = 1e50_wp
 
 contains
 
@@ -35,14 +31,14 @@ contains
               key_t(name='order', kind=KEY_INTEGER), &
               key_t(name='series_order', kind=KEY_INTEGER), &
               key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(pack(solvers, solvers /= '')))), &
-              key_t(name='time_step', range=NOT_ZERO), &
-              key_t(name='accuracy', range=POSITIVE), &
-              key_t(name='local_tolerance', range=POSITIVE), &
+              key_t(name='time_step', range=TIME_STEP), &
+              key_t(name='accuracy', range=FRACTION), &
+              key_t(name='local_tolerance', range=FRACTION), &
               key_t(name='end_time', range=NOT_ZERO, required=.true.), &
               key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
               key_t(name='projection', kind=KEY_LOGICAL), &
               key_t(name='conserve', kind=KEY_LOGICAL), &
-              key_t(name='tolerance', range=POSITIVE), &
+              key_t(name='tolerance', range=FRACTION), &
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
 
@@ -74,8 +70,6 @@ contains
          call check_series(group, settings, error)
       end if
       if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method(group, settings, error)
-      if (settings%tolerance >= 1.0_wp) &
-         call error%raise(group%line_of('tolerance'), 'tolerance is 1 or more', expected='a number between 0 and 1')
       if (.not. settings%projection) call check_projection(group, settings, error)
       if (.not. error%raised) call build_control(group, settings, control, error)
       if (.not. error%raised) call build_times(group, control, plan, error)
@@ -89,17 +83,11 @@ contains
       type(scene_error_t), intent(inout) :: error
       character(len=name_length), parameter :: ways(3) = [character(len=name_length) :: &
                                                           'time_step', 'accuracy', 'local_tolerance']
-      integer :: i
       call demand_one_of(group, ways, error)
       call allow_one_of(group, ways, error)
       if (error%raised) return
       control%accuracy = group%number('accuracy', 0.0_wp)
       control%local_tolerance = group%number('local_tolerance', 0.0_wp)
-      if (.not. control%active()) return
-      do i = 2, 3
-         if (group%number(trim(ways(i)), 0.0_wp) >= 1.0_wp) call error%raise(group%line_of(trim(ways(i))), &
-            trim(ways(i))//' is 1 rad or more', expected='a small angle, rad')
-      end do
    end subroutine build_control
 
    !> The automatic choice takes an accuracy, and nothing that belongs to one of the methods.
@@ -204,9 +192,7 @@ contains
       if ((plan%time_step > 0.0_wp) .neqv. (plan%end_time > 0.0_wp)) then
          call error%raise(group%line_of('end_time'), 'end_time has not the sign of time_step', &
                           expected='both positive, or both negative to go back in time')
-      else if (abs(plan%time_step) < least_step .or. abs(plan%time_step) > greatest_step) then
-         call error%raise(group%line_of('time_step'), 'time_step is beyond all scales', expected='1e-50 to 1e50 s')
-      else if (abs(plan%end_time)/most_steps > abs(plan%time_step)) then
+      else if (.not. is_countable(plan%end_time, plan%time_step)) then
          call error%raise(group%line_of('time_step'), 'time_step is too small for end_time', &
                           expected='less than 9e15 steps')
       end if

@@ -1,9 +1,11 @@
 !> `&output`: where the rows go, how often, and which columns they have.
 module nutate_scene_output
+   use nutate_admissible, only: POSITIVE
    use nutate_columns, only: column_sets
    use nutate_step_control, only: control_settings_t
-   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_TEXT, POSITIVE
+   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp, long
+   use nutate_limits, only: is_countable, whole_tolerance
    use nutate_run, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of
    use nutate_spelling, only: joined
@@ -11,11 +13,6 @@ module nutate_scene_output
    private
 
    public :: output_settings_t, output_keys, build_output
-
-   !> More rows than a double can count make no history.
-   real(wp), parameter :: most_rows = 2.0_wp**53
-   !> How far from a whole number of steps an interval may be, relative to it.
-   real(wp), parameter :: whole_tolerance = 1e-9_wp
 
    !> Where the rows go and what they hold.
    type :: output_settings_t
@@ -63,7 +60,7 @@ contains
       plan%every = group%whole('every', 1)
       if (control%active()) then
          control%interval = group%number('interval', 0.0_wp)
-         if (group%has('interval') .and. abs(plan%end_time)/most_rows > control%interval) call error%raise( &
+         if (group%has('interval') .and. .not. is_countable(plan%end_time, control%interval)) call error%raise( &
             group%line_of('interval'), 'interval is too small for end_time', expected='less than 9e15 rows')
       else if (group%has('interval')) then
          call count_steps(group, plan, error)

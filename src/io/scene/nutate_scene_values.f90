@@ -1,7 +1,6 @@
 !> The values of one key: read from tokens, converted, and tested against what the key admits.
 module nutate_scene_values
-   use nutate_keys, only: key_t, setting_t, value_t, KEY_INTEGER, KEY_LOGICAL, KEY_REAL, KEY_TEXT, &
-      ANY_VALUE, NON_NEGATIVE, NOT_ZERO, POSITIVE, POSITIVE_OR_INFINITE
+   use nutate_keys, only: group_t, key_t, setting_t, value_t, KEY_INTEGER, KEY_LOGICAL, KEY_REAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_number_text, only: read_logical, read_real, read_whole
    use nutate_printable, only: quoted
@@ -11,11 +10,8 @@ module nutate_scene_values
    implicit none
    private
 
-   public :: read_values, expectation
+   public :: read_values, check_values, expectation
 
-   !> Numbers of which a scene needs more than their sign lie in this range, so that squares and products of a few stay
-   !> finite.
-   real(wp), parameter :: least_size = 1e-100_wp
    !> Longest text: longer than any path.
    integer, parameter :: longest_text = 4096
 
@@ -67,16 +63,16 @@ contains
       if (error%raised) return
       setting%kind = key%kind
       setting%values = values(1:n)
-      if (key%range == NOT_ZERO) call check_not_zero(key, values(1:n), setting%line, error)
+      call check_together(key, setting, error)
    end subroutine read_values
 
-   !> Raises an error unless a key has as many values as it needs.
+   !> Raises an error unless a key has as many values as it needs, and no more.
    subroutine check_count(key, n, line, error)
       type(key_t), intent(in) :: key
       integer, intent(in) :: n, line
       type(scene_error_t), intent(inout) :: error
       character(len=24) :: count
-      if (n >= key%least) return
+      if (n >= key%least .and. n <= key%most) return
       write (count, '(i0,a)') n, merge(' value ', ' values', n == 1)
       if (n == 0) count = 'no value'
       call error%raise(line, trim(key%name)//' has '//trim(count), expected=expectation(key))
@@ -112,10 +108,13 @@ contains
       case default
          problem = 'a value of no kind'
       end select
-      if (problem == '' .and. any(key%kind == [KEY_INTEGER, KEY_REAL])) then
-         if (.not. in_range(value%number, key%range)) problem = quoted(text(token%first:token%last))//' is out of range'
+      ! Of a number that is one the key knows more to say: what sizes it admits.
+      if (any(key%kind == [KEY_INTEGER, KEY_REAL]) .and. (problem == '' .or. abs(value%number) > 0.0_wp)) then
+         problem = key%fault(value%number)
+         if (problem /= '') call error%raise(token%line, quoted(text(token%first:token%last))//' '//problem)
+      else if (problem /= '') then
+         call error%raise(token%line, problem, expected=expectation(key)//' for '//trim(key%name))
       end if
-      if (problem /= '') call error%raise(token%line, problem, expected=expectation(key)//' for '//trim(key%name))
    end subroutine read_value
 
    !> A text of which a beginning is left that is still too long.
@@ -125,33 +124,54 @@ contains
       shortened%last = min(token%last, token%first + 2*longest_text + 2)
    end function shortened
 
-   !> True if a number is what a range admits.
-   pure logical function in_range(number, range)
-      real(wp), intent(in) :: number
-      !> `ANY_VALUE`, ...
-      integer, intent(in) :: range
-      in_range = .true.
-      select case (range)
-      case (POSITIVE)
-         in_range = number >= least_size .and. number <= huge(number)
-      case (NON_NEGATIVE)
-         in_range = number >= 0.0_wp .and. number <= huge(number)
-      case (POSITIVE_OR_INFINITE)
-         in_range = number >= least_size
-      case default
-         in_range = abs(number) <= huge(number)
-      end select
-   end function in_range
-
-   !> Raises an error if all numbers are zero, or so small that their squares are.
-   subroutine check_not_zero(key, values, line, error)
+   !> Raises an error if the numbers of a key are not admitted together.
+   subroutine check_together(key, setting, error)
       type(key_t), intent(in) :: key
-      type(value_t), intent(in) :: values(:)
-      integer, intent(in) :: line
+      type(setting_t), intent(in) :: setting
       type(scene_error_t), intent(inout) :: error
-      if (any(abs(values%number) >= least_size)) return
-      call error%raise(line, trim(key%name)//' is zero', expected=expectation(key))
-   end subroutine check_not_zero
+      character(len=:), allocatable :: problem
+      if (all(key%kind /= [KEY_INTEGER, KEY_REAL])) return
+      problem = key%fault_of_all(setting%values%number)
+      if (problem /= '') call error%raise(setting%line, trim(key%name)//' '//problem)
+   end subroutine check_together
+
+   !> Raises an error for the first value of a group that its key does not admit: for groups that come from elsewhere
+   !> than a scene.
+   subroutine check_values(group, keys, error)
+      type(group_t), intent(in) :: group
+      !> All that the group knows.
+      type(key_t), intent(in) :: keys(:)
+      type(scene_error_t), intent(inout) :: error
+      integer :: i, k
+      do i = 1, size(group%settings)
+         do k = 1, size(keys)
+            if (keys(k)%name == group%settings(i)%name) call check_setting(keys(k), group%settings(i), error)
+         end do
+      end do
+   end subroutine check_values
+
+   !> Raises an error for the first value of a setting that its key does not admit.
+   subroutine check_setting(key, setting, error)
+      type(key_t), intent(in) :: key
+      type(setting_t), intent(in) :: setting
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: problem
+      character(len=32) :: digits
+      integer :: i
+      call check_count(key, size(setting%values), setting%line, error)
+      do i = 1, size(setting%values)
+         if (error%raised) return
+         if (key%kind == KEY_TEXT) then
+            call check_text(key, setting%values(i)%text, setting%line, error)
+         else
+            problem = key%fault(setting%values(i)%number)
+            if (problem == '') cycle
+            write (digits, '(g0)') setting%values(i)%number
+            call error%raise(setting%line, trim(digits)//' '//problem)
+         end if
+      end do
+      if (.not. error%raised) call check_together(key, setting, error)
+   end subroutine check_setting
 
    !> Raises an error for a text that is not one of the key's choices, is too long or has control characters.
    subroutine check_text(key, text, line, error)
@@ -179,47 +199,17 @@ contains
    pure function expectation(key) result(words)
       type(key_t), intent(in) :: key
       character(len=:), allocatable :: words
-      character(len=12) :: many
 
       select case (key%kind)
       case (KEY_LOGICAL)
          words = '.true. or .false.'
-         return
       case (KEY_TEXT)
          words = 'a text in quotes'
          if (key%choices /= '') words = quoted_list(key%choices)
-         return
       case default
-         words = 'number'
-         if (key%kind == KEY_INTEGER) words = 'whole number'
+         words = key%expected_numbers()
       end select
-      if (key%most == 1) then
-         words = 'a '//words//range_in_words(key%range)
-      else
-         write (many, '(i0)') key%most
-         if (key%least < key%most) write (many, '(i0," to ",i0)') key%least, key%most
-         words = trim(many)//' '//words//'s'//range_in_words(key%range)
-      end if
    end function expectation
-
-   !> What a range adds to `a number`.
-   pure function range_in_words(range) result(words)
-      !> `ANY_VALUE`, ...
-      integer, intent(in) :: range
-      character(len=:), allocatable :: words
-      select case (range)
-      case (POSITIVE)
-         words = ' > 0'
-      case (NON_NEGATIVE)
-         words = ' >= 0'
-      case (NOT_ZERO)
-         words = ', not zero'
-      case (POSITIVE_OR_INFINITE)
-         words = ' > 0, or Infinity'
-      case default
-         words = ''
-      end select
-   end function range_in_words
 
    !> `'a', 'b'` for `a,b`.
    pure function quoted_list(list) result(words)

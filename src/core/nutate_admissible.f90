@@ -1,0 +1,167 @@
+!> What the numbers of a key may be, as a table: sign, size, and whether they may all vanish; and what is said of those
+!> that may not.
+module nutate_admissible
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+   use nutate_kinds, only: wp
+   use nutate_limits, only: greatest_length, greatest_number, greatest_step, least_length, least_number, least_size, &
+      least_step
+   implicit none
+   private
+
+   public :: ANY_VALUE, POSITIVE, NON_NEGATIVE, POSITIVE_OR_INFINITE, NOT_ZERO, ANY_DIRECTION, SHAPE_LENGTH, &
+      TIME_STEP, FRACTION
+   public :: admits, fault_of, fault_together, kind_in_words
+
+   !> Any number.
+   integer, parameter :: ANY_VALUE = 1
+   !> Each > 0.
+   integer, parameter :: POSITIVE = 2
+   !> Each >= 0.
+   integer, parameter :: NON_NEGATIVE = 3
+   !> Each > 0; `Infinity` is admissible.
+   integer, parameter :: POSITIVE_OR_INFINITE = 4
+   !> Not zero.
+   integer, parameter :: NOT_ZERO = 5
+   !> Several, of which one at least is long enough to have a direction.
+   integer, parameter :: ANY_DIRECTION = 6
+   !> Each > 0, a length that a body can have.
+   integer, parameter :: SHAPE_LENGTH = 7
+   !> Not zero, a time that a step can have.
+   integer, parameter :: TIME_STEP = 8
+   !> Each > 0 and < 1.
+   integer, parameter :: FRACTION = 9
+
+   !> One line of the table.
+   type :: range_t
+      !> What is added to `a number`.
+      character(len=20) :: words = ''
+      !> Sizes of a number that is not zero.
+      real(wp) :: least = least_number, greatest = greatest_number
+      logical :: negative = .false., zero = .false., infinite = .false.
+      !> Least size of the largest of the numbers.
+      real(wp) :: least_longest = 0.0_wp
+   end type range_t
+
+   type(range_t), parameter :: ranges(9) = [ &
+      range_t('', negative=.true., zero=.true.), &
+      range_t(' > 0', least=least_size), &
+      range_t(' >= 0', zero=.true.), &
+      range_t(' > 0, or Infinity', least=least_size, infinite=.true.), &
+      range_t(', not zero', least=least_size, negative=.true., zero=.true., least_longest=least_size), &
+      range_t(', not zero', negative=.true., zero=.true., least_longest=least_size), &
+      range_t(' > 0', least=least_length, greatest=greatest_length), &
+      range_t(', not zero', least=least_step, greatest=greatest_step, negative=.true., zero=.true., &
+              least_longest=least_step), &
+      range_t(' > 0 and < 1', least=least_size, greatest=1 - epsilon(1.0_wp)/2)]
+
+   !> What can be wrong with one number.
+   integer, parameter :: good = 0, no_number = 1, wrong_sign = 2, too_large = 3, too_small = 4
+   character(len=20), parameter :: faults(4) = [character(len=20) :: &
+      'is not a number', 'is out of range', 'is too large', 'is too close to zero']
+
+contains
+
+   !> All numbers are in a range.
+   pure logical function admits(range, numbers)
+      !> `ANY_VALUE`, ...
+      integer, intent(in) :: range
+      real(wp), intent(in) :: numbers(:)
+      admits = all(judge(range, numbers) == good)
+      if (admits) admits = .not. is_short(range, numbers)
+   end function admits
+
+   !> What is wrong with one of the numbers: `is too large (expected 1e-50 to 1e50 in size`, to be continued; empty if
+   !> nothing is.
+   pure function fault_of(range, number, expected) result(words)
+      integer, intent(in) :: range
+      real(wp), intent(in) :: number
+      !> What the key expects, in words.
+      character(len=*), intent(in) :: expected
+      character(len=:), allocatable :: words
+      integer :: fault
+      fault = judge(range, number)
+      select case (fault)
+      case (good)
+         words = ''
+      case (too_large, too_small)
+         words = trim(faults(fault))//' (expected '//sizes_in_words(ranges(range))
+      case default
+         words = trim(faults(fault))//' (expected '//expected
+      end select
+   end function fault_of
+
+   !> The same for all numbers together, none of which is at fault.
+   pure function fault_together(range, numbers, expected) result(words)
+      integer, intent(in) :: range
+      real(wp), intent(in) :: numbers(:)
+      character(len=*), intent(in) :: expected
+      character(len=:), allocatable :: words
+      words = ''
+      if (.not. is_short(range, numbers)) return
+      if (any(abs(numbers) > 0.0_wp)) then
+         words = 'is too short (expected a component of '//sizes_in_words( &
+                 range_t(least=ranges(range)%least_longest, negative=.true.))
+      else
+         words = 'is zero (expected '//expected
+      end if
+   end function fault_together
+
+   !> What a range adds to `a number`.
+   pure function kind_in_words(range) result(words)
+      integer, intent(in) :: range
+      character(len=:), allocatable :: words
+      words = trim(ranges(range)%words)
+   end function kind_in_words
+
+   !> What is wrong with one number: `good`, `no_number`, ...
+   elemental integer function judge(range, number)
+      integer, intent(in) :: range
+      real(wp), intent(in) :: number
+      type(range_t) :: r
+      r = ranges(range)
+      judge = good
+      if (ieee_is_nan(number)) then
+         judge = no_number
+      else if (.not. ieee_is_finite(number)) then
+         if (.not. (r%infinite .and. number > 0.0_wp)) judge = wrong_sign
+      else if (number < 0.0_wp .and. .not. r%negative) then
+         judge = wrong_sign
+      else if (abs(number) <= 0.0_wp) then
+         if (.not. r%zero) judge = wrong_sign
+      else if (abs(number) > r%greatest) then
+         judge = too_large
+      else if (abs(number) < r%least) then
+         judge = too_small
+      end if
+   end function judge
+
+   !> None of several numbers is as large as one of them must be.
+   pure logical function is_short(range, numbers)
+      integer, intent(in) :: range
+      real(wp), intent(in) :: numbers(:)
+      is_short = .not. any(abs(numbers) >= ranges(range)%least_longest)
+   end function is_short
+
+   !> `1e-50 to 1e50 in size`.
+   pure function sizes_in_words(range) result(words)
+      type(range_t), intent(in) :: range
+      character(len=:), allocatable :: words
+      words = power_in_words(range%least)//' to '
+      if (range%greatest < 1.0_wp) then
+         words = words//'below 1'
+      else
+         words = words//power_in_words(range%greatest)
+      end if
+      if (range%negative) words = words//' in size'
+   end function sizes_in_words
+
+   !> The power of ten that a limit is.
+   pure function power_in_words(limit) result(words)
+      real(wp), intent(in) :: limit
+      character(len=:), allocatable :: words
+      character(len=8) :: digits
+      write (digits, '("1e",i0)') nint(log10(limit))
+      words = trim(digits)
+   end function power_in_words
+
+end module nutate_admissible

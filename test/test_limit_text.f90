@@ -1,0 +1,192 @@
+!> One key of a scene with given numbers, as text: is it taken? So do `test_limit_c` and `test_limit_f77` from their
+!> languages; all tell whether the numbers are taken for a start, not for a run.
+module test_limit_text
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_step
+   use nutate_scene, only: parse_scene, scene_t
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: setting_t, origin, top, up, number_text, text_takes, text_takes_every
+
+   !> A key with its numbers, and what the numbers of the others are where they differ from the usual.
+   type :: setting_t
+      character(len=24) :: group = '', key = ''
+      real(wp) :: values(6) = 0.0_wp
+      integer :: n = 1
+      !> J of a sphere, kg m²; mass, kg; Ω, body axes, rad/s; time step, s.
+      real(wp) :: inertia = 0.1_wp, mass = 1.0_wp, omega(3) = [0.0_wp, 0.0_wp, 0.5_wp], time_step = 0.01_wp
+      !> Attitude at the start.
+      real(wp) :: q(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> Edge of the box, m; stiffness of the spring, N/m; field of the dipole, T.
+      real(wp) :: edge = 1.0_wp, stiffness = 1.0_wp, field(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+   end type setting_t
+
+   !> The usual points and directions of effects.
+   real(wp), parameter :: origin(3) = 0.0_wp, top(3) = [0.0_wp, 0.0_wp, 0.25_wp], up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+   real(wp), parameter :: usual_tensor(6) = [1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+
+contains
+
+   !> A number as a scene has it, with as many digits as read back exactly.
+   function number_text(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+      character(len=32) :: digits
+      if (ieee_is_nan(x)) then
+         digits = 'NaN'
+      else if (.not. ieee_is_finite(x)) then
+         digits = merge('Infinity ', '-Infinity', x > 0.0_wp)
+      else
+         write (digits, '(es26.16e3)') x
+      end if
+      text = trim(adjustl(digits))
+   end function number_text
+
+   function numbers_text(x) result(text)
+      real(wp), intent(in) :: x(:)
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(x)
+         text = text//' '//number_text(x(i))
+      end do
+   end function numbers_text
+
+   !> ` key = numbers`, of the setting or the usual ones.
+   function entry(setting, group, key, usual) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=*), intent(in) :: group, key
+      real(wp), intent(in) :: usual(:)
+      character(len=:), allocatable :: text
+      if (setting%group == group .and. setting%key == key) then
+         text = ' '//key//' ='//numbers_text(setting%values(1:setting%n))
+      else
+         text = ' '//key//' ='//numbers_text(usual)
+      end if
+   end function entry
+
+   !> True if a scene with the setting is accepted; `message` says why not.
+   logical function text_takes(setting, message)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable, intent(out) :: message
+      type(scene_t) :: scene
+      type(status_t) :: status
+      call parse_scene(body_text(setting)//initial_text(setting)//integrator_text(setting)//effect_text(setting), &
+                       'a.nml', scene, status, message)
+      text_takes = status%ok()
+   end function text_takes
+
+   function body_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      text = '&body'
+      select case (merge(setting%key, repeat(' ', 24), setting%group == 'body'))
+      case ('size', 'density')
+         text = text//" shape = 'box'"//entry(setting, 'body', 'size', spread(setting%edge, 1, 3))
+         if (setting%key == 'size') text = text//' mass = 1'
+         if (setting%key == 'density') text = text//entry(setting, 'body', 'density', [1.0_wp])
+      case ('inertia_tensor')
+         text = text//entry(setting, 'body', 'inertia_tensor', usual_tensor)
+      case default
+         text = text//entry(setting, 'body', 'inertia', spread(setting%inertia, 1, 3))// &
+                entry(setting, 'body', 'mass', [setting%mass])//entry(setting, 'body', 'center_of_mass', top)
+      end select
+      text = text//' /'//new_line('a')
+   end function body_text
+
+   function initial_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      text = '&initial'
+      select case (merge(setting%key, repeat(' ', 24), setting%group == 'initial'))
+      case ('quaternion')
+         text = text//entry(setting, 'initial', 'quaternion', setting%q)
+      case ('axis', 'angle')
+         text = text//entry(setting, 'initial', 'axis', up)//entry(setting, 'initial', 'angle', [0.5_wp])
+      case ('euler', 'euler_rates')
+         text = text//entry(setting, 'initial', 'euler', origin)
+      case default
+         text = text//entry(setting, 'initial', 'quaternion', setting%q)
+      end select
+      if (setting%group == 'initial' .and. setting%key == 'euler_rates') then
+         text = text//entry(setting, 'initial', 'euler_rates', setting%omega)
+      else
+         text = text//entry(setting, 'initial', 'angular_velocity', setting%omega)
+      end if
+      text = text//' /'//new_line('a')
+   end function initial_text
+
+   function integrator_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      real(wp) :: step, end_time
+      text = '&integrator'
+      step = setting%time_step
+      if (setting%group == 'integrator' .and. setting%key == 'time_step') step = setting%values(1)
+      end_time = 1.0_wp
+      if (is_step(step)) end_time = 8*step
+      if (setting%group == 'integrator') then
+         select case (setting%key)
+         case ('accuracy', 'local_tolerance')
+            text = text//entry(setting, 'integrator', trim(setting%key), [0.5_wp])
+         case ('tolerance', 'auxiliary_inertia')
+            text = text//entry(setting, 'integrator', trim(setting%key), [0.5_wp])// &
+                   entry(setting, 'integrator', 'time_step', [step])
+         case default
+            text = text//entry(setting, 'integrator', 'time_step', [step])
+         end select
+      else if (setting%group == 'output') then
+         text = text//' accuracy = 1e-6'
+      else
+         text = text//entry(setting, 'integrator', 'time_step', [step])
+      end if
+      text = text//entry(setting, 'integrator', 'end_time', [end_time])//' /'//new_line('a')
+   end function integrator_text
+
+   function effect_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: group
+      group = trim(setting%group)
+      select case (group)
+      case ('gravity')
+         text = entry(setting, group, 'acceleration', up)
+      case ('dipole')
+         text = entry(setting, group, 'moment', up)//entry(setting, group, 'field', setting%field)
+      case ('gravity_gradient')
+         text = entry(setting, group, 'direction', up)//entry(setting, group, 'strength', [1.0_wp])
+      case ('spring')
+         text = entry(setting, group, 'body_point', top)//entry(setting, group, 'anchor', top)// &
+                entry(setting, group, 'stiffness', [setting%stiffness])//entry(setting, group, 'rest_length', [0.25_wp])
+      case ('damping')
+         text = entry(setting, group, 'coefficient', up)
+      case ('torque')
+         text = entry(setting, group, merge('space', 'body ', setting%key == 'space'), up)
+         if (all(setting%key /= ['body ', 'space'])) text = text//entry(setting, group, trim(setting%key), [0.0_wp])
+      case ('rotor')
+         text = entry(setting, group, 'momentum', up)
+      case ('output')
+         text = entry(setting, group, 'interval', [0.5_wp])
+      case default
+         text = ''
+      end select
+      if (text /= '') text = '&'//group//text//' /'//new_line('a')
+   end function effect_text
+
+   !> True if a scene takes so many steps between rows.
+   logical function text_takes_every(every)
+      integer, intent(in) :: every
+      type(scene_t) :: scene
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      character(len=12) :: digits
+      write (digits, '(i0)') every
+      call parse_scene(body_text(setting_t())//initial_text(setting_t())//integrator_text(setting_t())// &
+                       '&output every = '//trim(digits)//' /', 'a.nml', scene, status, message)
+      text_takes_every = status%ok()
+   end function text_takes_every
+
+end module test_limit_text
