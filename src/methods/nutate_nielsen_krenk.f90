@@ -2,10 +2,10 @@
 module nutate_nielsen_krenk
    use nutate_archive, only: archive_t
    use nutate_eight_equations, only: eight_equations_t
-   use nutate_limits, only: is_moderate
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
+   use nutate_limits, only: greatest_number, is_moderate
    use nutate_state, only: state_t, add_turned
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t
@@ -19,8 +19,8 @@ module nutate_nielsen_krenk
    !> and leaves half of so many.
    integer, parameter :: slow = 7
    !> |q| between the inverse of this and this; an attitude that changes by more in an iteration is on no way to a root.
-   !> Where a stiff force acts, momentum may be far off on the way, but not beyond the second.
-   real(wp), parameter :: farthest = 1e3_wp, farthest_momentum = 1e100_wp
+   !> Where a stiff force acts, momentum may be far off on the way, but not beyond what can be computed with.
+   real(wp), parameter :: farthest = 1e3_wp
    !> Units of momentum above which |p| has outgrown its unit: what it loses is still below the last six bits.
    real(wp), parameter :: outgrown = 64.0_wp
    !> Least units of momentum, whose inverse would leave the range of numbers: in kg m²/s, and over the momentum that
@@ -67,8 +67,8 @@ contains
       end if
       if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &
           settings%inverse_auxiliary_inertia < 0.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or beyond all scales', &
-                       'auxiliary_inertia')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or not within 1e-100 to '// &
+                       '1e100 kg m2', 'auxiliary_inertia')
          return
       end if
       call self%begin(system, settings, most_unknowns, slow, status)
@@ -156,7 +156,7 @@ contains
       increment%size = max(increment%attitude, largest(d(5:8)))
       increment%length = max(largest(z(1:4)), largest(z(5:8)))
       if (.not. increment%length <= farthest) &
-         increment%diverged = .not. (maxval(abs(z(1:4))) <= farthest .and. increment%length <= farthest_momentum)
+         increment%diverged = .not. (maxval(abs(z(1:4))) <= farthest .and. increment%length <= greatest_number)
    end subroutine correct
 
    !> max |vᵢ|

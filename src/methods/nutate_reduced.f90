@@ -7,6 +7,7 @@ module nutate_reduced
    use nutate_archive, only: archive_t
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
    use nutate_kinds, only: wp, eps
+   use nutate_limits, only: manifold_tolerance
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
@@ -17,8 +18,6 @@ module nutate_reduced
 
    public :: reduced_t
 
-   !> Largest |qᵀq - 1| and |qᵀp|/|p| of a state that counts as on the constraint manifold.
-   real(wp), parameter :: on_manifold = 1e-9_wp
    !> Largest |qᵀq - 1| that a state can have come to since.
    real(wp), parameter :: near_manifold = 1e-8_wp
    !> Iterations of a step above which the next one starts with new derivatives of the effects.
@@ -84,8 +83,8 @@ contains
       if (dt /= self%equations%dt) call self%equations%set_step(system, dt)
       call self%equations%start(system, state, window_time)
       if (self%untested) then
-         if (.not. (abs(dot_product(state%q, state%q) - 1) <= on_manifold .and. &
-                    abs(dot_product(state%q, state%p)) <= on_manifold*norm2(state%p))) &
+         if (.not. (abs(dot_product(state%q, state%q) - 1) <= manifold_tolerance .and. &
+                    abs(dot_product(state%q, state%p)) <= manifold_tolerance*norm2(state%p))) &
             status = fail(NUTATE_BAD_ARGUMENT, "the reduced form needs |q| = 1 and q.p = 0 "// &
                           "(linear_solver = 'lapack' does not)")
       else if (.not. (abs(self%equations%square - 1) <= near_manifold .and. abs(state%t + dt) <= huge(dt))) then
