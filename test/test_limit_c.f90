@@ -9,12 +9,12 @@ module test_limit_c
       nutate_stepper_set, nutate_stepper_set_state, nutate_stepper_set_time_step
    use nutate_c_stepping, only: nutate_stepper_step
    use nutate_c_system, only: nutate_system_create_moments, nutate_system_create_shape, nutate_system_create_tensor, &
-      nutate_system_add_potential, nutate_system_destroy
+      nutate_system_add_groups, nutate_system_add_potential, nutate_system_destroy
    use nutate_c_system_effects, only: nutate_system_add_damping, nutate_system_add_dipole, nutate_system_add_gravity, &
       nutate_system_add_gravity_gradient, nutate_system_add_rotor, nutate_system_add_spring, nutate_system_add_torque
    use nutate_kinds, only: wp
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_OK
-   use test_limit_text, only: number_text, origin, setting_t, top, up
+   use test_limit_text, only: effect_text, is_effect, number_text, origin, setting_t, top, up
    implicit none
    private
 
@@ -142,8 +142,19 @@ contains
          code = nutate_system_add_rotor(system, numbers_of(setting, 'momentum', up))
       case default
          code = NUTATE_OK
+         if (is_effect(setting%group)) code = c_groups(effect_text(setting), system)
       end select
    end function c_effect
+
+   !> Effects without a function of their own come as groups of a scene.
+   integer function c_groups(text, system) result(code)
+      character(len=*), intent(in) :: text
+      type(c_ptr), intent(in) :: system
+      character(kind=c_char), target :: characters(len(text) + 1)
+      integer :: i
+      characters = [(text(i:i), i=1, len(text)), c_null_char]
+      code = nutate_system_add_groups(system, c_loc(characters))
+   end function c_groups
 
    pure real(wp) function infinity()
       use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value

@@ -2,14 +2,15 @@
 !> languages; all tell whether the numbers are taken for a start, not for a run.
 module test_limit_text
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+   use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_kinds, only: wp
    use nutate_limits, only: is_step
-   use nutate_scene, only: parse_scene, scene_t
+   use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_status, only: status_t
    implicit none
    private
 
-   public :: setting_t, origin, top, up, number_text, text_takes, text_takes_every
+   public :: setting_t, effect_text, is_effect, origin, top, up, number_text, text_takes, text_takes_every
 
    !> A key with its numbers, and what the numbers of the others are where they differ from the usual.
    type :: setting_t
@@ -146,6 +147,38 @@ contains
       text = text//entry(setting, 'integrator', 'end_time', [end_time])//' /'//new_line('a')
    end function integrator_text
 
+   !> True for the group of an effect.
+   logical function is_effect(group)
+      character(len=*), intent(in) :: group
+      type(effect_kind_t), allocatable :: kinds(:)
+      integer :: i
+      allocate (kinds, source=effect_kinds())
+      is_effect = any([(kinds(i)%group%name == group, i=1, size(kinds))])
+   end function is_effect
+
+   !> The group of an effect as in test/effect_samples.nml, but for the key of the setting.
+   function sample_text(setting, group) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=*), intent(in) :: group
+      character(len=:), allocatable :: text, message
+      type(scene_t) :: scene
+      type(status_t) :: status
+      integer :: i, k
+      text = ''
+      call read_scene('test/effect_samples.nml', scene, status, message)
+      if (.not. status%ok()) return
+      do i = 1, size(scene%groups)
+         if (scene%groups(i)%name /= group) cycle
+         do k = 1, size(scene%groups(i)%settings)
+            associate (known => scene%groups(i)%settings(k))
+               text = text//entry(setting, group, trim(known%name), known%values%number)
+            end associate
+         end do
+         return
+      end do
+   end function sample_text
+
+   !> The group of a setting of an effect, or of `&output`; empty for others.
    function effect_text(setting) result(text)
       type(setting_t), intent(in) :: setting
       character(len=:), allocatable :: text
@@ -172,6 +205,7 @@ contains
          text = entry(setting, group, 'interval', [0.5_wp])
       case default
          text = ''
+         if (is_effect(group)) text = sample_text(setting, group)
       end select
       if (text /= '') text = '&'//group//text//' /'//new_line('a')
    end function effect_text
