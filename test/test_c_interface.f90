@@ -16,7 +16,9 @@ module test_c_interface
    use nutate_columns, only: columns_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
-   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -260,7 +262,6 @@ contains
       integer(long) :: steps
       call read_scene('scenes/'//trim(name)//'.nml', scene, status, message)
       if (status%ok()) call keeper%columns%choose(scene%output%columns, status)
-      if (status%ok()) call make_stepper(scene%system, scene%integrator, stepper, status)
       steps = nint(scene%plan%end_time/scene%plan%time_step, long)
       keeper%rows = 0
       keeper%sees_every_step = keeper%columns%follows_steps
@@ -268,7 +269,7 @@ contains
       allocate (keeper%values(keeper%columns%width, steps/scene%plan%every + 2))
       call keeper%columns%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia)
       state = scene%initial
-      if (status%ok()) call integrate(scene%system, stepper, state, scene%plan, keeper, summary, status)
+      if (status%ok()) call integrate(scene%system, scene%integrator, state, scene%plan, status, keeper)
       call check(error, status%ok(), trim(name)//': '//trim(status%message))
    end subroutine run_library
 

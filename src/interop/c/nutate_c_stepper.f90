@@ -44,7 +44,7 @@ contains
          call start_handle(handle, status)
          if (status%ok()) then
             call copy_system(from%system, handle%system, c_loc(handle%failure))
-            call take_start(handle, make_state(handle%system, handle%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), usual_sets, &
+            call take_start(handle, make_state(handle%system, handle%run%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), usual_sets, &
                             status)
             call finish_handle(slot, handle, status)
          end if
@@ -226,7 +226,6 @@ contains
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%settings = from%scene%integrator
       handle%plan = from%scene%plan
-      handle%control = from%scene%control
       handle%thrifty = .true.
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
@@ -276,7 +275,7 @@ contains
       if (.not. is_moderate(energy)) status = fail(NUTATE_BAD_ARGUMENT, 'the energy is beyond all scales', 'omega')
       call add_failure(handle%failure, status)
       if (.not. status%ok()) return
-      handle%state = state
+      handle%run%state = state
       handle%first = state
       handle%first_energy = energy
       handle%work = 0.0_wp

@@ -29,7 +29,7 @@ contains
       call c_f_pointer(stepper, handle)
       if (handle%mark /= STEPPER_MARK) return
       if (handle%plain .and. dt == handle%tested_dt) then
-         call handle%stepper%step(handle%system, handle%state, dt, handle%status)
+         call handle%stepper%step(handle%system, handle%run%state, dt, handle%status)
       else
          call step_with_care(handle, dt, handle%status)
       end if
@@ -55,7 +55,7 @@ contains
       code = conclude(handle, success)
       do i = 1, n
          if (handle%plain .and. dt == handle%tested_dt) then
-            call handle%stepper%step(handle%system, handle%state, dt, handle%status)
+            call handle%stepper%step(handle%system, handle%run%state, dt, handle%status)
          else
             call step_with_care(handle, dt, handle%status)
          end if
@@ -75,16 +75,16 @@ contains
       call prepare_if_needed(handle, status)
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
-      before = handle%state
+      before = handle%run%state
       handle%failure = 0
-      call handle%stepper%step(handle%system, handle%state, dt, status)
+      call handle%stepper%step(handle%system, handle%run%state, dt, status)
       if (handle%failure(1) /= 0) then
          call take_back(handle, before, status)
       else if (status%code == 0) then
          do i = 1, size(handle%stepper%work)
             call add_increment(handle%work, handle%work_compensation, handle%stepper%work(i))
          end do
-         if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
+         if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       end if
    end subroutine step_with_care
 
@@ -97,7 +97,7 @@ contains
       if (handle%tested .and. dt == handle%tested_dt) return
       good = ieee_is_finite(dt)
       if (good) good = abs(dt) >= least_step .and. abs(dt) <= greatest_step
-      if (good) good = maxval(abs(angular_velocity(handle%system, handle%state)))*abs(dt) <= greatest_turn
+      if (good) good = maxval(abs(angular_velocity(handle%system, handle%run%state)))*abs(dt) <= greatest_turn
       if (good) then
          handle%tested = .true.
          handle%tested_dt = dt
@@ -112,7 +112,7 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: before
       type(status_t), intent(out) :: status
-      handle%state = before
+      handle%run%state = before
       handle%ready = .false.
       handle%plain = .false.
       status = judge_failure(handle%failure)

@@ -4,7 +4,7 @@ module nutate_scene_initial
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT, NOT_ZERO
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_norm, quat_normalized, rotate_to_body
-   use nutate_run, only: run_plan_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
    use nutate_status, only: status_t
    use nutate_system, only: system_t
