@@ -88,6 +88,9 @@ module test_c_interface
          import :: c_double, c_int
          real(c_double), intent(out) :: worst
       end function test_c_own_damping
+      integer(c_int) function test_c_account_of_a_new_state() bind(C)
+         import :: c_int
+      end function test_c_account_of_a_new_state
       integer(c_int) function test_c_exact_motion() bind(C)
          import :: c_int
       end function test_c_exact_motion
@@ -123,6 +126,7 @@ contains
                   new_unittest("attitudes there and back", attitudes), &
                   new_unittest("a potential of one's own is as good as a built-in one", own_gravity), &
                   new_unittest("a torque of one's own is as good as a built-in one", own_damping), &
+                  new_unittest("work and energy count from the state that was set", account_of_a_new_state), &
                   new_unittest("the exact motion is that of short steps", exact_motion), &
                   new_unittest("eight threads have the bits of one", threads), &
                   new_unittest("handles made and freed", many_handles)]
@@ -211,6 +215,11 @@ contains
       call check_line(error, test_c_own_damping(worst), 'test_c_programs.c')
       if (.not. allocated(error)) call check_below(error, worst, 1e-12_wp)
    end subroutine own_damping
+
+   subroutine account_of_a_new_state(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_account_of_a_new_state(), 'test_c_programs.c')
+   end subroutine account_of_a_new_state
 
    subroutine exact_motion(error)
       type(error_type), allocatable, intent(out) :: error

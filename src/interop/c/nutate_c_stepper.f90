@@ -278,6 +278,8 @@ contains
       handle%run%state = state
       handle%first = state
       handle%first_energy = energy
+      ! Nor does the work of the run under way count any more.
+      if (allocated(handle%run%summary%work)) deallocate (handle%run%summary%work)
       handle%work = 0.0_wp
       handle%work_compensation = 0.0_wp
       handle%under_way = .false.
