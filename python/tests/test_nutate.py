@@ -177,7 +177,7 @@ class CallbackTest(unittest.TestCase):
 
     def test_work_and_energy_count_from_the_state_that_was_set(self):
         system = nutate.System(moments=(1, 2, 2.5))
-        system.add_damping((0.1, 0.2, 0.3))
+        system.add("damping", coefficient=(0.1, 0.2, 0.3))
         stepper = nutate.Stepper(system)
         stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
         stepper.set(time_step=0.01)

@@ -8,7 +8,7 @@ module nutate_accuracy
    use nutate_kinds, only: wp, long
    use nutate_methods, only: method_of, method_t, order_of
    use nutate_observer, only: observer_t
-   use nutate_progress, only: progress_t
+   use nutate_progress, only: progress_t, start_run
    use nutate_quaternion, only: attitude_distance
    use nutate_run_loop, only: drive
    use nutate_run_plan, only: run_plan_t
@@ -174,7 +174,7 @@ contains
       plan%goal%error_rate = self%rate
       plan%interval = 0.0_wp
       plan%every = huge(plan%every)
-      call own%start(system%effects, progress%state, plan, status)
+      call start_run(own, system%effects, progress%state, plan, status)
       if (status%ok()) call control%begin(system, settings, own, status)
       if (status%ok()) call drive(own, control, system, status, observer)
       self%q = own%state%q

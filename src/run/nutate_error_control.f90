@@ -10,7 +10,7 @@ module nutate_error_control
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, method_of, method_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: progress_t
+   use nutate_progress, only: count_step, progress_t
    use nutate_quaternion, only: attitude_distance, quat_norm
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
@@ -229,7 +229,7 @@ contains
       progress%state%t = t
       progress%summary%parts = progress%summary%parts + 1
       progress%summary%work(:) = progress%summary%work + self%work
-      call progress%count_step()
+      call count_step(progress)
    end subroutine accept
 
    !> One step by a method that estimates its errors.

@@ -4,7 +4,7 @@ module nutate_fixed_steps
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, eps, long
    use nutate_observer, only: observer_t
-   use nutate_progress, only: progress_t
+   use nutate_progress, only: count_part, count_step, progress_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
@@ -141,7 +141,7 @@ contains
       call travel(stepper, system, progress, length, t_end, status, observer)
       if (status%code /= 0) return
       if (progress%summary%parts > parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
-      call progress%count_step()
+      call count_step(progress)
    end subroutine take_nominal_step
 
    !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
@@ -162,7 +162,7 @@ contains
          call try(stepper, system, progress, length, status)
       end if
       if (status%code == 0) then
-         call progress%count_part(stepper)
+         call count_part(progress, stepper)
       else
          progress%record%iterations = progress%record%iterations + stepper%iterations
          call travel_in_parts(stepper, system, progress, length, status, observer)
@@ -204,7 +204,7 @@ contains
          if (status%code == 0) then
             done = done + 1
             progress%state%t = t_start + length*(real(done, wp)/2**level)
-            call progress%count_part(stepper)
+            call count_part(progress, stepper)
             if (done == 2**level) return
             call show_part(progress%state, observer)
          else

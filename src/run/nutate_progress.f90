@@ -12,6 +12,7 @@ module nutate_progress
    private
 
    public :: progress_t, run_summary_t
+   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, transfer_progress
 
    !> What a run took.
    type :: run_summary_t
@@ -56,28 +57,13 @@ module nutate_progress
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
       logical :: resumed = .false.
-   contains
-      !> Takes plan and first state.
-      procedure :: start
-      !> True at the end of the run.
-      procedure :: is_over
-      !> How much of the run is done, 0 to 1.
-      procedure :: fraction
-      !> Accounts for a step of the method.
-      procedure :: count_part
-      !> Accounts for a whole step, its parts counted already.
-      procedure :: count_step
-      !> Gives state and summary away, at the end of a run.
-      procedure :: conclude
-      !> Shows to an archive what changes on the way.
-      procedure :: transfer => transfer_progress
    end type progress_t
 
 contains
 
-   !> Takes plan and first state. Errors: `NUTATE_BAD_ARGUMENT`.
-   subroutine start(self, effects, state, plan, status)
-      class(progress_t), intent(inout) :: self
+   !> Starts a run: takes plan and first state. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine start_run(self, effects, state, plan, status)
+      type(progress_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
       type(run_plan_t), intent(in) :: plan
@@ -99,11 +85,11 @@ contains
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
       allocate (self%summary%work(effects%n_torques), self%work_compensation(effects%n_torques), source=0.0_wp)
       call effects%find_breaks(state%t, plan%end_time, self%breaks)
-   end subroutine start
+   end subroutine start_run
 
    !> True at the end of the run.
    pure logical function is_over(self)
-      class(progress_t), intent(in) :: self
+      type(progress_t), intent(in) :: self
       if (self%n_steps >= 0) then
          is_over = self%summary%steps >= self%n_steps
       else
@@ -112,19 +98,19 @@ contains
    end function is_over
 
    !> How much of the run is done, 0 to 1.
-   pure real(wp) function fraction(self)
+   pure real(wp) function fraction_done(self)
       !> Not over at its start.
-      class(progress_t), intent(in) :: self
+      type(progress_t), intent(in) :: self
       if (self%n_steps >= 0) then
-         fraction = real(self%summary%steps, wp)/real(self%n_steps, wp)
+         fraction_done = real(self%summary%steps, wp)/real(self%n_steps, wp)
       else
-         fraction = (self%state%t - self%t_first)/(self%plan%end_time - self%t_first)
+         fraction_done = (self%state%t - self%t_first)/(self%plan%end_time - self%t_first)
       end if
-   end function fraction
+   end function fraction_done
 
    !> Accounts for a step of the method that succeeded.
    subroutine count_part(self, stepper)
-      class(progress_t), intent(inout) :: self
+      type(progress_t), intent(inout) :: self
       class(stepper_t), intent(in) :: stepper
       integer :: i
       self%summary%parts = self%summary%parts + 1
@@ -137,7 +123,7 @@ contains
 
    !> Accounts for a whole step, its parts counted already.
    subroutine count_step(self)
-      class(progress_t), intent(inout) :: self
+      type(progress_t), intent(inout) :: self
       self%summary%steps = self%summary%steps + 1
       self%summary%iterations = self%summary%iterations + self%record%iterations
       self%summary%most_iterations = max(self%summary%most_iterations, self%record%iterations)
@@ -145,8 +131,8 @@ contains
    end subroutine count_step
 
    !> Gives state and summary away, at the end of a run.
-   subroutine conclude(self, state, summary)
-      class(progress_t), intent(inout) :: self
+   subroutine conclude_run(self, state, summary)
+      type(progress_t), intent(inout) :: self
       !> As it was where the run has not been started.
       type(state_t), intent(inout) :: state
       type(run_summary_t), intent(out), optional :: summary
@@ -158,12 +144,12 @@ contains
       call move_alloc(self%summary%work, work)
       summary = self%summary
       call move_alloc(work, summary%work)
-   end subroutine conclude
+   end subroutine conclude_run
 
    !> Shows to an archive what changes on the way.
    subroutine transfer_progress(self, archive)
       !> Started with the same plan and first state.
-      class(progress_t), intent(inout) :: self
+      type(progress_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call self%state%transfer(archive)
       call self%summary%transfer(archive)

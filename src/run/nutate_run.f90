@@ -12,7 +12,7 @@ module nutate_run
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t
-   use nutate_progress, only: progress_t, run_summary_t
+   use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run
    use nutate_run_loop, only: drive, transfer_run
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
@@ -68,7 +68,7 @@ contains
       type(run_t) :: run
       call run%begin(system, settings, state, plan, status)
       if (status%ok()) call run%go(system, status, observer)
-      call run%conclude(state, summary)
+      call conclude_run(run%progress_t, state, summary)
    end subroutine integrate_by_settings
 
    !> The same by steps of one length with a stepper that is prepared already, perhaps of a method of one's own. It
@@ -85,11 +85,11 @@ contains
       type(run_summary_t), intent(out), optional :: summary
       type(progress_t) :: progress
       type(fixed_steps_t) :: policy
-      call progress%start(system%effects, state, plan, status)
+      call start_run(progress, system%effects, state, plan, status)
       policy%lent => stepper
       if (status%ok()) call policy%begin(progress, status)
       if (status%ok()) call drive(progress, policy, system, status, observer)
-      call progress%conclude(state, summary)
+      call conclude_run(progress, state, summary)
    end subroutine integrate_by_stepper
 
    !> Takes a plan and the first state, and prepares steppers. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away
@@ -103,7 +103,7 @@ contains
       type(status_t), intent(out) :: status
       type(error_control_t), allocatable :: control
       type(fixed_steps_t), allocatable :: fixed
-      call self%start(system%effects, state, plan, status)
+      call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
       self%settings = settings
       if (plan%goal%active()) then
@@ -128,7 +128,7 @@ contains
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
       type(fixed_steps_t), allocatable :: fixed
-      call self%start(system%effects, state, plan, status)
+      call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
       allocate (fixed)
       fixed%lent => stepper
@@ -147,7 +147,7 @@ contains
       type(status_t), intent(out) :: status
       !> Its `poll` can end the search; the rows that it is shown are the ends of pilot runs.
       class(observer_t), intent(inout), optional :: observer
-      if (self%plan%goal%accuracy <= 0.0_wp .or. self%plan%goal%error_rate > 0.0_wp .or. self%is_over()) return
+      if (self%plan%goal%accuracy <= 0.0_wp .or. self%plan%goal%error_rate > 0.0_wp .or. is_over(self%progress_t)) return
       call find_error_rate(system, self%settings, self%progress_t, status, observer)
    end subroutine find_steps
 

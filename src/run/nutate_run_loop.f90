@@ -4,7 +4,7 @@ module nutate_run_loop
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: progress_t
+   use nutate_progress, only: fraction_done, is_over, progress_t, transfer_progress
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t
@@ -36,7 +36,7 @@ contains
 
       if (present(observer)) call show_first(progress, policy, system, observer, status)
       next_poll = (progress%summary%steps/policy%steps_per_poll + 1)*policy%steps_per_poll
-      over = progress%is_over()
+      over = is_over(progress)
       do while (status%code == 0 .and. .not. over)
          steps = progress%summary%steps
          if (progress%summary%parts + progress%record%continued >= progress%plan%max_steps) then
@@ -48,7 +48,7 @@ contains
          end if
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
-         over = progress%is_over()
+         over = is_over(progress)
          if (.not. present(observer) .or. progress%summary%steps == steps) cycle
          if (observer%sees_every_step) call observer%watch(progress%state)
          is_row = over
@@ -63,7 +63,7 @@ contains
          end if
          if (progress%summary%steps >= next_poll .and. status%code == 0) then
             next_poll = next_poll + policy%steps_per_poll
-            call observer%poll(progress%fraction(), status)
+            call observer%poll(fraction_done(progress), status)
             if (observer%wants_archive) call offer(progress, policy, observer, status)
          end if
       end do
@@ -128,7 +128,7 @@ contains
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       class(archive_t), intent(inout) :: archive
-      call progress%transfer(archive)
+      call transfer_progress(progress, archive)
       call policy%transfer(archive)
    end subroutine transfer_run
 

@@ -9,7 +9,7 @@ module nutate_c_runs
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps, take_nominal_step
    use nutate_kinds, only: wp, long
-   use nutate_progress, only: run_summary_t
+   use nutate_progress, only: is_over, run_summary_t, start_run
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
@@ -128,7 +128,7 @@ contains
       endless%time_step = handle%plan%time_step
       endless%end_time = sign(huge(1.0_wp), handle%plan%time_step)
       state = handle%run%state
-      call handle%run%start(handle%system%effects, state, endless, status)
+      call start_run(handle%run, handle%system%effects, state, endless, status)
       handle%under_way = status%ok()
       handle%t_reached = state%t
    end subroutine start_grid
@@ -177,7 +177,7 @@ contains
          handle%t_reached = handle%run%state%t
          if (taker%sees_every_step) call handle%columns%follow(handle%run%state)
          if (taker%wants_rows) then
-            if (mod(i, every) == 0 .or. handle%run%is_over()) call write_row(handle, taker, status)
+            if (mod(i, every) == 0 .or. is_over(handle%run)) call write_row(handle, taker, status)
             if (status%code /= 0) exit
          end if
       end do

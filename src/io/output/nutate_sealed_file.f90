@@ -43,7 +43,7 @@ contains
          return
       end if
       first = len(signature) + number_bytes + 1
-      if (index(bytes, kind_of(signature)) /= 1) then
+      if (len(bytes) < len(signature) .or. index(bytes, kind_of(signature)) /= 1) then
          problem = 'is no checkpoint'
       else if (index(bytes, signature) /= 1) then
          problem = 'was written by another version of nutate'
