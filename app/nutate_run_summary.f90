@@ -77,8 +77,8 @@ contains
       type(page_t), intent(inout) :: page
       type(run_plan_t), intent(in) :: plan
       type(run_summary_t), intent(in) :: summary
-      call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '//rounded_text(plan%end_time)// &
-                     ' s; '//count_text(summary%cut_steps)//' more refused')
+      call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '// &
+                     rounded_text(plan%end_time)//' s; '//count_text(summary%cut_steps)//' more refused')
       if (plan%goal%accuracy <= 0.0_wp) then
          call page%item('error of a step', 'below '//rounded_text(plan%goal%local_tolerance, 3)//' rad')
       else if (summary%estimate <= plan%goal%accuracy) then

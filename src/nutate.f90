@@ -18,15 +18,16 @@
 !> `system%effects%add(...)`: built-in ones such as `gravity_t`, or a program's own extension of `potential_t` or
 !> `torque_t`.
 !>
-!> `integrate` runs to an end time, by steps of one length or, with a goal in place of it, by steps that keep to an error:
+!> `integrate` runs to an end time, by steps of one length or, with a goal in place of it, by steps that keep to an
+!> error:
 !>
 !>     call integrate(system, integrator_settings_t(), state, run_plan_t(time_step=0.01_wp, end_time=20.0_wp), status)
 !>     call integrate(system, integrator_settings_t(order=8), state, &
 !>                    run_plan_t(end_time=20.0_wp, goal=run_goal_t(accuracy=1e-9_wp)), status, observer, summary)
 !>
-!> An extension of `observer_t` is shown the rows that the plan asks for; a `run_summary_t` says what it took. `run_t` is
-!> the same run in parts: begun, its steps found, resumed from an archive, gone to its end. `read_scene` takes all of this
-!> from a file. `free_body_t` and `lagrange_top_t` are exact solutions.
+!> An extension of `observer_t` is shown the rows that the plan asks for; a `run_summary_t` says what it took. `run_t`
+!> is the same run in parts: begun, its steps found, resumed from an archive, gone to its end. `read_scene` takes all of
+!> this from a file. `free_body_t` and `lagrange_top_t` are exact solutions.
 !>
 !> Quaternions have their scalar first and take body components to space components. SI units, radians.
 module nutate

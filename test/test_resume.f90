@@ -361,8 +361,8 @@ contains
       end do
    end subroutine controlled_runs_go_on_with_intervals
 
-   !> The archive of a poll holds the rows before it, and the run ends with the poll's status. What pilot runs have found
-   !> is in the archive.
+   !> The archive of a poll holds the rows before it, and the run ends with the poll's status. What pilot runs have
+   !> found is in the archive.
    subroutine a_poll_can_ask_and_stop(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_goal_t), parameter :: goals(3) = [run_goal_t(), run_goal_t(local_tolerance=1e-8_wp), &
@@ -425,8 +425,8 @@ contains
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps by their error for steps of one length")
    end subroutine another_run_is_refused
 
-   !> A run by a stepper that stays the program's, as one of a method of its own: interrupted, it goes on with another one
-   !> that was prepared in the same way.
+   !> A run by a stepper that stays the program's, as one of a method of its own: interrupted, it goes on with another
+   !> one that was prepared in the same way.
    subroutine lent_steppers_go_on(error)
       type(error_type), allocatable, intent(out) :: error
       type(integrator_settings_t), parameter :: settings = integrator_settings_t(linear_solver='reduced')

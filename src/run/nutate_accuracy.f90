@@ -22,19 +22,20 @@ module nutate_accuracy
 
    !> The estimate is to come to this part of the accuracy: it is good to a factor 2 (suite `control`).
    real(wp), parameter :: aim = 0.4_wp
-   !> The same for a method that chooses its order too: its error does not follow the rate as closely, and costs less.
+   !> The same for a method that chooses its order too: its error does not follow the rate as closely (to a factor 4,
+   !> suite `taylor`), and costs less.
    real(wp), parameter :: careful_aim = 0.1_wp
    !> An error of the coarser pilot above this is no small perturbation, to which errors are proportional: it measures
    !> nothing, rad.
    real(wp), parameter :: largest_useful = 0.1_wp
-   !> Error that the first pilot aims at, at most, rad: a pilot that costs a tenth of the run or less, and that stays
-   !> below `largest_useful` where errors grow a thousandfold.
+   !> Error that the first pilot aims at, at most, rad: one that is below `largest_useful` still where errors grow a
+   !> thousandfold on the way.
    real(wp), parameter :: coarsest = 1e-4_wp
    !> Pilots whose errors differ by less than this factor cannot be told apart: of the difference of their ends, less
    !> than half is the error of the coarser one.
    real(wp), parameter :: least_gain = 2.0_wp
-   !> Least and greatest ratio of the error rates of consecutive pilots: from the one on, the finer pilot's own error is
-   !> a tenth of what is measured; beyond the other, growth is extrapolated too far.
+   !> Least and greatest ratio of the error rates of consecutive pilots: at the one, the finer pilot's own error is a
+   !> tenth of the difference that is measured; beyond the other it would be extrapolated by more than four digits.
    real(wp), parameter :: least_ratio = 10.0_wp, greatest_ratio = 1e4_wp
    !> The next pilot aims below what the last one says is needed by this factor, so that it can be the last.
    real(wp), parameter :: ahead = 1.5_wp

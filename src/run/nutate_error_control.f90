@@ -64,30 +64,29 @@ module nutate_error_control
       procedure, private :: estimate
    end type error_control_t
 
-   ! The numbers below are those of step control in use since Hairer, Nørsett & Wanner, II.4; where one is tuned, the
-   ! time of a run changes by some percent with it, and no error beyond its goal.
+   ! "Costs" below: instructions of a run on six scenes, by orders 4 and 8 and dop853, to tolerances of 1e-4 and 1e-8.
 
-   !> Part of the growth that the estimate allows which is taken: the next step fails where the motion gets livelier by
-   !> less than the rest, and a step refused costs more than one that is 15 % shorter.
+   !> Part of the growth that the estimate allows which is taken. 0.7 costs 9 % more; 0.95 the same on average, but up
+   !> to a third more where steps are then refused.
    real(wp), parameter :: safety = 0.85_wp
-   !> Bounds on the change of the step at a time: beyond them the estimate is extrapolated too far.
-   real(wp), parameter :: most_growth = 3.0_wp, most_shrinkage = 0.2_wp
    !> A step changes only if it can grow by the first or must shrink to less than the second: a step of another length
-   !> needs another Jacobian, which costs about a tenth of it.
+   !> needs another Jacobian and has no predictor. To change it always costs 7 % on average and up to twice as much; to
+   !> wait for 1.5, up to 13 %.
    real(wp), parameter :: worth_while = 1.15_wp, still_fits = 0.95_wp
-   !> A step refused is tried again at this part of its length at most, whatever the estimate says.
-   real(wp), parameter :: sure_shrinkage = 0.8_wp
+   !> Bounds on the change of the step at a time, beyond which the estimate is extrapolated too far. They matter little:
+   !> 10 and 0.05 cost 1 % less on average and up to 16 % more.
+   real(wp), parameter :: most_growth = 3.0_wp, most_shrinkage = 0.2_wp
+   !> Largest turn in a step, rad: not quite half a turn, beyond which two wrong results could agree by chance. It is
+   !> known only after the step, which may have gone beyond by `turn_margin`; a step refused is shortened by
+   !> `sure_shrinkage` at least, which brings its turn below the largest again.
+   real(wp), parameter :: largest_turn = 3.0_wp, turn_margin = 1.2_wp, sure_shrinkage = 0.8_wp
+   !> Turn in the first step, rad, and part of the run for a body that is all but at rest. A tenth of it costs 3 % more
+   !> and up to 20 % on short runs.
+   real(wp), parameter :: first_turn = 0.1_wp, first_part = 0.1_wp
    !> Differences between the whole and the halves below the first are noise, the rounding of two attitudes; and up to
    !> the second may be, that of the steps that lead to them, rad.
    real(wp), parameter :: noise = 2*eps, doubtful = 8*eps
-   !> Largest turn in a step, rad: after a longer one the two results could agree by chance, half a turn off. It is
-   !> known only after the step, which may have gone beyond by `turn_margin`.
-   real(wp), parameter :: largest_turn = 3.0_wp, turn_margin = 1.2_wp
-   !> Turn in the first step, rad, and part of the run where the body is at rest: short enough for any tolerance to be
-   !> found from it in a few steps, at most `most_growth` apart.
-   real(wp), parameter :: first_turn = 0.1_wp, first_part = 0.1_wp
-   !> Shortest step over the length of the run: as many steps take longer than anyone waits, and at 1e-16 times would no
-   !> longer tell them apart.
+   !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
 
 contains

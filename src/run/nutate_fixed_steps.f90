@@ -1,5 +1,5 @@
-!> Steps of one nominal length. The k-th ends at t0 + kΔt, computed as such; the last one, shortened if need be, exactly
-!> at the end time. A step that fails is cut into parts as short as need be.
+!> Steps of one nominal length. The k-th ends at t0 + kΔt, computed as such; the last one, shortened if need be, ends
+!> exactly at the end time. A step that fails is cut into parts as short as need be.
 module nutate_fixed_steps
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, eps, long
@@ -18,17 +18,17 @@ module nutate_fixed_steps
    public :: fixed_steps_t, count_steps, take_nominal_step
 
    !> A time within this part of a step of a step's end is that end: far above what rounding leaves of an end time that
-   !> was meant to be a whole number of steps away, far below any part of a step that someone asks for.
+   !> was meant to be a whole number of steps away, far below any part of a step that makes a difference.
    real(wp), parameter :: same_time = 1e-9_wp
-   !> A step that fails is cut into up to 2**deepest_cut parts. A step can be followed where it turns the body by less
+   !> A step that fails is cut into up to 2**deepest_cut parts. A part can be followed where it turns the body by less
    !> than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be another step.
    integer, parameter :: deepest_cut = 10
-   !> Lengths tried by continuation beyond which, and beyond ten times the steps allowed, a step is not cut further: such
-   !> a run has failed, and does not go on from an archive. A step in 1024 parts, each of which is reached by
-   !> continuation once, takes about so many: a run without a limit is not ended by one hard step.
+   !> Lengths that continuation may try whatever the limit of steps: a step in 1024 parts needs about so many, and is
+   !> not to fail for a small limit. Beyond, and beyond ten times the steps allowed, a step is not cut further: such a
+   !> run has failed, and does not go on from an archive.
    integer(long), parameter :: spare_tries = 1000
-   !> Steps between two polls. The cheapest step takes about 0.2 µs and a poll of the program about as long: a thousandth
-   !> of the time goes into polls, and at 1 ms for the dearest step a request to stop is heard within a second.
+   !> Steps between two polls: a poll of the program takes about as long as the cheapest step (0.2 µs), so that they
+   !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would be heard within a second.
    integer(long), parameter :: poll_every = 1024
 
    !> Steps of one length, by a stepper of its own or one that is lent to it.

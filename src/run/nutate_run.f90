@@ -147,7 +147,9 @@ contains
       type(status_t), intent(out) :: status
       !> Its `poll` can end the search; the rows that it is shown are the ends of pilot runs.
       class(observer_t), intent(inout), optional :: observer
-      if (self%plan%goal%accuracy <= 0.0_wp .or. self%plan%goal%error_rate > 0.0_wp .or. is_over(self%progress_t)) return
+      associate (goal => self%plan%goal)
+         if (goal%accuracy <= 0.0_wp .or. goal%error_rate > 0.0_wp .or. is_over(self%progress_t)) return
+      end associate
       call find_error_rate(system, self%settings, self%progress_t, status, observer)
    end subroutine find_steps
 

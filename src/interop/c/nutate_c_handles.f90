@@ -86,7 +86,7 @@ module nutate_c_handles
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int) :: failure(2) = 0
       !> The attitude is integrated only where columns or effects need it.
-      logical :: thrifty = .false.
+      logical :: attitude_if_needed = .false.
       !> What was set, as a scene's `&integrator`.
       type(group_t) :: group
       type(integrator_settings_t) :: settings

@@ -255,7 +255,7 @@ contains
          handle%columns = columns
          handle%sets = sets
          handle%names = names
-         if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+         if (handle%attitude_if_needed) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
                                                         handle%plan%goal%accuracy > 0.0_wp .or. &
                                                         need_attitude(sets)
          handle%ready = .false.

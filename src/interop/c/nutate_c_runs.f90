@@ -247,8 +247,8 @@ contains
       if (mod(n, every) > 0) rows = rows + 1
    end function rows_of
 
-   !> Steps chosen by their error, to the end time of a plan. Errors: those of the method, of callbacks and rows; after a
-   !> failed callback the state is that before the run.
+   !> Steps chosen by their error, to the end time of a plan. Errors: those of the method, of callbacks and rows; after
+   !> a failed callback the state is that before the run.
    subroutine run_controlled(handle, plan, taker, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(run_plan_t), intent(in) :: plan

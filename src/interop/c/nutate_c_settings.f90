@@ -147,7 +147,7 @@ contains
       call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
       if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       call add_failure(handle%failure, status)
-      if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+      if (handle%attitude_if_needed) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
                                                      handle%plan%goal%accuracy > 0.0_wp .or. &
                                                      need_attitude(handle%sets)
    end subroutine read_settings

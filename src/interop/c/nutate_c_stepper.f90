@@ -44,8 +44,8 @@ contains
          call start_handle(handle, status)
          if (status%ok()) then
             call copy_system(from%system, handle%system, c_loc(handle%failure))
-            call take_start(handle, make_state(handle%system, handle%run%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), usual_sets, &
-                            status)
+            call take_start(handle, make_state(handle%system, handle%run%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), &
+                            usual_sets, status)
             call finish_handle(slot, handle, status)
          end if
       end if
@@ -226,7 +226,7 @@ contains
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%settings = from%scene%integrator
       handle%plan = from%scene%plan
-      handle%thrifty = .true.
+      handle%attitude_if_needed = .true.
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do

@@ -1,7 +1,7 @@
 !> Potentials and torques that a FORTRAN 77 program computes in subroutines of its own.
 !>
 !> They are declared pure, since the effects of the library are: the library may call them as often as it likes, in any
-!> order. Numbers that are not finite do not reach the equations: they ring an alarm, and count as zero.
+!> order. Numbers that are not finite do not reach the equations: they are noted, and count as zero.
 module nutate_f77_callback
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_effect, only: potential_t, torque_t
@@ -9,7 +9,7 @@ module nutate_f77_callback
    implicit none
    private
 
-   public :: f77_potential, f77_torque, alarm_t, f77_potential_t, f77_torque_t
+   public :: f77_potential, f77_torque, fault_t, f77_potential_t, f77_torque_t
 
    abstract interface
       !> POT: U(γ), J, and ∇U, body axes.
@@ -40,16 +40,16 @@ module nutate_f77_callback
    end interface
 
    !> What a callback that goes wrong sets to 1; the effects are constant in a step, so that it lies outside of them.
-   type :: alarm_t
-      integer, pointer :: rung => null()
-   end type alarm_t
+   type :: fault_t
+      integer, pointer :: raised => null()
+   end type fault_t
 
    !> U(γ) of a program.
    type, extends(potential_t) :: f77_potential_t
       procedure(f77_potential), pointer, nopass :: ask => null()
       integer, pointer, contiguous :: iuser(:) => null()
       real(wp), pointer, contiguous :: ruser(:) => null()
-      type(alarm_t) :: alarm
+      type(fault_t) :: fault
    contains
       procedure :: energy
       procedure :: gradient
@@ -60,7 +60,7 @@ module nutate_f77_callback
       procedure(f77_torque), pointer, nopass :: ask => null()
       integer, pointer, contiguous :: iuser(:) => null()
       real(wp), pointer, contiguous :: ruser(:) => null()
-      type(alarm_t) :: alarm
+      type(fault_t) :: fault
    contains
       procedure :: torque
    end type f77_torque_t
@@ -73,7 +73,7 @@ contains
       real(wp) :: slope(3)
       call self%ask(gamma, energy, slope, self%iuser, self%ruser)
       if (ieee_is_finite(energy)) return
-      call ring(self%alarm)
+      call raise(self%fault)
       energy = 0.0_wp
    end function energy
 
@@ -84,7 +84,7 @@ contains
       real(wp) :: u
       call self%ask(gamma, u, gradient, self%iuser, self%ruser)
       if (all(ieee_is_finite(gradient))) return
-      call ring(self%alarm)
+      call raise(self%fault)
       gradient = 0.0_wp
    end function gradient
 
@@ -94,14 +94,15 @@ contains
       real(wp) :: tau(3)
       call self%ask(t, q, omega, tau, self%iuser, self%ruser)
       if (all(ieee_is_finite(tau))) return
-      call ring(self%alarm)
+      call raise(self%fault)
       tau = 0.0_wp
    end function torque
 
-   !> The alarm is passed by value: a pure procedure may set what such a copy points to.
-   pure subroutine ring(alarm)
-      type(alarm_t), value :: alarm
-      alarm%rung = 1
-   end subroutine ring
+   !> Notes a number that is not finite. The flag is passed by value: a pure procedure may set what such a copy points
+   !> to.
+   pure subroutine raise(fault)
+      type(fault_t), value :: fault
+      fault%raised = 1
+   end subroutine raise
 
 end module nutate_f77_callback

@@ -33,10 +33,10 @@ module nutate_f77_stepping
       !> Rows written.
       integer :: n = 0
       !> 1: a callback has returned a number that is not finite.
-      integer :: rung = 0
+      integer :: fault = 0
    contains
       procedure :: observe => store_row
-      procedure :: poll => stop_on_alarm
+      procedure :: poll => stop_on_fault
    end type row_store_t
 
    !> What a call of NUSTEP or NURUN asks for.
@@ -63,7 +63,7 @@ module nutate_f77_stepping
 contains
 
    !> The effects that a set-up asks for: gravity, POT, damping, TOR, in this order; absent what is zero.
-   subroutine build_effects(setup, pot, tor, iuser, ruser, rung, effects)
+   subroutine build_effects(setup, pot, tor, iuser, ruser, fault, effects)
       type(setup_t), intent(in) :: setup
       procedure(f77_potential) :: pot
       procedure(f77_torque) :: tor
@@ -71,7 +71,7 @@ contains
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
       !> Set to 1 when a callback returns a number that is not finite.
-      integer, pointer, intent(in) :: rung
+      integer, pointer, intent(in) :: fault
       type(effect_list_t), intent(inout) :: effects
       type(gravity_t) :: gravity
       type(damping_t) :: damping
@@ -88,7 +88,7 @@ contains
          potential%ask => pot
          potential%iuser => iuser(1:1)
          potential%ruser => ruser(1:1)
-         potential%alarm%rung => rung
+         potential%fault%raised => fault
          call effects%add(potential)
       end if
       if (any(setup%damping /= 0.0_wp)) then
@@ -99,7 +99,7 @@ contains
       torque%ask => tor
       torque%iuser => iuser(1:1)
       torque%ruser => ruser(1:1)
-      torque%alarm%rung => rung
+      torque%fault%raised => fault
       call effects%add(torque)
    end subroutine build_effects
 
@@ -147,7 +147,7 @@ contains
 
       call get_setup(work, setup)
       system%body = setup%body
-      call build_effects(setup, pot, tor, iuser, ruser, request%store%rung, system%effects)
+      call build_effects(setup, pot, tor, iuser, ruser, request%store%fault, system%effects)
       if (setup%order > 2) then
          call with_composition(request, setup, system, work, info)
       else if (setup%solver == 1) then
@@ -221,7 +221,7 @@ contains
                         steps=int(request%n, long))
       call integrate(system, stepper, place%state, plan, status, request%store, summary)
       info = status%code
-      if (request%store%rung /= 0) info = NUTATE_NOT_FINITE
+      if (request%store%fault /= 0) info = NUTATE_NOT_FINITE
       if (info /= 0) return
       request%t = place%state%t
       request%q = place%state%q
@@ -259,14 +259,14 @@ contains
       type(setup_t) :: setup
       type(system_t) :: system
       ! Volatile: what a pure procedure does to it goes unnoticed otherwise.
-      integer, target, volatile :: rung
-      rung = 0
+      integer, target, volatile :: fault
+      fault = 0
       call get_setup(work, setup)
       setup%callbacks = mod(setup%callbacks, 2)
       system%body = setup%body
-      call build_effects(setup, pot, no_torque, iuser, ruser, rung, system%effects)
+      call build_effects(setup, pot, no_torque, iuser, ruser, fault, system%effects)
       found%energy(2) = potential_energy(system%effects, state%q)
-      info = merge(NUTATE_NOT_FINITE, 0, rung /= 0)
+      info = merge(NUTATE_NOT_FINITE, 0, fault /= 0)
       if (info /= 0) return
       found%energy(1) = kinetic_energy(system, state, setup%inverse_j0)
       found%energy(3) = found%energy(1) + found%energy(2)
@@ -302,11 +302,11 @@ contains
    end subroutine store_row
 
    !> Ends a run that a callback has spoilt.
-   subroutine stop_on_alarm(self, fraction, status)
+   subroutine stop_on_fault(self, fraction, status)
       class(row_store_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
-      if (self%rung /= 0) status = fail(NUTATE_NOT_FINITE, 'a user subroutine returned a number that is not finite')
-   end subroutine stop_on_alarm
+      if (self%fault /= 0) status = fail(NUTATE_NOT_FINITE, 'a user subroutine returned a number that is not finite')
+   end subroutine stop_on_fault
 
 end module nutate_f77_stepping
