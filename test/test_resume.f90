@@ -56,7 +56,8 @@ contains
                   new_unittest("a poll can ask for an archive and stop", a_poll_can_ask_and_stop), &
                   new_unittest("runs by a stepper that is lent go on", lent_steppers_go_on), &
                   new_unittest("an archive of another run is refused", another_run_is_refused), &
-                  new_unittest("a method that does not list what it remembers is refused", forgetful_methods_are_refused)]
+                  new_unittest("a method that does not list what it remembers is refused", &
+                               forgetful_methods_are_refused)]
    end subroutine collect_resume
 
    !> The bytes of a state and a record.

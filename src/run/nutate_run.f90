@@ -153,8 +153,8 @@ contains
       call find_error_rate(system, self%settings, self%progress_t, status, observer)
    end subroutine find_steps
 
-   !> Takes what an observer's `keep` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an archive
-   !> of another run.
+   !> Takes what an observer's `keep` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an
+   !> archive of another run.
    subroutine resume(self, archive, status)
       !> Begun in the same way as the run in the archive.
       class(run_t), intent(inout) :: self

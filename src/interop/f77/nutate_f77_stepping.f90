@@ -11,10 +11,10 @@ module nutate_f77_stepping
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_nielsen_krenk, only: nielsen_krenk_t
-   use nutate_quaternion, only: quat_norm
-   use nutate_reduced, only: reduced_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
+   use nutate_quaternion, only: quat_norm
+   use nutate_reduced, only: reduced_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
