@@ -12,9 +12,9 @@ module nutate_error_control
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_step, progress_t
    use nutate_quaternion, only: attitude_distance, quat_norm
+   use nutate_run_loop, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
-   use nutate_step_policy, only: step_policy_t
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
    implicit none
@@ -53,15 +53,6 @@ module nutate_error_control
       procedure :: advance
       procedure :: state_inside
       procedure :: transfer => transfer_control
-      procedure, private :: choose
-      procedure, private :: try
-      procedure, private :: accept
-      procedure, private :: go_whole
-      procedure, private :: go_halves
-      procedure, private :: reject
-      procedure, private :: adapt
-      procedure, private :: growth
-      procedure, private :: estimate
    end type error_control_t
 
    ! "Costs" below: instructions of a run on six scenes, by orders 4 and 8 and dop853, to tolerances of 1e-4 and 1e-8.
@@ -136,8 +127,15 @@ contains
       end do
       t_end = progress%plan%end_time
       if (progress%next_break <= size(progress%breaks)) t_end = progress%breaks(progress%next_break)
-      call self%choose(system, progress, t_end, status)
-      if (.not. status%ok()) return
+      select type (method => self%half)
+      class is (dense_stepper_t)
+         associate (goal => progress%plan%goal)
+            call method%choose_step(system, progress%state, step_goal_t(goal%local_tolerance, goal%error_rate, t_end), &
+                                    self%step, status)
+         end associate
+         if (.not. status%ok()) return
+         self%step = min(self%step, self%longest)
+      end select
       ! What is left is not left over for a tiny step: less than two steps are halved.
       rest = abs((t_end - progress%state%t) - self%t_compensation)
       step = self%step
@@ -145,30 +143,13 @@ contains
       if (rest <= self%step) step = rest
       self%start = progress%state
       self%work_before = sum(progress%summary%work)
-      call self%try(system, progress, step, accepted, status)
+      call try(self, system, progress, step, accepted, status)
       self%longest = merge(huge(self%longest), self%step, accepted)
       if (status%ok() .and. accepted .and. step >= rest) then
          progress%state%t = t_end
          self%t_compensation = 0.0_wp
       end if
    end subroutine advance
-
-   !> Lets a method that can choose the length of its next step.
-   subroutine choose(self, system, progress, t_end, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(in) :: progress
-      !> Where the step must end at the latest, s.
-      real(wp), intent(in) :: t_end
-      type(status_t), intent(inout) :: status
-      select type (method => self%half)
-      class is (dense_stepper_t)
-         call method%choose_step(system, progress%state, step_goal_t(progress%plan%goal%local_tolerance, &
-                                                                     progress%plan%goal%error_rate, t_end), &
-                                 self%step, status)
-         if (status%ok()) self%step = min(self%step, self%longest)
-      end select
-   end subroutine choose
 
    !> One step of a length.
    subroutine try(self, system, progress, step, accepted, status)
@@ -184,18 +165,21 @@ contains
 
       next = progress%state
       progress%record%iterations = 0
-      if (self%method%estimate_power > 0 .or. self%method%dense) then
-         call self%go_whole(system, progress%record, next, step, error, status)
+      if (allocated(self%whole)) then
+         call go_halves(self, system, progress%record, next, step, error, status)
       else
-         call self%go_halves(system, progress%record, next, step, error, status)
+         call take_part(self%half, system, next, self%sense*step, next%t + 0.5_wp*self%sense*step, progress%record, &
+                        status)
+         self%work(:) = self%half%work
+         error = self%half%error_estimate
       end if
       accepted = status%ok()
       if (.not. accepted) then
-         call self%reject(progress, 0.5_wp*step, status)
+         call reject(self, progress, 0.5_wp*step, status)
          return
       end if
       if (self%method%dense) then
-         call self%accept(progress, next, step)
+         call accept(self, progress, next, step)
          return
       end if
       turn = step*length_of(angular_velocity(system, next))
@@ -204,11 +188,11 @@ contains
          if (goal%error_rate > 0.0_wp) allowed = goal%error_rate*step
          accepted = error <= max(allowed, self%round_off) .and. turn <= turn_margin*largest_turn
          if (accepted) then
-            call self%accept(progress, next, step)
-            call self%adapt(step, self%growth(goal%error_rate > 0.0_wp, allowed, error), turn)
+            call accept(self, progress, next, step)
+            call adapt(self, step, growth(self, goal%error_rate > 0.0_wp, allowed, error), turn)
          else
-            call self%reject(progress, step*max(most_shrinkage, min(sure_shrinkage, &
-                             self%growth(goal%error_rate > 0.0_wp, allowed, error))), status)
+            call reject(self, progress, step*max(most_shrinkage, min(sure_shrinkage, &
+                        growth(self, goal%error_rate > 0.0_wp, allowed, error))), status)
          end if
       end associate
    end subroutine try
@@ -231,22 +215,6 @@ contains
       call count_step(progress)
    end subroutine accept
 
-   !> One step by a method that estimates its errors.
-   subroutine go_whole(self, system, record, state, step, error, status)
-      class(error_control_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(run_record_t), intent(inout) :: record
-      type(state_t), intent(inout) :: state
-      !> s, positive.
-      real(wp), intent(in) :: step
-      !> rad.
-      real(wp), intent(out) :: error
-      type(status_t), intent(inout) :: status
-      call take_part(self%half, system, state, self%sense*step, state%t + 0.5_wp*self%sense*step, record, status)
-      self%work(:) = self%half%work
-      error = self%half%error_estimate
-   end subroutine go_whole
-
    !> One step by two halves, and as a whole for the estimate of their error.
    subroutine go_halves(self, system, record, state, step, error, status)
       class(error_control_t), intent(inout) :: self
@@ -268,7 +236,7 @@ contains
       self%work(:) = self%half%work
       if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
       self%work(:) = self%work + self%half%work
-      if (status%ok()) error = self%estimate(once, state)
+      if (status%ok()) error = estimate(self, once, state)
    end subroutine go_halves
 
    !> A step of one of the steppers, as a part of a step with the given middle.

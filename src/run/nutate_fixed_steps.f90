@@ -5,11 +5,11 @@ module nutate_fixed_steps
    use nutate_kinds, only: wp, eps, long
    use nutate_observer, only: observer_t
    use nutate_progress, only: count_part, count_step, progress_t
+   use nutate_run_loop, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
       NUTATE_SINGULAR
-   use nutate_step_policy, only: step_policy_t
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    implicit none

@@ -13,11 +13,10 @@ module nutate_run
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t
    use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run
-   use nutate_run_loop, only: drive, transfer_run
+   use nutate_run_loop, only: drive, step_policy_t, transfer_run
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_step_policy, only: step_policy_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    implicit none
