@@ -5,7 +5,7 @@ module nutate_check_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
-   use nutate_step_control, only: control_settings_t
+   use nutate_run_plan, only: run_goal_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_files, only: STANDARD_OUTPUT
@@ -16,7 +16,7 @@ module nutate_check_command
    use nutate_methods, only: equations_of, make_stepper
    use nutate_notes, only: note_t, scene_notes
    use nutate_printable, only: printable_path
-   use nutate_run, only: count_steps
+   use nutate_fixed_steps, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
    use nutate_status, only: status_t
@@ -151,8 +151,8 @@ contains
             call page%item('auxiliary inertia', 'infinite')
          end if
          if (.not. settings%projection) call page%item('projection', 'switched off')
-         if (scene%control%active()) then
-            call page%item('steps', steps_text(scene%control, settings%order, plan%end_time))
+         if (plan%goal%active()) then
+            call page%item('steps', steps_text(plan%goal, settings%order, plan%end_time))
             return
          end if
          call page%item('steps', count_text(count_steps(scene%initial%t, plan))//' of '// &
@@ -171,8 +171,8 @@ contains
    end function method_text
 
    !> How the steps are chosen.
-   function steps_text(control, order, end_time) result(text)
-      type(control_settings_t), intent(in) :: control
+   function steps_text(goal, order, end_time) result(text)
+      type(run_goal_t), intent(in) :: goal
       !> Of the method; 0 for one without an error.
       integer, intent(in) :: order
       !> s.
@@ -180,11 +180,11 @@ contains
       character(len=:), allocatable :: text
       if (order < 1) then
          text = 'about a radian of turn each, to t = '//rounded_text(end_time)//' s'
-      else if (control%accuracy > 0.0_wp) then
-         text = 'chosen by pilot runs for an attitude error of '//rounded_text(control%accuracy, 3)//' rad at t = '// &
+      else if (goal%accuracy > 0.0_wp) then
+         text = 'chosen by pilot runs for an attitude error of '//rounded_text(goal%accuracy, 3)//' rad at t = '// &
                 rounded_text(end_time)//' s'
       else
-         text = 'chosen for an error of '//rounded_text(control%local_tolerance, 3)//' rad each, to t = '// &
+         text = 'chosen for an error of '//rounded_text(goal%local_tolerance, 3)//' rad each, to t = '// &
                 rounded_text(end_time)//' s'
       end if
    end function steps_text
@@ -221,10 +221,10 @@ contains
       call page%line('output')
       call columns%choose(scene%output%columns, status)
       if (status%ok()) call page%item('columns', columns%header())
-      if (scene%control%active()) then
+      if (scene%plan%goal%active()) then
          call page%item('file', printable_path(scene%output%file))
-         if (scene%control%interval > 0.0_wp) &
-            call page%item('rows', 'one every '//rounded_text(scene%control%interval)//' s')
+         if (scene%plan%interval > 0.0_wp) &
+            call page%item('rows', 'one every '//rounded_text(scene%plan%interval)//' s')
          return
       end if
       n = count_steps(scene%initial%t, scene%plan)

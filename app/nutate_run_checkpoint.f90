@@ -1,10 +1,9 @@
 !> Checkpoints: how to go on with a run, in a file that is replaced at once and tells damage.
 !>
-!> It holds which scene it belongs to, with which numbers of which version; where the rows are, and what the pilot runs
-!> found; then, as archives, what the watcher and the run itself need.
+!> It holds which scene it belongs to, with which numbers of which version, and where the rows are; then, as archives,
+!> what the watcher and the run itself need.
 module nutate_run_checkpoint
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_step_control, only: control_settings_t
    use nutate_files, only: remove_file, same_file
    use nutate_keys, only: group_t, setting_t
    use nutate_kinds, only: wp, long
@@ -18,8 +17,8 @@ module nutate_run_checkpoint
 
    public :: checkpoint_t, read_checkpoint
 
-   !> What a checkpoint begins with: its kind and the version of its format.
-   character(len=*), parameter :: signature = 'nutate checkpoint 1'//achar(10)
+   !> What a checkpoint begins with: its kind, and the number of its format, which changes with what an archive holds.
+   character(len=*), parameter :: signature = 'nutate checkpoint 2'//achar(10)
 
    !> Where and when checkpoints of a run are written.
    type :: checkpoint_t
@@ -29,9 +28,8 @@ module nutate_run_checkpoint
       real(wp) :: every = 60.0_wp
       !> There is one.
       logical :: written = .false.
-      !> The scene's groups, what its steps must keep to, and where its rows go.
+      !> The scene's groups, and where its rows go.
       type(group_t), allocatable, private :: groups(:)
-      type(control_settings_t), private :: control
       character(len=:), allocatable, private :: output
       !> Clock count at which the next one is due, and counts between two.
       integer(long), private :: due = 0, interval = 0
@@ -50,7 +48,7 @@ module nutate_run_checkpoint
 
 contains
 
-   !> Takes the scene of the run, its control as the pilot runs left it.
+   !> Takes the scene of the run.
    subroutine prepare(self, file, every, scene, is_resumed)
       class(checkpoint_t), intent(inout) :: self
       character(len=*), intent(in) :: file
@@ -63,7 +61,6 @@ contains
       self%file = file
       self%every = every
       self%groups = scene%groups
-      self%control = scene%control
       self%output = scene%output%file
       self%written = is_resumed
       call system_clock(self%due, rate)
@@ -96,7 +93,7 @@ contains
       whole = content
       call archive%begin_writing()
       call transfer_origin(archive, self%groups, problem)
-      call transfer_settings(archive, self%control, self%output)
+      call archive%transfer(self%output)
       call archive%transfer(whole)
       call write_sealed(self%file, signature, archive%content(), status)
       call system_clock(self%due)
@@ -120,7 +117,7 @@ contains
    !> Reads a checkpoint of a scene.
    subroutine read_checkpoint(file, scene, content, problem)
       character(len=*), intent(in) :: file
-      !> Its control and the name of its output are set to what they were.
+      !> The name of its output is set to what it was.
       type(scene_t), intent(inout) :: scene
       !> What the watcher and the run put in archives.
       character(len=:), allocatable, intent(out) :: content
@@ -135,22 +132,12 @@ contains
          call transfer_origin(archive, scene%groups, problem)
       end if
       if (problem == '') then
-         call transfer_settings(archive, scene%control, scene%output%file)
+         call archive%transfer(scene%output%file)
          call archive%transfer(content)
          if (archive%problem() /= '') problem = 'is damaged: '//archive%problem()
       end if
       if (problem /= '') problem = printable_path(file)//' '//problem
    end subroutine read_checkpoint
-
-   !> What the pilot runs found, and where the rows go.
-   subroutine transfer_settings(archive, control, output)
-      type(byte_archive_t), intent(inout) :: archive
-      type(control_settings_t), intent(inout) :: control
-      character(len=:), allocatable, intent(inout) :: output
-      call archive%transfer(control%error_rate)
-      call archive%transfer(control%estimate)
-      call archive%transfer(output)
-   end subroutine transfer_settings
 
    !> Version, numbers and scene: put in an archive, or compared with those of one.
    subroutine transfer_origin(archive, groups, problem)

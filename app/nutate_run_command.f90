@@ -1,24 +1,20 @@
 !> `nutate run SCENE`: simulates a scene and writes its history.
 module nutate_run_command
-   use nutate_accuracy, only: find_error_rate
    use nutate_byte_archive, only: byte_archive_t
    use nutate_run_checkpoint, only: read_checkpoint
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
-   use nutate_step_control, only: integrate_controlled
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper
    use nutate_printable, only: printable_path
-   use nutate_run, only: integrate, run_summary_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: run_t
    use nutate_run_reports, only: report_checkpoint, report_failure, report_output, report_signal, kept_rows
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
    use nutate_run_signals, only: caught_signal, signal_flag, stop_watcher_t, watch_signals
-   use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
-   use nutate_stepper, only: stepper_t
    use nutate_run_summary, only: summary_page
    implicit none
    private
@@ -32,7 +28,7 @@ contains
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
-      class(stepper_t), allocatable :: stepper
+      type(run_t) :: run
       type(run_watcher_t) :: watcher
       type(byte_archive_t), allocatable :: archive
       type(status_t) :: status
@@ -44,13 +40,13 @@ contains
       call take_checkpoint(command, scene, archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
-      call make_stepper(scene%system, scene%integrator, stepper, status)
+      call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          exit_code = EXIT_INPUT
          return
       end if
-      if (scene%control%accuracy > 0.0_wp .and. .not. allocated(archive)) call find_steps(scene, exit_code)
+      if (.not. allocated(archive)) call find_steps(scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       if (allocated(command%checkpoint)) then
          call watcher%checkpoint%prepare(command%checkpoint, command%every_seconds, scene, is_resumed(command))
@@ -58,7 +54,7 @@ contains
          call watcher%checkpoint%prepare(command%resume, command%every_seconds, scene, .true.)
       end if
       call open_history(command, scene, watcher, archive, exit_code)
-      if (exit_code == EXIT_SUCCESS) call simulate(command, scene, stepper, watcher, archive, exit_code)
+      if (exit_code == EXIT_SUCCESS) call simulate(command, scene, run, watcher, archive, exit_code)
    end subroutine run_command
 
    !> Reads the checkpoint that the run is to go on from, if there is one.
@@ -120,12 +116,13 @@ contains
    end function is_resumed
 
    !> Finds the steps that keep to the scene's accuracy.
-   subroutine find_steps(scene, exit_code)
-      type(scene_t), intent(inout) :: scene
+   subroutine find_steps(scene, run, exit_code)
+      type(scene_t), intent(in) :: scene
+      type(run_t), intent(inout) :: run
       integer, intent(inout) :: exit_code
       type(stop_watcher_t) :: watcher
       type(status_t) :: status
-      call find_error_rate(scene%system, scene%integrator, scene%initial, scene%plan, scene%control, status, watcher)
+      call run%find_steps(scene%system, status, watcher)
       if (status%ok()) return
       call say_error('nutate: '//printable_path(scene%file)//': a pilot run failed: '//trim(status%message))
       exit_code = EXIT_RUN
@@ -164,48 +161,40 @@ contains
    end subroutine open_history
 
    !> Integrates and ends the history, complete or not.
-   subroutine simulate(command, scene, stepper, watcher, archive, exit_code)
+   subroutine simulate(command, scene, run, watcher, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
-      class(stepper_t), intent(inout) :: stepper
+      type(run_t), intent(inout) :: run
       type(run_watcher_t), intent(inout) :: watcher
       !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
       type(byte_archive_t), allocatable, intent(inout) :: archive
       integer, intent(out) :: exit_code
-      type(byte_archive_t), allocatable :: resumed
-      type(run_summary_t) :: summary
-      type(state_t) :: state
       type(status_t) :: status
 
-      state = scene%initial
-      call watcher%start(scene%system, state, scene%plan, scene%integrator, command%quiet)
-      if (allocated(archive)) call resume(watcher, archive, resumed)
-      ! Not allocated, `resumed` counts as absent.
-      if (scene%control%active()) then
-         call integrate_controlled(scene%system, scene%integrator, scene%control, state, scene%plan, watcher, summary, &
-                                   status, resumed)
-      else
-         call integrate(scene%system, stepper, state, scene%plan, watcher, summary, status, resumed)
-      end if
+      call watcher%start(scene%system, scene%initial, scene%plan, scene%integrator, command%quiet)
+      if (allocated(archive)) call resume(run, watcher, archive, status)
+      if (status%ok()) call run%go(scene%system, status, watcher)
       call watcher%progress%erase()
       if (status%ok()) then
-         call complete(command, scene, watcher, summary, exit_code)
+         call complete(command, scene, watcher, run%summary, exit_code)
       else
-         call give_up(scene, watcher, state, summary, status, exit_code)
+         call give_up(scene, run, watcher, status, exit_code)
       end if
    end subroutine simulate
 
    !> Gives the watcher its part of an archive, and the rest to the run.
-   subroutine resume(watcher, archive, resumed)
+   subroutine resume(run, watcher, archive, status)
+      type(run_t), intent(inout) :: run
       type(run_watcher_t), intent(inout) :: watcher
       type(byte_archive_t), intent(inout) :: archive
-      type(byte_archive_t), allocatable, intent(out) :: resumed
+      type(status_t), intent(out) :: status
+      type(byte_archive_t) :: inner
       character(len=:), allocatable :: content
       call watcher%resume(archive)
       content = ''
       call archive%transfer(content)
-      allocate (resumed)
-      call resumed%begin_reading(content)
+      call inner%begin_reading(content)
+      call run%resume(inner, status)
    end subroutine resume
 
    !> Gives a complete history its name and says what the run came to.
@@ -232,12 +221,10 @@ contains
    end subroutine complete
 
    !> Ends a history that is not complete, and says why it is not.
-   subroutine give_up(scene, watcher, state, summary, status, exit_code)
+   subroutine give_up(scene, run, watcher, status, exit_code)
       type(scene_t), intent(in) :: scene
+      type(run_t), intent(in) :: run
       type(run_watcher_t), intent(inout) :: watcher
-      !> The last state reached.
-      type(state_t), intent(in) :: state
-      type(run_summary_t), intent(in) :: summary
       !> Why the run ended.
       type(status_t), intent(in) :: status
       integer, intent(out) :: exit_code
@@ -246,7 +233,7 @@ contains
       if (status%code == NUTATE_STOPPED .or. (status%code == NUTATE_IO .and. caught_signal() /= 0 .and. &
                                               .not. goes_to_file(scene%output%file))) then
          exit_code = EXIT_SIGNAL + caught_signal()
-         call report_signal(scene, watcher, state%t, summary, closing)
+         call report_signal(scene, watcher, run%state%t, run%summary, closing)
       else if (.not. watcher%checkpoint_status%ok()) then
          exit_code = EXIT_OUTPUT
          if (status%code == NUTATE_BAD_ARGUMENT) exit_code = EXIT_INPUT
@@ -256,7 +243,7 @@ contains
          call report_output(scene, status, kept_rows(watcher, closing))
       else
          exit_code = EXIT_RUN
-         call report_failure(scene, watcher, state%t, summary, status, closing)
+         call report_failure(scene, watcher, run%state%t, run%summary, status, closing)
       end if
    end subroutine give_up
 

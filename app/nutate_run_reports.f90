@@ -4,7 +4,7 @@ module nutate_run_reports
    use nutate_decimal, only: rounded_text
    use nutate_kinds, only: wp
    use nutate_printable, only: printable_path
-   use nutate_run, only: run_summary_t
+   use nutate_progress, only: run_summary_t
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    use nutate_run_signals, only: signal_name

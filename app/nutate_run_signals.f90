@@ -5,7 +5,7 @@
 module nutate_run_signals
    use, intrinsic :: iso_c_binding, only: c_int, c_ptr
    use nutate_kinds, only: wp
-   use nutate_run, only: observer_t, run_record_t
+   use nutate_observer, only: observer_t, run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_system, only: system_t

@@ -1,14 +1,14 @@
 !> What a run came to, for people.
 module nutate_run_summary
    use nutate_console, only: count_text, page_t, plural, vector_text
-   use nutate_step_control, only: control_settings_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp, long
    use nutate_notes, only: body_notes, note_t
    use nutate_printable, only: printable_path
-   use nutate_run, only: run_summary_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    implicit none
@@ -54,11 +54,11 @@ contains
       real(wp), intent(in) :: seconds, output_seconds
       real(wp) :: n
       n = max(real(summary%steps, wp), 1.0_wp)
-      if (scene%control%active() .and. scene%integrator%order < 1) then
+      if (scene%plan%goal%active() .and. scene%integrator%order < 1) then
          call page%item('steps', count_text(summary%steps)//' of the closed solution, to t = '// &
                         rounded_text(scene%plan%end_time)//' s')
-      else if (scene%control%active()) then
-         call add_control(page, scene%control, scene%plan%end_time, summary)
+      else if (scene%plan%goal%active()) then
+         call add_control(page, scene%plan, summary)
       else
          call page%item('steps', count_text(summary%steps)//' of '//rounded_text(scene%plan%time_step)// &
                         ' s, to t = '//rounded_text(scene%plan%end_time)//' s')
@@ -73,22 +73,20 @@ contains
    end subroutine add_effort
 
    !> Steps that were chosen by their error.
-   subroutine add_control(page, control, end_time, summary)
+   subroutine add_control(page, plan, summary)
       type(page_t), intent(inout) :: page
-      type(control_settings_t), intent(in) :: control
-      !> s.
-      real(wp), intent(in) :: end_time
+      type(run_plan_t), intent(in) :: plan
       type(run_summary_t), intent(in) :: summary
-      call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '//rounded_text(end_time)// &
-                     ' s; '//count_text(summary%cut_steps)//' more refused')
-      if (control%accuracy <= 0.0_wp) then
-         call page%item('error of a step', 'below '//rounded_text(control%local_tolerance, 3)//' rad')
-      else if (control%estimate <= control%accuracy) then
-         call page%item('estimated error', rounded_text(control%estimate, 3)//' rad of attitude at the end, '// &
-                        rounded_text(control%accuracy, 3)//' asked for')
+      call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '// &
+                     rounded_text(plan%end_time)//' s; '//count_text(summary%cut_steps)//' more refused')
+      if (plan%goal%accuracy <= 0.0_wp) then
+         call page%item('error of a step', 'below '//rounded_text(plan%goal%local_tolerance, 3)//' rad')
+      else if (summary%estimate <= plan%goal%accuracy) then
+         call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end, '// &
+                        rounded_text(plan%goal%accuracy, 3)//' asked for')
       else
-         call page%item('estimated error', rounded_text(control%estimate, 3)//' rad of attitude at the end; the '// &
-                        rounded_text(control%accuracy, 3)//' asked for is out of reach')
+         call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end; the '// &
+                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach')
       end if
    end subroutine add_control
 

@@ -7,7 +7,8 @@ module nutate_run_watcher
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_run_progress, only: progress_bar_t
-   use nutate_run, only: observer_t, run_plan_t, run_record_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_run_signals, only: check_signals
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT

@@ -4,14 +4,13 @@
 !> Runs are repeated in turn, so that a busy machine slows all of them alike, and the shortest counts.
 program bench_choice
    use bench_problems, only: asymmetric_top, find_reference, scene_problem
-   use nutate, only: control_settings_t, find_error_rate, integrate_controlled, integrator_settings_t, run_plan_t, &
-      run_summary_t, state_t, status_t, wp
+   use nutate, only: integrate, integrator_settings_t, run_plan_t, state_t, status_t, wp
    use nutate_method_choice, only: choose_method
    use nutate_methods, only: default_settings
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: follower_t, problem_t
+   use nutate_measured_run, only: problem_t
    implicit none
 
    real(wp), parameter :: accuracies(8) = [1e-1_wp, 1e-2_wp, 1e-3_wp, 1e-4_wp, 1e-6_wp, 1e-8_wp, 1e-10_wp, 1e-12_wp]
@@ -95,20 +94,16 @@ contains
       real(wp), intent(out) :: seconds
       !> rad.
       real(wp), intent(out) :: error
-      type(control_settings_t) :: goal
-      type(follower_t) :: nobody
       type(run_plan_t) :: plan
-      type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
       type(stopwatch_t) :: clock
-      goal%accuracy = accuracy
+      plan%goal%accuracy = accuracy
       plan%end_time = problem%end_time
       plan%every = huge(plan%every)
       state = problem%start
       call clock%start()
-      call find_error_rate(problem%system, settings, state, plan, goal, status)
-      if (status%ok()) call integrate_controlled(problem%system, settings, goal, state, plan, nobody, summary, status)
+      call integrate(problem%system, settings, state, plan, status)
       seconds = clock%seconds()
       error = huge(1.0_wp)
       if (status%ok()) error = attitude_distance(state%q, exact)

@@ -2,8 +2,7 @@
 !>    f77_stepping N M box|top|damped lapack|reduced ORDER      M = 0: the library's `integrate`; -1: its bare steps
 program f77_stepping
    use nutate, only: damping_t, gravity_t, integrate, integrator_settings_t, long, make_body, diagonal, make_state, &
-      make_stepper, observer_t, run_plan_t, run_summary_t, state_t, status_t, stepper_t, system_t, wp
-   use silent_observer, only: silent_t
+      make_stepper, run_plan_t, state_t, status_t, stepper_t, system_t, wp
    implicit none
 
    interface
@@ -34,9 +33,7 @@ program f77_stepping
    type(state_t) :: state
    type(integrator_settings_t) :: settings
    class(stepper_t), allocatable :: stepper
-   type(run_summary_t) :: summary
    type(status_t) :: status
-   type(silent_t) :: observer
    character(len=24) :: scene
    real(wp) :: work(lwork), g(3), d(3)
    integer :: n, m, i, info
@@ -58,8 +55,7 @@ program f77_stepping
    if (m <= 0) then
       call make_stepper(system, settings, stepper, status)
       if (m == 0) then
-         call integrate(system, stepper, state, run_plan_t(time_step=dt, end_time=n*dt, every=int(n, long)), observer, &
-                        summary, status)
+         call integrate(system, stepper, state, run_plan_t(time_step=dt, end_time=n*dt, every=int(n, long)), status)
       else
          do i = 1, n
             call stepper%step(system, state, dt, status)

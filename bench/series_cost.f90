@@ -8,9 +8,8 @@ program bench_series
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_t
-   use nutate_run, only: run_summary_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: follower_t, problem_t, run_once, run_to_tolerance
+   use nutate_measured_run, only: follower_t, outcome_t, problem_t, run_once, run_to_tolerance
    implicit none
 
    !> A way to integrate, and its time at a series of steps or tolerances.
@@ -112,25 +111,24 @@ contains
       class(stepper_t), allocatable :: stepper
       type(problem_t) :: own
       type(follower_t) :: follower
-      type(state_t) :: state
-      type(run_summary_t) :: summary
+      type(outcome_t) :: outcome
       type(status_t) :: status
-      real(wp) :: seconds
       own = problem
       own%settings = one%settings
       if (one%chosen) then
-         call run_to_tolerance(own, one%settings, one%setting(k), follower, state, summary, seconds, status)
+         call run_to_tolerance(own, one%settings, one%setting(k), follower, outcome, status)
       else
          call make_stepper(own%system, one%settings, stepper, status)
-         call run_once(own, stepper, one%setting(k), follower, state, summary, seconds, status)
+         call run_once(own, stepper, one%setting(k), follower, outcome, status)
       end if
       if (present(exact)) then
-         one%seconds(k) = seconds
+         one%seconds(k) = outcome%seconds
          one%error(k) = huge(1.0_wp)
-         one%steps(k) = int(summary%parts)
-         if (status%ok() .and. 10*summary%cut_steps <= summary%steps) one%error(k) = attitude_distance(state%q, exact)
+         one%steps(k) = int(outcome%summary%parts)
+         if (status%ok() .and. 10*outcome%summary%cut_steps <= outcome%summary%steps) &
+            one%error(k) = attitude_distance(outcome%state%q, exact)
       end if
-      one%seconds(k) = min(one%seconds(k), seconds)
+      one%seconds(k) = min(one%seconds(k), outcome%seconds)
    end subroutine run_level
 
    subroutine repeat_runs(problem, ways)
@@ -259,10 +257,9 @@ contains
       real(wp), parameter :: tolerances(3) = [1e-4_wp, 1e-8_wp, 1e-12_wp]
       type(integrator_settings_t) :: settings
       type(follower_t) :: follower
-      type(state_t) :: state
-      type(run_summary_t) :: summary
+      type(outcome_t) :: outcome
       type(status_t) :: status
-      real(wp) :: seconds, shortest
+      real(wp) :: shortest
       integer :: i, k, round
       write (*, '(a,t32,6i10)') 'ms by order, at a tolerance of', orders
       settings = default_settings('taylor')
@@ -272,8 +269,8 @@ contains
             settings%series_order = orders(k)
             shortest = huge(shortest)
             do round = 1, rounds
-               call run_to_tolerance(problem, settings, tolerances(i), follower, state, summary, seconds, status)
-               if (status%ok()) shortest = min(shortest, seconds)
+               call run_to_tolerance(problem, settings, tolerances(i), follower, outcome, status)
+               if (status%ok()) shortest = min(shortest, outcome%seconds)
             end do
             write (*, '(f10.4)', advance='no') 1e3_wp*shortest
          end do

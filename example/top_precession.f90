@@ -42,9 +42,7 @@ program top_precession
    implicit none
    type(system_t) :: system
    type(state_t) :: state
-   class(stepper_t), allocatable :: stepper
    type(precession_meter_t) :: meter
-   type(run_summary_t) :: summary
    type(status_t) :: status
    real(wp) :: dt, rate
    integer :: k
@@ -58,8 +56,7 @@ program top_precession
       dt = 0.002_wp/2**k
       meter = precession_meter_t()
       state = make_state(system, quat_from_euler(0.0_wp, pi/3, 0.0_wp), [0.0_wp, 10*sin(pi/3), 140.6_wp])
-      call make_stepper(system, integrator_settings_t(), stepper, status)
-      call integrate(system, stepper, state, run_plan_t(time_step=dt, end_time=2.0_wp), meter, summary, status)
+      call integrate(system, integrator_settings_t(), state, run_plan_t(time_step=dt, end_time=2.0_wp), status, meter)
       if (.not. status%ok()) print '(a)', trim(status%message)
       rate = (meter%azimuth - meter%first)/2
       print '(f9.5,f16.8,es15.2)', dt, rate, rate - 10

@@ -18,19 +18,24 @@
 !> `system%effects%add(...)`: built-in ones such as `gravity_t`, or a program's own extension of `potential_t` or
 !> `torque_t`.
 !>
-!> `integrate` runs to an end time and shows rows to an `observer_t`, `integrate_controlled` with steps chosen by
-!> their error;
-!> `read_scene` takes all of this from a file. `free_body_t` and `lagrange_top_t` are exact solutions.
+!> `integrate` runs to an end time, by steps of one length or, with a goal in place of it, by steps that keep to an
+!> error:
+!>
+!>     call integrate(system, integrator_settings_t(), state, run_plan_t(time_step=0.01_wp, end_time=20.0_wp), status)
+!>     call integrate(system, integrator_settings_t(order=8), state, &
+!>                    run_plan_t(end_time=20.0_wp, goal=run_goal_t(accuracy=1e-9_wp)), status, observer, summary)
+!>
+!> An extension of `observer_t` is shown the rows that the plan asks for; a `run_summary_t` says what it took. `run_t`
+!> is the same run in parts: begun, its steps found, resumed from an archive, gone to its end. `read_scene` takes all of
+!> this from a file. `free_body_t` and `lagrange_top_t` are exact solutions.
 !>
 !> Quaternions have their scalar first and take body components to space components. SI units, radians.
 module nutate
-   use nutate_accuracy, only: find_error_rate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_archive, only: archive_t
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: effect_t, potential_t, rotor_t, torque_t
@@ -45,10 +50,13 @@ module nutate
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: long, pi, wp
    use nutate_methods, only: make_stepper
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: progress_t, run_summary_t
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
       quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
       rotate_to_space, rotation_matrix
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: integrate, run_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t

@@ -16,7 +16,9 @@ module test_c_interface
    use nutate_columns, only: columns_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
-   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -86,6 +88,9 @@ module test_c_interface
          import :: c_double, c_int
          real(c_double), intent(out) :: worst
       end function test_c_own_damping
+      integer(c_int) function test_c_account_of_a_new_state() bind(C)
+         import :: c_int
+      end function test_c_account_of_a_new_state
       integer(c_int) function test_c_exact_motion() bind(C)
          import :: c_int
       end function test_c_exact_motion
@@ -121,6 +126,7 @@ contains
                   new_unittest("attitudes there and back", attitudes), &
                   new_unittest("a potential of one's own is as good as a built-in one", own_gravity), &
                   new_unittest("a torque of one's own is as good as a built-in one", own_damping), &
+                  new_unittest("work and energy count from the state that was set", account_of_a_new_state), &
                   new_unittest("the exact motion is that of short steps", exact_motion), &
                   new_unittest("eight threads have the bits of one", threads), &
                   new_unittest("handles made and freed", many_handles)]
@@ -210,6 +216,11 @@ contains
       if (.not. allocated(error)) call check_below(error, worst, 1e-12_wp)
    end subroutine own_damping
 
+   subroutine account_of_a_new_state(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_account_of_a_new_state(), 'test_c_programs.c')
+   end subroutine account_of_a_new_state
+
    subroutine exact_motion(error)
       type(error_type), allocatable, intent(out) :: error
       call check_line(error, test_c_exact_motion(), 'test_c_programs.c')
@@ -260,7 +271,6 @@ contains
       integer(long) :: steps
       call read_scene('scenes/'//trim(name)//'.nml', scene, status, message)
       if (status%ok()) call keeper%columns%choose(scene%output%columns, status)
-      if (status%ok()) call make_stepper(scene%system, scene%integrator, stepper, status)
       steps = nint(scene%plan%end_time/scene%plan%time_step, long)
       keeper%rows = 0
       keeper%sees_every_step = keeper%columns%follows_steps
@@ -268,7 +278,7 @@ contains
       allocate (keeper%values(keeper%columns%width, steps/scene%plan%every + 2))
       call keeper%columns%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia)
       state = scene%initial
-      if (status%ok()) call integrate(scene%system, stepper, state, scene%plan, keeper, summary, status)
+      if (status%ok()) call integrate(scene%system, scene%integrator, state, scene%plan, status, keeper)
       call check(error, status%ok(), trim(name)//': '//trim(status%message))
    end subroutine run_library
 

@@ -7,6 +7,7 @@
 
 int test_c_own_gravity(int with_hessian, double *worst);
 int test_c_own_damping(double *worst);
+int test_c_account_of_a_new_state(void);
 int test_c_exact_motion(void);
 int test_c_threads(void);
 int test_c_many_handles(int times);
@@ -116,6 +117,57 @@ int test_c_own_gravity(int with_hessian, double *worst)
     nutate_stepper_destroy(&b);
     nutate_system_destroy(&own);
     nutate_system_destroy(&built_in);
+    return 0;
+}
+
+/* Work and energy residual count from the state that was set, whatever was run before: by nominal steps, to a time, by
+ * steps chosen by their error, one by one. What is run afterwards has the bits of a stepper that was never used. */
+static int check_new_state(const nutate_system *system, int way, int canonical)
+{
+    double q[4], p[4], ea[5], eb[5];
+    nutate_stepper *used = NULL, *fresh = NULL;
+    EXPECT(0, start(system, "reduced", &used));
+    EXPECT(0, start(system, "reduced", &fresh));
+    EXPECT(NUTATE_OK, nutate_stepper_conjugate_momentum(fresh, p));
+    EXPECT(NUTATE_OK, nutate_stepper_quaternion(fresh, q));
+    EXPECT(NUTATE_OK, nutate_stepper_set(used, way == 2 ? "local_tolerance" : "time_step", "0.01"));
+    if (way == 0) EXPECT(NUTATE_OK, nutate_stepper_run(used, 50, 1, NULL, 0, NULL));
+    if (way == 1) EXPECT(NUTATE_OK, nutate_stepper_run_to(used, 0.505, 1, 0.0, NULL, 0, NULL));
+    if (way == 2) EXPECT(NUTATE_OK, nutate_stepper_run_to(used, 0.505, 1, 0.0, NULL, 0, NULL));
+    if (way == 3) EXPECT(NUTATE_OK, nutate_stepper_steps(used, 0.01, 50, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_energy(used, ea));
+    CHECK(ea[3] < -1.0 && fabs(ea[4]) < 1e-12 * fabs(ea[0]));
+    if (canonical) EXPECT(NUTATE_OK, nutate_stepper_set_canonical(used, 0.0, q, p));
+    else EXPECT(NUTATE_OK, nutate_stepper_set_state(used, 0.0, q, omega));
+    EXPECT(NUTATE_OK, nutate_stepper_energy(used, ea));
+    CHECK(ea[3] == 0.0 && ea[4] == 0.0);
+    EXPECT(NUTATE_OK, nutate_stepper_set(used, "time_step", "0.01"));
+    EXPECT(NUTATE_OK, nutate_stepper_set(fresh, "time_step", "0.01"));
+    EXPECT(NUTATE_OK, nutate_stepper_run(used, 50, 1, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_run(fresh, 50, 1, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_energy(used, ea));
+    EXPECT(NUTATE_OK, nutate_stepper_energy(fresh, eb));
+    CHECK(memcmp(ea, eb, sizeof ea) == 0);
+    nutate_stepper_destroy(&used);
+    nutate_stepper_destroy(&fresh);
+    return 0;
+}
+
+int test_c_account_of_a_new_state(void)
+{
+    double c[3] = {0.3, 0.1, 0.2};
+    nutate_system *system = NULL;
+    int way, canonical;
+    EXPECT(NUTATE_OK, nutate_system_create_moments(moments, 2.5, center, 0, &system, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_system_add_gravity(system, down));
+    EXPECT(NUTATE_OK, nutate_system_add_damping(system, c));
+    for (way = 0; way < 4; ++way) {
+        for (canonical = 0; canonical < 2; ++canonical) {
+            int line = check_new_state(system, way, canonical);
+            if (line) return line;
+        }
+    }
+    nutate_system_destroy(&system);
     return 0;
 }
 

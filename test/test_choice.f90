@@ -1,8 +1,6 @@
 !> The automatic choice of the method: each of its rules, and the accuracy that comes of it.
 module test_choice
-   use nutate_accuracy, only: find_error_rate
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_effect, only: potential_t, rotor_t
    use nutate_exact_free, only: free_body_t
@@ -10,7 +8,10 @@ module test_choice
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: integrate
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -191,7 +192,6 @@ contains
    subroutine closed_solution_with_accuracy(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
       type(spectator_t) :: spectator
       type(state_t) :: state
       type(run_summary_t) :: summary
@@ -200,8 +200,8 @@ contains
       call spectator%solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), &
                                       status, problem%system%body%axes)
       spectator%compares = .true.
-      goal = control_settings_t(accuracy=1e-6_wp, interval=0.03_wp)
-      call run(problem, 'exact', 20.0_wp, goal, spectator, state, summary, status)
+      call run(problem, 'exact', run_plan_t(end_time=20.0_wp, interval=0.03_wp, goal=run_goal_t(accuracy=1e-6_wp)), &
+               spectator, state, summary, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       call check(error, spectator%rows, 668, "rows: the first, 666 at intervals, the last")
@@ -216,17 +216,16 @@ contains
    subroutine pilots_alike(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
       type(spectator_t) :: spectator
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(status_t) :: status
       problem = free_body([3.75e-3_wp, 3.75e-3_wp, 7.5e-3_wp], [0.01_wp, 0.0_wp, 0.3_wp])
       call problem%system%effects%add(damping_t([1.0_wp, 1.0_wp, 1.0_wp]))
-      goal%accuracy = 1e-2_wp
-      call run(problem, 'nielsen_krenk', 3.0_wp, goal, spectator, state, summary, status)
+      call run(problem, 'nielsen_krenk', run_plan_t(end_time=3.0_wp, goal=run_goal_t(accuracy=1e-2_wp)), spectator, &
+               state, summary, status)
       call check(error, status%ok(), trim(status%message))
-      if (.not. allocated(error)) call check_below(error, goal%estimate, goal%accuracy, "estimate")
+      if (.not. allocated(error)) call check_below(error, summary%estimate, 1e-2_wp, "estimate")
    end subroutine pilots_alike
 
    !> A stiff spring on a body that many other effects push: pilots differ by radians, and in the end not at all, where
@@ -234,37 +233,31 @@ contains
    subroutine chaos_is_not_called_solved(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
       type(spectator_t) :: spectator
       type(state_t) :: state
       type(run_summary_t) :: summary
       type(status_t) :: status
       problem = forced_body()
       call problem%system%effects%add(spring_t([0.4_wp, 0.1_wp, -0.6_wp], [0.5_wp, 1.0_wp, -0.8_wp], 1e5_wp, 0.7_wp))
-      goal%accuracy = 1e-4_wp
-      call run(problem, 'taylor', 20.0_wp, goal, spectator, state, summary, status)
+      call run(problem, 'taylor', run_plan_t(end_time=20.0_wp, goal=run_goal_t(accuracy=1e-4_wp)), spectator, state, &
+               summary, status)
       call check(error, status%ok(), trim(status%message))
-      if (.not. allocated(error)) call check(error, goal%estimate > goal%accuracy, "the estimate is too good")
+      if (.not. allocated(error)) call check(error, summary%estimate > 1e-4_wp, "the estimate is too good")
    end subroutine chaos_is_not_called_solved
 
    !> Runs a problem for an accuracy.
-   subroutine run(problem, method, end_time, goal, spectator, state, summary, status)
+   subroutine run(problem, method, plan, spectator, state, summary, status)
       type(problem_t), intent(in) :: problem
       character(len=*), intent(in) :: method
-      real(wp), intent(in) :: end_time
-      type(control_settings_t), intent(inout) :: goal
+      type(run_plan_t), intent(in) :: plan
       type(spectator_t), intent(inout) :: spectator
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
       type(integrator_settings_t) :: settings
-      type(run_plan_t) :: plan
       settings = integrator_settings_t(method=method, order=8, linear_solver='reduced', conserve=method == 'taylor')
-      plan%end_time = end_time
       state = problem%start
-      call find_error_rate(problem%system, settings, state, plan, goal, status)
-      if (.not. status%ok()) return
-      call integrate_controlled(problem%system, settings, goal, state, plan, spectator, summary, status)
+      call integrate(problem%system, settings, state, plan, status, spectator, summary)
    end subroutine run
 
    subroutine look_at_row(self, system, state, record, status)

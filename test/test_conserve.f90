@@ -1,13 +1,15 @@
 !> The projection onto the invariants: what it keeps, and that it costs no order.
 module test_conserve
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate, run_plan_t, run_record_t, run_summary_t
+   use nutate_observer, only: run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, status_t
@@ -214,8 +216,8 @@ contains
             call make_stepper(problem%system, settings, stepper, status)
             state = problem%start
             call guard%begin(attitude=.false.)
-            call integrate(problem%system, stepper, state, run_plan_t(time_step=0.01_wp, end_time=10.0_wp), guard, &
-                           summary, status)
+            call integrate(problem%system, stepper, state, run_plan_t(time_step=0.01_wp, end_time=10.0_wp), status, &
+                           guard)
             call check(error, status%ok(), trim(status%message))
             if (.not. allocated(error)) call check_guard(error, guard)
             if (.not. allocated(error)) call check_close(error, state%q, problem%start%q, 0.0_wp, "q")
@@ -248,9 +250,9 @@ contains
             settings%conserve = .true.
             state = problem%start
             call guard%begin(attitude=.true.)
-            call integrate_controlled(problem%system, settings, &
-                                      control_settings_t(local_tolerance=1e-7_wp, interval=0.0123_wp), state, &
-                                      run_plan_t(end_time=merge(1.0_wp, 10.0_wp, k == 2)), guard, summary, status)
+            call integrate(problem%system, settings, state, &
+                           run_plan_t(end_time=merge(1.0_wp, 10.0_wp, k == 2), interval=0.0123_wp, &
+                                      goal=run_goal_t(local_tolerance=1e-7_wp)), status, guard, summary)
             call check(error, status%ok(), trim(status%message))
             if (allocated(error)) return
             call check(error, guard%rows > summary%steps/30 .and. guard%rows > 80, "no rows between steps")

@@ -3,7 +3,10 @@ module test_conserving_runs
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -99,7 +102,7 @@ contains
       call get_stepper(problem, method, .true., stepper, status)
       state = problem%start
       call integrate(problem%system, stepper, state, &
-                     run_plan_t(time_step=dt, end_time=state%t + n*dt, every=every), guard, summary, status)
+                     run_plan_t(time_step=dt, end_time=state%t + n*dt, every=every), status, guard, summary)
       call check(error, status%ok() .and. summary%cut_steps == 0, trim(method)//' cut: '//trim(status%message))
       if (.not. allocated(error)) call check_guard(error, guard)
    end subroutine check_run

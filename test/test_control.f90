@@ -1,14 +1,15 @@
 !> Steps chosen by their error: the accuracy asked for is the error that comes out, and nothing else suffers.
 module test_control
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps, long
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: run_plan_t, run_summary_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
+   use nutate_run, only: integrate
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, status_t
    use nutate_stepper, only: integrator_settings_t
@@ -92,7 +93,7 @@ contains
       type(state_t) :: reference
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(status_t) :: status
       problem = bruls_top()
       call problem%system%effects%add(damping_t([0.3_wp, 0.1_wp, 0.2_wp]))
@@ -105,16 +106,21 @@ contains
    end subroutine accuracy_with_effects
 
    !> Runs a problem, with pilots where an accuracy is asked for.
-   subroutine run(problem, order, end_time, goal, recorder, state, summary, status)
+   subroutine run(problem, order, end_time, goal, recorder, state, summary, status, interval)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: order
       real(wp), intent(in) :: end_time
-      type(control_settings_t), intent(inout) :: goal
+      type(run_goal_t), intent(in) :: goal
       type(recorder_t), intent(inout) :: recorder
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
-      call run_to(problem, of_order(order), end_time, goal, recorder, state, summary, status)
+      !> Between rows, s.
+      real(wp), intent(in), optional :: interval
+      type(run_plan_t) :: plan
+      plan = run_plan_t(end_time=end_time, goal=goal)
+      if (present(interval)) plan%interval = interval
+      call run_to(problem, of_order(order), plan, recorder, state, summary, status)
    end subroutine run
 
    !> The error that comes out is at most the accuracy asked for and at least a tenth of it, where the longest turn of
@@ -125,7 +131,7 @@ contains
       real(wp), intent(in) :: end_time, exact(4)
       !> Least accuracy to try, rad; default 1e-12.
       real(wp), intent(in), optional :: finest
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -140,7 +146,7 @@ contains
             accuracy = 10.0_wp**(-exponent)
             if (accuracy < 0.5_wp*least) exit
             write (label, '("order ",i0,", accuracy ",es7.1)') order, accuracy
-            goal = control_settings_t(accuracy=accuracy)
+            goal = run_goal_t(accuracy=accuracy)
             recorder%rows = 0
             call run(problem, order, end_time, goal, recorder, state, summary, status)
             call check(error, status%ok(), trim(label)//": "//trim(status%message))
@@ -149,9 +155,9 @@ contains
             call check_below(error, found, accuracy, trim(label)//": error")
             if (allocated(error)) return
             if (summary%steps > 4*end_time*norm2(body_momentum(problem%start))/maxval(problem%system%body%moments)) &
-               call check_below(error, 0.5_wp*goal%estimate, found + 1e-13_wp, trim(label)//": estimate")
+               call check_below(error, 0.5_wp*summary%estimate, found + 1e-13_wp, trim(label)//": estimate")
             if (allocated(error)) return
-            call check_below(error, found, 2*goal%estimate, trim(label)//": error beyond the estimate")
+            call check_below(error, found, 2*summary%estimate, trim(label)//": error beyond the estimate")
             if (allocated(error)) return
             call check_below(error, max(recorder%invariants%energy_error(), recorder%invariants%momentum_error()), &
                              1e-12_wp, trim(label)//": invariants")
@@ -162,7 +168,7 @@ contains
 
    subroutine accuracy_out_of_reach(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -171,7 +177,7 @@ contains
       call run(bruls_top(), 8, 0.5_wp, goal, recorder, state, summary, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
-      call check(error, goal%estimate > goal%accuracy, "an accuracy below round-off is said to be reached")
+      call check(error, summary%estimate > goal%accuracy, "an accuracy below round-off is said to be reached")
    end subroutine accuracy_out_of_reach
 
    !> Rows between the steps: unit quaternions, at the times asked for, within the accuracy of the exact solution.
@@ -179,7 +185,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(free_body_t) :: solution
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -188,8 +194,8 @@ contains
       integer :: i
       problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
       call solution%prepare(problem%system%body%moments, problem%start%q, body_momentum(problem%start), status)
-      goal = control_settings_t(accuracy=1e-9_wp, interval=0.07_wp)
-      call run(problem, 6, 10.0_wp, goal, recorder, state, summary, status)
+      goal = run_goal_t(accuracy=1e-9_wp)
+      call run(problem, 6, 10.0_wp, goal, recorder, state, summary, status, interval=0.07_wp)
       call check(error, recorder%rows, 144)
       if (allocated(error)) return
       do i = 1, recorder%rows
@@ -207,15 +213,14 @@ contains
 
    subroutine rows_do_not_disturb(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: rare, dense
       type(run_summary_t) :: a, b
       type(state_t) :: few, many
       type(status_t) :: status
       goal%local_tolerance = 1e-8_wp
       call run(bruls_top(), 6, 0.5_wp, goal, rare, few, a, status)
-      goal%interval = 0.003_wp
-      call run(bruls_top(), 6, 0.5_wp, goal, dense, many, b, status)
+      call run(bruls_top(), 6, 0.5_wp, goal, dense, many, b, status, interval=0.003_wp)
       call check(error, a%steps == b%steps .and. dense%rows == 168, "other steps, or other rows")
       if (allocated(error)) return
       call check_close(error, [many%q, many%p], [few%q, few%p], 0.0_wp, "last state")
@@ -226,7 +231,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(free_body_t) :: solution
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -253,7 +258,7 @@ contains
    subroutine steps_end_where_torques_do(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -273,7 +278,7 @@ contains
    subroutine goes_backwards(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -282,7 +287,7 @@ contains
       goal%accuracy = 1e-10_wp
       call run(problem, 8, -0.3_wp, goal, recorder, state, summary, status)
       problem%start = state
-      goal = control_settings_t(accuracy=1e-10_wp)
+      goal = run_goal_t(accuracy=1e-10_wp)
       call run(problem, 8, 0.0_wp, goal, recorder, state, summary, status)
       problem = bruls_top()
       call check(error, status%ok(), trim(status%message))
@@ -293,20 +298,19 @@ contains
    subroutine bad_goals_and_limits(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
       type(status_t) :: status
       problem = bruls_top()
       state = problem%start
-      call integrate_controlled(problem%system, of_order(4), goal, state, run_plan_t(end_time=1.0_wp), recorder, &
-                                summary, status)
+      call integrate(problem%system, of_order(4), state, run_plan_t(end_time=1.0_wp), status, recorder)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
       if (allocated(error)) return
       goal%local_tolerance = 1e-10_wp
-      call integrate_controlled(problem%system, of_order(4), goal, state, &
-                                run_plan_t(end_time=1.0_wp, max_steps=5_long), recorder, summary, status)
+      call integrate(problem%system, of_order(4), state, run_plan_t(end_time=1.0_wp, max_steps=5_long, goal=goal), &
+                     status, recorder, summary)
       call check(error, status%code == NUTATE_STEP_LIMIT .and. summary%steps == 5, "limit")
    end subroutine bad_goals_and_limits
 

@@ -1,10 +1,11 @@
 !> Runs with steps chosen by their error, for the suites that look at them: a recorder, and the run with its pilots.
 module test_controlled_run
-   use nutate_accuracy, only: find_error_rate
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp
-   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: integrate
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
@@ -40,23 +41,18 @@ contains
       self%work(self%rows) = record%work
    end subroutine record_row
 
-   !> Runs a problem to an end time, with pilots where an accuracy is asked for.
-   subroutine run_to(problem, settings, end_time, goal, recorder, state, summary, status)
+   !> Runs a problem by a plan.
+   subroutine run_to(problem, settings, plan, recorder, state, summary, status)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
-      real(wp), intent(in) :: end_time
-      type(control_settings_t), intent(inout) :: goal
+      type(run_plan_t), intent(in) :: plan
       type(recorder_t), intent(inout) :: recorder
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
-      type(run_plan_t) :: plan
-      plan%end_time = end_time
       state = problem%start
       recorder%rows = 0
-      if (goal%accuracy > 0.0_wp) call find_error_rate(problem%system, settings, state, plan, goal, status)
-      if (.not. status%ok()) return
-      call integrate_controlled(problem%system, settings, goal, state, plan, recorder, summary, status)
+      call integrate(problem%system, settings, state, plan, status, recorder, summary)
    end subroutine run_to
 
 end module test_controlled_run

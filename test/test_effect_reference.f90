@@ -11,7 +11,8 @@ module test_effect_reference
    use nutate_kinds, only: wp, pi
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: rotation_matrix
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -24,12 +25,6 @@ module test_effect_reference
    private
 
    public :: collect_effect_reference
-
-   !> Looks away.
-   type, extends(observer_t) :: nobody_t
-   contains
-      procedure :: observe => look_away
-   end type nobody_t
 
    real(wp), parameter :: acceleration(3) = [0.5_wp, 1.0_wp, -3.0_wp], kappa = 0.4_wp
    real(wp), parameter :: moment(3) = [0.5_wp, -1.0_wp, 2.0_wp], field(3) = [1.0_wp, 0.5_wp, -0.3_wp]
@@ -48,14 +43,6 @@ contains
       testsuite = [ &
                   new_unittest("all effects converge to a classical integration", effects_converge_to_reference)]
    end subroutine collect_effect_reference
-
-   subroutine look_away(self, system, state, record, status)
-      class(nobody_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine look_away
 
    type(system_t) function full_system() result(system)
       system = sample_body()
@@ -77,9 +64,7 @@ contains
       type(system_t) :: system
       type(nielsen_krenk_t) :: stepper
       type(state_t) :: state
-      type(run_summary_t) :: summary
       type(status_t) :: status
-      type(nobody_t) :: nobody
       real(wp) :: rotation(3, 3), omega(3), errors(4, 2)
       integer :: k
       system = full_system()
@@ -87,8 +72,7 @@ contains
       do k = 1, 4
          state = make_state(system, first_q, first_omega)
          call stepper%prepare(system, integrator_settings_t(), status)
-         call integrate(system, stepper, state, run_plan_t(time_step=0.02_wp/2**k, end_time=end_time), nobody, &
-                        summary, status)
+         call integrate(system, stepper, state, run_plan_t(time_step=0.02_wp/2**k, end_time=end_time), status)
          call check(error, status%ok(), trim(status%message))
          if (allocated(error)) return
          errors(k, 1) = maxval(abs(rotation_matrix(state%q) - rotation))

@@ -5,7 +5,10 @@ module test_f77_twins
    use nutate_hamiltonian, only: angular_velocity, make_state, space_momentum, total_energy
    use nutate_kinds, only: long, wp
    use nutate_methods, only: make_stepper
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -166,7 +169,7 @@ contains
       call make_stepper(twin%problem%system, twin%settings, stepper, status)
       if (status%ok()) call integrate(twin%problem%system, stepper, state, &
                                       run_plan_t(time_step=dt, end_time=state%t + n*dt, every=int(every, long)), &
-                                      keeper, summary, status)
+                                      status, keeper)
    end subroutine run_library
 
 end module test_f77_twins

@@ -2,14 +2,15 @@
 module test_heap
    use, intrinsic :: iso_c_binding, only: c_long_long
    use, intrinsic :: iso_fortran_env, only: compiler_version
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper, methods
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_methods, only: methods
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
-   use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    use test_shipped_scenes, only: scene_names
    use testdrive, only: check, error_type, new_unittest, skip_test, test_failed, unittest_type
@@ -155,7 +156,6 @@ contains
       type(scene_t), intent(in) :: scene
       real(wp), intent(in) :: factor
       logical, intent(in) :: controlled
-      class(stepper_t), allocatable :: stepper
       type(heap_watch_t) :: watch
       type(run_plan_t) :: plan
       type(run_summary_t) :: summary
@@ -165,13 +165,8 @@ contains
       state = scene%initial
       plan%time_step = factor*scene%plan%time_step
       plan%end_time = 40.5_wp*plan%time_step
-      if (controlled) then
-         call integrate_controlled(scene%system, scene%integrator, control_settings_t(local_tolerance=1e-8_wp), state, &
-                                   plan, watch, summary, status)
-      else
-         call make_stepper(scene%system, scene%integrator, stepper, status)
-         if (status%ok()) call integrate(scene%system, stepper, state, plan, watch, summary, status)
-      end if
+      if (controlled) plan%goal%local_tolerance = 1e-8_wp
+      call integrate(scene%system, scene%integrator, state, plan, status, watch, summary)
       write (text, '(a," of order ",i0," ",a," on ",a,": ",i0," allocations in ",i0," steps; ",a)') &
          trim(scene%integrator%method), scene%integrator%order, trim(scene%integrator%linear_solver), scene%name, &
          watch%last - watch%first, summary%steps, trim(status%message)

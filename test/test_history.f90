@@ -10,7 +10,7 @@ module test_history
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_exp
-   use nutate_run, only: run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_NOT_FINITE

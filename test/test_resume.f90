@@ -3,10 +3,11 @@
 module test_resume
    use nutate_applied_torque, only: applied_torque_t
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper, method_t, methods
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -53,6 +54,7 @@ contains
                   new_unittest("controlled runs of all methods go on bit for bit", controlled_runs_go_on), &
                   new_unittest("so they do with rows at intervals, backwards", controlled_runs_go_on_with_intervals), &
                   new_unittest("a poll can ask for an archive and stop", a_poll_can_ask_and_stop), &
+                  new_unittest("runs by a stepper that is lent go on", lent_steppers_go_on), &
                   new_unittest("an archive of another run is refused", another_run_is_refused), &
                   new_unittest("a method that does not list what it remembers is refused", forgetful_refused)]
    end subroutine collect_resume
@@ -213,48 +215,37 @@ contains
       end do
    end subroutine steppers_go_on_without_attitude
 
-   !> One run, from an archive or from its start; with a goal that is active, with steps chosen by their error.
-   subroutine run(problem, settings, goal, plan, recorder, outcome, status, archived)
+   !> One run, from an archive or from its start.
+   subroutine run(problem, settings, plan, recorder, outcome, status, archived)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
-      type(control_settings_t), intent(in) :: goal
       type(run_plan_t), intent(in) :: plan
       type(recorder_t), intent(inout) :: recorder
       !> The bytes of the last state and of the summary.
       character(len=:), allocatable, intent(out) :: outcome
       type(status_t), intent(out) :: status
       character(len=*), intent(in), optional :: archived
-      class(stepper_t), allocatable :: stepper
-      type(byte_archive_t), allocatable :: resumed
-      type(byte_archive_t) :: account
-      type(run_summary_t) :: summary
-      type(state_t) :: state
-      state = problem%start
-      ! Not allocated, it counts as absent.
+      type(byte_archive_t) :: resumed, account
+      type(run_t) :: a_run
+      call a_run%begin(problem%system, settings, problem%start, plan, status)
       if (present(archived)) then
-         allocate (resumed)
          call resumed%begin_reading(archived)
+         call a_run%resume(resumed, status)
       end if
-      if (goal%active()) then
-         call integrate_controlled(problem%system, settings, goal, state, plan, recorder, summary, status, resumed)
-      else
-         call make_stepper(problem%system, settings, stepper, status)
-         call integrate(problem%system, stepper, state, plan, recorder, summary, status, resumed)
-      end if
+      if (status%ok()) call a_run%go(problem%system, status, recorder)
       call account%begin_writing()
-      call state%transfer(account)
-      if (allocated(summary%work)) call summary%transfer(account)
+      call a_run%state%transfer(account)
+      call a_run%summary%transfer(account)
       outcome = account%content()
-      recorder%cut_steps = summary%cut_steps
+      recorder%cut_steps = a_run%summary%cut_steps
    end subroutine run
 
    !> A run that ends at a number of steps and goes on from there has the rows, the last state and the summary of one
    !> that was never interrupted.
-   subroutine check_run(error, problem, settings, goal, plan, limits, label)
+   subroutine check_run(error, problem, settings, plan, limits, label)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
-      type(control_settings_t), intent(in) :: goal
       type(run_plan_t), intent(in) :: plan
       !> Numbers of steps to interrupt the run at.
       integer, intent(in) :: limits(:)
@@ -264,7 +255,7 @@ contains
       type(status_t) :: status
       character(len=:), allocatable :: wanted, outcome
       integer :: i
-      call run(problem, settings, goal, plan, whole, wanted, status)
+      call run(problem, settings, plan, whole, wanted, status)
       call check(error, status%ok(), label//": "//trim(status%message))
       do i = 1, size(limits)
          if (allocated(error)) return
@@ -272,12 +263,12 @@ contains
          limited%max_steps = limits(i)
          begun = recorder_t()
          begun%keeps_archives = .true.
-         call run(problem, settings, goal, limited, begun, outcome, status)
+         call run(problem, settings, limited, begun, outcome, status)
          call check(error, status%code == NUTATE_STEP_LIMIT .and. allocated(begun%archive), label//": no limit reached")
          if (allocated(error)) return
          resumed = recorder_t()
          resumed%rows = begun%rows(1:begun%rows_kept)
-         call run(problem, settings, goal, plan, resumed, outcome, status, begun%archive)
+         call run(problem, settings, plan, resumed, outcome, status, begun%archive)
          call check(error, status%ok(), label//": "//trim(status%message))
          if (allocated(error)) return
          call check(error, resumed%rows == whole%rows, label//": rows")
@@ -290,7 +281,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: m
       do m = 1, size(methods)
-         call check_run(error, problem_for(methods(m)), settings_of(methods(m)), control_settings_t(), &
+         call check_run(error, problem_for(methods(m)), settings_of(methods(m)), &
                         run_plan_t(time_step=0.01_wp, end_time=0.403_wp, every=3_long), [1, 2, 5, 12, 39, 40], &
                         label_of(methods(m)))
          if (allocated(error)) return
@@ -314,7 +305,7 @@ contains
       integer :: m
       do m = 1, size(methods)
          if (methods(m)%name == 'exact') cycle
-         call check_run(error, windowed_top(), settings_of(methods(m)), control_settings_t(), &
+         call check_run(error, windowed_top(), settings_of(methods(m)), &
                         run_plan_t(time_step=0.001_wp, end_time=0.045_wp), limits, &
                         label_of(methods(m)))
          if (allocated(error)) return
@@ -331,9 +322,9 @@ contains
       integer :: m
       do m = 1, size(methods)
          if (methods(m)%name /= 'nielsen_krenk') cycle
-         call run(box(), settings_of(methods(m)), control_settings_t(), plan, recorder, outcome, status)
+         call run(box(), settings_of(methods(m)), plan, recorder, outcome, status)
          call check(error, recorder%cut_steps > 0, trim(methods(m)%equations)//": no step is cut")
-         if (.not. allocated(error)) call check_run(error, box(), settings_of(methods(m)), control_settings_t(), plan, &
+         if (.not. allocated(error)) call check_run(error, box(), settings_of(methods(m)), plan, &
                                                     [1, 2, 3, 7, 12, 19], trim(methods(m)%equations))
          if (allocated(error)) return
       end do
@@ -341,63 +332,60 @@ contains
 
    subroutine controlled_runs_go_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t) :: goal
       integer :: m
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
-         goal = control_settings_t(local_tolerance=1e-7_wp)
-         call check_run(error, windowed_top(), settings_of(methods(m)), goal, &
-                        run_plan_t(end_time=0.045_wp), [1, 2, 3, 5, 8], &
+         call check_run(error, windowed_top(), settings_of(methods(m)), &
+                        run_plan_t(end_time=0.045_wp, goal=run_goal_t(local_tolerance=1e-7_wp)), [1, 2, 3, 5, 8], &
                         label_of(methods(m)))
          if (allocated(error)) return
-         goal = control_settings_t(error_rate=1e-6_wp)
-         call check_run(error, forced_body(), settings_of(methods(m)), goal, &
-                        run_plan_t(end_time=2.0_wp, every=2_long), [1, 2, 4], label_of(methods(m)))
+         call check_run(error, forced_body(), settings_of(methods(m)), &
+                        run_plan_t(end_time=2.0_wp, every=2_long, goal=run_goal_t(error_rate=1e-6_wp)), [1, 2, 4], &
+                        label_of(methods(m)))
          if (allocated(error)) return
       end do
    end subroutine controlled_runs_go_on
 
    subroutine controlled_runs_go_on_with_intervals(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t) :: goal
+      type(run_goal_t), parameter :: goal = run_goal_t(local_tolerance=1e-6_wp)
       integer :: m
-      goal = control_settings_t(local_tolerance=1e-6_wp)
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
-         goal%interval = 0.013_wp
-         call check_run(error, windowed_top(), settings_of(methods(m)), goal, &
-                        run_plan_t(end_time=0.04_wp), [1, 2, 3, 6], label_of(methods(m)))
+         call check_run(error, windowed_top(), settings_of(methods(m)), &
+                        run_plan_t(end_time=0.04_wp, interval=0.013_wp, goal=goal), [1, 2, 3, 6], label_of(methods(m)))
          if (allocated(error)) return
-         goal%interval = 0.27_wp
-         call check_run(error, forced_body(), settings_of(methods(m)), goal, &
-                        run_plan_t(end_time=-1.0_wp), [1, 2, 3], &
-                        label_of(methods(m)))
+         call check_run(error, forced_body(), settings_of(methods(m)), &
+                        run_plan_t(end_time=-1.0_wp, interval=0.27_wp, goal=goal), [1, 2, 3], label_of(methods(m)))
          if (allocated(error)) return
       end do
    end subroutine controlled_runs_go_on_with_intervals
 
-   !> The archive of a poll holds the rows before it, and the run ends with the poll's status.
+   !> The archive of a poll holds the rows before it, and the run ends with the poll's status. What pilot runs have
+   !> found is in the archive.
    subroutine a_poll_can_ask_and_stop(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t), parameter :: goals(2) = [control_settings_t(), &
-                                                         control_settings_t(local_tolerance=1e-8_wp)]
+      type(run_goal_t), parameter :: goals(3) = [run_goal_t(), run_goal_t(local_tolerance=1e-8_wp), &
+                                                 run_goal_t(accuracy=1e-9_wp)]
       type(integrator_settings_t), parameter :: settings = integrator_settings_t(linear_solver='reduced')
-      type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.001_wp, end_time=4.0_wp, every=7_long)
+      type(run_plan_t) :: plan
       type(recorder_t) :: whole, begun, resumed
       type(status_t) :: status
       character(len=:), allocatable :: wanted, outcome
       integer :: i
-      do i = 1, 2
+      plan = run_plan_t(time_step=0.001_wp, end_time=4.0_wp, every=7_long)
+      do i = 1, size(goals)
+         plan%goal = goals(i)
          whole = recorder_t()
-         call run(forced_body(), settings, goals(i), plan, whole, wanted, status)
+         call run(forced_body(), settings, plan, whole, wanted, status)
          begun = recorder_t()
          begun%stops_at = 3
-         call run(forced_body(), settings, goals(i), plan, begun, outcome, status)
+         call run(forced_body(), settings, plan, begun, outcome, status)
          call check(error, status%code == NUTATE_STOPPED .and. allocated(begun%archive), "stopped")
          if (allocated(error)) return
          resumed = recorder_t()
          resumed%rows = begun%rows
-         call run(forced_body(), settings, goals(i), plan, resumed, outcome, status, begun%archive)
+         call run(forced_body(), settings, plan, resumed, outcome, status, begun%archive)
          call check(error, resumed%rows == whole%rows .and. outcome == wanted)
          if (allocated(error)) return
       end do
@@ -411,25 +399,68 @@ contains
       type(recorder_t) :: recorder
       type(status_t) :: status
       character(len=:), allocatable :: outcome
-      type(run_plan_t) :: limited
+      type(run_plan_t) :: limited, chosen
       limited = plan
       limited%max_steps = 5
       recorder%keeps_archives = .true.
-      call run(forced_body(), integrator_settings_t(), control_settings_t(), limited, recorder, outcome, status)
-      call run(forced_body(), reduced, control_settings_t(), plan, recorder, outcome, status, recorder%archive)
+      call run(forced_body(), integrator_settings_t(), limited, recorder, outcome, status)
+      call run(forced_body(), reduced, plan, recorder, outcome, status, recorder%archive)
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "another method")
       if (allocated(error)) return
-      call run(box(), integrator_settings_t(), control_settings_t(), plan, recorder, outcome, status, recorder%archive)
+      call run(box(), integrator_settings_t(), plan, recorder, outcome, status, recorder%archive)
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "another problem")
       if (allocated(error)) return
-      call run(forced_body(), integrator_settings_t(), control_settings_t(), plan, recorder, outcome, status, &
+      call run(forced_body(), integrator_settings_t(), plan, recorder, outcome, status, &
                recorder%archive(1:len(recorder%archive) - 1))
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "cut short")
       if (allocated(error)) return
-      call run(forced_body(), integrator_settings_t(), control_settings_t(local_tolerance=1e-3_wp), plan, recorder, &
-               outcome, status, recorder%archive)
-      call check(error, status%code == NUTATE_BAD_ARGUMENT, "another kind of run")
+      chosen = plan
+      chosen%goal%local_tolerance = 1e-3_wp
+      call run(forced_body(), integrator_settings_t(), chosen, recorder, outcome, status, recorder%archive)
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps of one length for steps by their error")
+      if (allocated(error)) return
+      chosen%max_steps = 5
+      call run(forced_body(), integrator_settings_t(), chosen, recorder, outcome, status)
+      call run(forced_body(), integrator_settings_t(), plan, recorder, outcome, status, recorder%archive)
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps by their error for steps of one length")
    end subroutine another_run_is_refused
+
+   !> A run by a stepper that stays the program's, as one of a method of its own: interrupted, it goes on with another
+   !> one that was prepared in the same way.
+   subroutine lent_steppers_go_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(integrator_settings_t), parameter :: settings = integrator_settings_t(linear_solver='reduced')
+      class(stepper_t), allocatable, target :: first, second
+      type(problem_t) :: problem
+      type(recorder_t) :: whole, begun, resumed
+      type(byte_archive_t) :: archive
+      type(run_plan_t) :: plan
+      type(run_t) :: run_1, run_2
+      type(status_t) :: status
+      character(len=:), allocatable :: wanted
+      problem = forced_body()
+      plan = run_plan_t(time_step=0.01_wp, end_time=0.5_wp)
+      call run(problem, settings, plan, whole, wanted, status)
+      call make_stepper(problem%system, settings, first, status)
+      call make_stepper(problem%system, settings, second, status)
+      begun%keeps_archives = .true.
+      plan%max_steps = 20
+      call run_1%begin(problem%system, first, problem%start, plan, status)
+      call run_1%go(problem%system, status, begun)
+      call check(error, status%code, NUTATE_STEP_LIMIT)
+      if (allocated(error)) return
+      plan%max_steps = huge(plan%max_steps)
+      resumed%rows = begun%rows
+      call run_2%begin(problem%system, second, problem%start, plan, status)
+      call archive%begin_reading(begun%archive)
+      call run_2%resume(archive, status)
+      if (status%ok()) call run_2%go(problem%system, status, resumed)
+      call check(error, status%ok() .and. resumed%rows == whole%rows, trim(status%message))
+      if (allocated(error)) return
+      plan%goal%local_tolerance = 1e-8_wp
+      call run_2%begin(problem%system, second, problem%start, plan, status)
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps by their error from one stepper")
+   end subroutine lent_steppers_go_on
 
    subroutine forgetful_refused(error)
       type(error_type), allocatable, intent(out) :: error

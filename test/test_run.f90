@@ -2,11 +2,14 @@
 module test_run
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps, long
-   use nutate_methods, only: make_stepper
-   use nutate_run, only: count_steps, integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_fixed_steps, only: count_steps
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STEP_LIMIT, fail, status_t
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, precessing_top, problem_t, solve
    use test_support, only: check_below, check_close
@@ -67,10 +70,8 @@ contains
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
-      class(stepper_t), allocatable :: stepper
-      call make_stepper(problem%system, integrator_settings_t(), stepper, status)
       state = problem%start
-      if (status%ok()) call integrate(problem%system, stepper, state, plan, recorder, summary, status)
+      call integrate(problem%system, integrator_settings_t(), state, plan, status, recorder, summary)
    end subroutine run
 
    subroutine steps_are_counted(error)

@@ -1,14 +1,15 @@
 !> Every scene that comes along: both solvers give one trajectory, and the accuracy asked for is the one that comes out.
 module test_shipped_scenes
-   use nutate_accuracy, only: find_error_rate
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_hamiltonian, only: angular_velocity
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: integrate
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -143,46 +144,43 @@ contains
    subroutine accuracy_is_met_on_every_scene(error)
       type(error_type), allocatable, intent(out) :: error
       type(scene_t) :: scene
-      type(control_settings_t) :: goal
-      real(wp) :: reference(4), q(4), finest
+      real(wp) :: reference(4), q(4), finest, accuracy
       integer :: i, exponent
       character(len=48) :: label
       do i = 1, size(scene_names)
          call load(error, scene_names(i), scene)
          if (allocated(error)) return
          finest = 1e4_wp*eps*norm2(angular_velocity(scene%system, scene%initial))*scene%plan%end_time
-         goal = control_settings_t(accuracy=max(1e-13_wp, 1e-3_wp*finest))
-         call solve(error, scene, 'dop853', goal, reference)
+         call solve(error, scene, 'dop853', max(1e-13_wp, 1e-3_wp*finest), reference)
          do exponent = 4, 12, 2
             if (allocated(error)) return
-            if (10.0_wp**(-exponent) < finest) exit
+            accuracy = 10.0_wp**(-exponent)
+            if (accuracy < finest) exit
             write (label, '(a,", accuracy 1e-",i0)') trim(scene_names(i)), exponent
-            goal = control_settings_t(accuracy=10.0_wp**(-exponent))
-            call solve(error, scene, AUTOMATIC_METHOD, goal, q)
+            call solve(error, scene, AUTOMATIC_METHOD, accuracy, q)
             if (allocated(error)) return
-            call check_below(error, attitude_distance(q, reference), 10.0_wp**(-exponent), 'auto, '//label)
+            call check_below(error, attitude_distance(q, reference), accuracy, 'auto, '//label)
             if (allocated(error)) return
             if (mod(exponent, 4) /= 0) cycle
-            goal = control_settings_t(accuracy=10.0_wp**(-exponent))
-            call solve(error, scene, 'nielsen_krenk', goal, q)
+            call solve(error, scene, 'nielsen_krenk', accuracy, q)
             if (allocated(error)) return
-            call check_below(error, attitude_distance(q, reference), 10.0_wp**(-exponent), label)
+            call check_below(error, attitude_distance(q, reference), accuracy, label)
             if (allocated(error)) return
-            goal = control_settings_t(accuracy=10.0_wp**(-exponent))
-            call solve(error, scene, 'taylor', goal, q)
+            call solve(error, scene, 'taylor', accuracy, q)
             if (allocated(error)) return
-            call check_below(error, attitude_distance(q, reference), 10.0_wp**(-exponent), 'taylor, '//label)
+            call check_below(error, attitude_distance(q, reference), accuracy, 'taylor, '//label)
          end do
          if (allocated(error)) return
       end do
    end subroutine accuracy_is_met_on_every_scene
 
    !> The attitude at the end of a scene by steps for an accuracy; the invariants of the conserving method are checked.
-   subroutine solve(error, scene, method, goal, q)
+   subroutine solve(error, scene, method, accuracy, q)
       type(error_type), allocatable, intent(out) :: error
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: method
-      type(control_settings_t), intent(inout) :: goal
+      !> rad.
+      real(wp), intent(in) :: accuracy
       real(wp), intent(out) :: q(4)
       type(integrator_settings_t) :: settings
       character(len=:), allocatable :: reason
@@ -193,12 +191,12 @@ contains
       type(status_t) :: status
       settings = integrator_settings_t(method=method, order=8, linear_solver='reduced', conserve=method == 'taylor')
       if (method == AUTOMATIC_METHOD) call choose_method(scene%system, scene%initial, scene%plan%end_time, &
-                                                         goal%accuracy, settings, reason)
+                                                         accuracy, settings, reason)
       plan%end_time = scene%plan%end_time
       plan%every = 50
       state = scene%initial
-      call find_error_rate(scene%system, settings, scene%initial, plan, goal, status)
-      if (status%ok()) call integrate_controlled(scene%system, settings, goal, state, plan, guard, summary, status)
+      plan%goal%accuracy = accuracy
+      call integrate(scene%system, settings, state, plan, status, guard, summary)
       q = state%q
       call check(error, status%ok(), scene%name//': '//trim(status%message))
       if (allocated(error) .or. method == 'dop853') return

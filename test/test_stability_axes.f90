@@ -3,7 +3,7 @@ module test_stability_axes
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp, long
-   use nutate_run, only: run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t

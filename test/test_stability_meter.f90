@@ -4,7 +4,10 @@ module test_stability_meter
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: fail, NUTATE_NOT_FINITE, status_t
    use nutate_stepper, only: stepper_t
@@ -150,7 +153,7 @@ contains
       type(record_t) :: part
       type(state_t) :: state
       state = problem%start
-      call integrate(problem%system, stepper, state, plan, meter, summary, status)
+      call integrate(problem%system, stepper, state, plan, status, meter, summary)
       part%steps = summary%steps
       part%cut_steps = summary%cut_steps
       part%energy = meter%invariants%energy_error()

@@ -3,7 +3,6 @@ module test_stability_scales
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t
@@ -14,7 +13,9 @@ module test_stability_scales
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: integrate, run_plan_t, run_summary_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: parse_scene, scene_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
@@ -244,13 +245,11 @@ contains
       meter%inverse_j0 = way%inverse_j0(problem%system)
       plan%end_time = merge(200.0_wp, 20.0_wp, whole)*u%t
       if (kind == CONTROLLED) then
-         call integrate_controlled(problem%system, way%settings(problem%system), &
-                                   control_settings_t(local_tolerance=1e-6_wp), state, plan, meter, summary, status)
+         plan%goal%local_tolerance = 1e-6_wp
       else
          plan%time_step = merge(0.02_wp, 10.0_wp, kind == SUITABLE)*u%t
-         call make_stepper(problem%system, way%settings(problem%system), stepper, status)
-         if (status%ok()) call integrate(problem%system, stepper, state, plan, meter, summary, status)
       end if
+      call integrate(problem%system, way%settings(problem%system), state, plan, status, meter, summary)
       call record%require(status%ok(), trim(status%message))
       record%steps = record%steps + summary%steps
       record%cut_steps = record%cut_steps + summary%cut_steps

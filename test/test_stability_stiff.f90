@@ -5,7 +5,7 @@ module test_stability_stiff
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state
    use nutate_kinds, only: wp, long, eps
    use nutate_quaternion, only: rotate_to_space
-   use nutate_run, only: run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, status_t

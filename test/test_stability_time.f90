@@ -1,10 +1,13 @@
 !> Time: backwards, to any end, far from zero, with any rows.
 module test_stability_time
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: count_steps, integrate, run_plan_t, run_record_t, run_summary_t
+   use nutate_fixed_steps, only: count_steps
+   use nutate_observer, only: run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t
@@ -179,7 +182,7 @@ contains
       meter%inverse_j0 = way%inverse_j0(problem%system)
       call make_stepper(problem%system, way%settings(problem%system), stepper, status)
       if (status%ok()) call integrate(problem%system, stepper, state, &
-                                      run_plan_t(time_step=dt, end_time=end_time), meter, summary, status)
+                                      run_plan_t(time_step=dt, end_time=end_time), status, meter, summary)
       call record%require(status%ok(), trim(status%message))
       call record%require(state%t == end_time, 'the run did not end on its time')
       record%steps = record%steps + summary%steps
@@ -230,17 +233,12 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state, reference
       type(clock_meter_t) :: meter, blank
-      type(run_summary_t) :: summary
       type(status_t) :: status
       type(run_plan_t) :: plan
-      type(control_settings_t) :: goal
-      goal = control_settings_t(local_tolerance=1e-8_wp, interval=interval)
+      plan = run_plan_t(end_time=length, interval=interval, goal=run_goal_t(local_tolerance=1e-8_wp))
       problem = precessing_top()
-      plan%end_time = length
       reference = problem%start
-      call integrate_controlled(problem%system, way%settings(problem%system), &
-                                goal, reference, plan, meter, &
-                                summary, status)
+      call integrate(problem%system, way%settings(problem%system), reference, plan, status, meter)
       call record%require(status%ok() .and. reference%t == length, 'the controlled run did not end on its time')
       state = problem%start
       state%t = t_later
@@ -249,9 +247,7 @@ contains
       meter%t_first = t_later
       meter%spacing = interval
       meter%inverse_j0 = way%inverse_j0(problem%system)
-      call integrate_controlled(problem%system, way%settings(problem%system), &
-                                goal, state, plan, meter, &
-                                summary, status)
+      call integrate(problem%system, way%settings(problem%system), state, plan, status, meter)
       call record%require(status%ok() .and. state%t == plan%end_time, 'the later run did not end on its time')
       call record%require(meter%kept == 21, 'the later run has not the rows asked for')
       call record%require(meter%on_time .or. abs(meter%states(20)%t - plan%end_time) <= 0.0_wp, 'a row is late')

@@ -9,7 +9,7 @@ module test_stability_top
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, long, pi, eps
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_steady_top, only: sleeping_spin

@@ -1,14 +1,14 @@
 !> The Taylor series: exact solutions to round-off, invariants at any tolerance, its own states between steps.
 module test_taylor
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_step_control, only: control_settings_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum, kinetic_energy
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: run_summary_t
+   use nutate_progress, only: run_summary_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -40,19 +40,24 @@ contains
    end subroutine collect_taylor
 
    !> Runs a problem, with pilots where an accuracy is asked for.
-   subroutine run(problem, end_time, goal, recorder, state, summary, status, conserve)
+   subroutine run(problem, end_time, goal, recorder, state, summary, status, conserve, interval)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: end_time
-      type(control_settings_t), intent(inout) :: goal
+      type(run_goal_t), intent(in) :: goal
       type(recorder_t), intent(inout) :: recorder
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
       logical, intent(in), optional :: conserve
+      !> Between rows, s.
+      real(wp), intent(in), optional :: interval
       type(integrator_settings_t) :: settings
+      type(run_plan_t) :: plan
       settings = default_settings('taylor')
       if (present(conserve)) settings%conserve = conserve
-      call run_to(problem, settings, end_time, goal, recorder, state, summary, status)
+      plan = run_plan_t(end_time=end_time, goal=goal)
+      if (present(interval)) plan%interval = interval
+      call run_to(problem, settings, plan, recorder, state, summary, status)
    end subroutine run
 
    !> Runs to a tolerance of the steps and compares the attitude at the end.
@@ -61,7 +66,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: end_time, q(4), tolerance
       character(len=*), intent(in) :: label
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -112,7 +117,7 @@ contains
    subroutine invariants_at_every_tolerance(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problems(5)
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -128,7 +133,7 @@ contains
       do i = 1, size(problems)
          do exponent = 4, 13, 3
             write (label, '("problem ",i0,", tolerance 1e-",i0)') i, exponent
-            goal = control_settings_t(local_tolerance=10.0_wp**(-exponent))
+            goal = run_goal_t(local_tolerance=10.0_wp**(-exponent))
             call run(problems(i), 1.0_wp, goal, recorder, state, summary, status)
             call check(error, status%ok(), trim(label)//': '//trim(status%message))
             if (allocated(error)) return
@@ -169,7 +174,7 @@ contains
 
    subroutine without_projection(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -186,7 +191,7 @@ contains
    !> The error at the end is at most the accuracy, and not below a fiftieth of it.
    subroutine accuracy_is_met(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -197,7 +202,7 @@ contains
       integer :: exponent
       character(len=24) :: label
       do exponent = 4, 12, 2
-         goal = control_settings_t(accuracy=10.0_wp**(-exponent))
+         goal = run_goal_t(accuracy=10.0_wp**(-exponent))
          call run(bruls_top(), 2.0_wp, goal, recorder, state, summary, status)
          call check(error, status%ok(), trim(status%message))
          if (allocated(error)) return
@@ -205,7 +210,7 @@ contains
          found = attitude_distance(state%q, q)
          call check_below(error, found, 10.0_wp**(-exponent), label)
          if (allocated(error)) return
-         call check_below(error, found, 4*goal%estimate + 1e-13_wp, trim(label)//': beyond the estimate')
+         call check_below(error, found, 4*summary%estimate + 1e-13_wp, trim(label)//': beyond the estimate')
          if (allocated(error)) return
          call check(error, summary%cut_steps == 0, trim(label)//': steps in vain')
          if (allocated(error)) return
@@ -214,15 +219,14 @@ contains
 
    subroutine rows_do_not_disturb(error)
       type(error_type), allocatable, intent(out) :: error
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: rare, dense
       type(run_summary_t) :: a, b
       type(state_t) :: few, many
       type(status_t) :: status
       goal%local_tolerance = 1e-8_wp
       call run(forced_body(), 2.0_wp, goal, rare, few, a, status)
-      goal%interval = 0.012_wp
-      call run(forced_body(), 2.0_wp, goal, dense, many, b, status)
+      call run(forced_body(), 2.0_wp, goal, dense, many, b, status, interval=0.012_wp)
       call check(error, a%steps == b%steps .and. dense%rows == 168, "other steps, or other rows")
       if (allocated(error)) return
       call check_close(error, [many%q, many%p], [few%q, few%p], 0.0_wp, "last state")
@@ -233,7 +237,7 @@ contains
    subroutine goes_backwards(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem, back
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -255,7 +259,7 @@ contains
    subroutine steps_end_where_torques_do(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state
@@ -277,7 +281,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: moments(3) = [0.6_wp, 0.8_wp, 1.0_wp], momentum(3) = [1.8_wp, 0.4_wp, -0.9_wp]
       real(wp), parameter :: heavy = 2.0_wp**80, strong = 2.0_wp**50
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: a, b
@@ -291,7 +295,7 @@ contains
    subroutine stands_still(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(control_settings_t) :: goal
+      type(run_goal_t) :: goal
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
       type(state_t) :: state

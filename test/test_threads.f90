@@ -3,13 +3,13 @@
 module test_threads
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_accuracy, only: find_error_rate
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper, methods
-   use nutate_run, only: integrate, observer_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_run, only: integrate
    use nutate_scene, only: read_scene, scene_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -172,20 +172,12 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(inout) :: work
       integer, intent(inout) :: code
-      class(stepper_t), allocatable :: stepper
       type(work_watch_t) :: watch
-      type(run_summary_t) :: summary
-      type(control_settings_t) :: goal
+      type(run_plan_t) :: plan
       type(status_t) :: status
-      if (controlled) then
-         goal = control_settings_t(accuracy=1e-4_wp)
-         call find_error_rate(scene%system, scene%integrator, state, scene%plan, goal, status)
-         if (status%ok()) call integrate_controlled(scene%system, scene%integrator, goal, state, scene%plan, watch, &
-                                                    summary, status)
-      else
-         call make_stepper(scene%system, scene%integrator, stepper, status)
-         if (status%ok()) call integrate(scene%system, stepper, state, scene%plan, watch, summary, status)
-      end if
+      plan = scene%plan
+      if (controlled) plan%goal%accuracy = 1e-4_wp
+      call integrate(scene%system, scene%integrator, state, plan, status, watch)
       work = watch%work
       code = status%code
    end subroutine make_run

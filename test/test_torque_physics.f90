@@ -9,7 +9,10 @@ module test_torque_physics
    use nutate_kinds, only: wp, pi, eps
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_quaternion, only: attitude_distance, quat_exp, rotate_to_space
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
@@ -69,7 +72,7 @@ contains
       type(status_t) :: status
       state = problem%start
       call stepper%prepare(problem%system, integrator_settings_t(), status)
-      call integrate(problem%system, stepper, state, run_plan_t(time_step=dt, end_time=t), onlooker, summary, status)
+      call integrate(problem%system, stepper, state, run_plan_t(time_step=dt, end_time=t), status, onlooker, summary)
       call check(error, status%ok(), trim(status%message))
    end subroutine run_to
 

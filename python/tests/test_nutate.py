@@ -202,6 +202,17 @@ class CallbackTest(unittest.TestCase):
         self.assertEqual([(tuple(a), tuple(b)) for a, b in kept], seen)
         self.assertGreater(len({omega for _, omega in seen}), 20)
 
+    def test_work_and_energy_count_from_the_state_that_was_set(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add("damping", coefficient=(0.1, 0.2, 0.3))
+        stepper = nutate.Stepper(system)
+        stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+        stepper.set(time_step=0.01)
+        stepper.run(100)
+        self.assertLess(stepper.energy[3], -0.1)
+        stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+        self.assertEqual(tuple(stepper.energy[3:]), (0.0, 0.0))
+
     def test_a_stepper_outlives_its_system(self):
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_user_torque(lambda t, q, omega: -omega)

@@ -35,6 +35,8 @@ module nutate_archive
       !> Takes a value, or gives it back: scalars; arrays of reals, whose shape both sides know; allocatable text.
       generic :: transfer => transfer_real, transfer_reals, transfer_matrix, transfer_integer, transfer_long, &
          transfer_logical, transfer_text
+      !> Takes a name; where the archive is read, notes if it holds another one.
+      procedure, non_overridable :: expect
       procedure, private, non_overridable :: transfer_real
       procedure, private, non_overridable :: transfer_matrix
       procedure(pass_reals), deferred :: transfer_reals
@@ -124,6 +126,17 @@ contains
       if (self%spoiled) reason = 'it holds something else than this run'
       if (allocated(self%obstacle)) reason = self%obstacle
    end function problem
+
+   !> Takes a name; where the archive is read, notes if it holds another one.
+   subroutine expect(self, name)
+      class(archive_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: found
+      found = name
+      call self%transfer_text(found)
+      if (self%spoiled) return
+      if (found /= name) call self%spoil()
+   end subroutine expect
 
    subroutine transfer_real(self, value)
       class(archive_t), intent(inout) :: self

@@ -35,7 +35,7 @@ module nutate_effect_list
       !> True if the motion depends on the attitude.
       procedure :: needs_attitude
       !> Times between two times at which a torque starts or stops.
-      procedure :: breaks_between
+      procedure :: find_breaks
    end type effect_list_t
 
 contains
@@ -65,12 +65,13 @@ contains
       end do
    end function needs_attitude
 
-   !> Times between two times at which a torque starts or stops, in the order in which they are reached, s; shape (any).
-   pure function breaks_between(self, t_first, t_last) result(breaks)
+   !> Times between two times at which a torque starts or stops, in the order in which they are reached.
+   pure subroutine find_breaks(self, t_first, t_last, breaks)
       class(effect_list_t), intent(in) :: self
       !> s; the last may come before the first.
       real(wp), intent(in) :: t_first, t_last
-      real(wp), allocatable :: breaks(:)
+      !> s; shape (any).
+      real(wp), allocatable, intent(out) :: breaks(:)
       real(wp) :: window(2), earliest
       integer :: i, k
       allocate (breaks(0))
@@ -84,7 +85,7 @@ contains
          breaks(k) = breaks(i)
          breaks(i) = earliest
       end do
-   end function breaks_between
+   end subroutine find_breaks
 
    subroutine add_potential(self, effect)
       class(effect_list_t), intent(inout) :: self

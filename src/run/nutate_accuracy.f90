@@ -4,12 +4,14 @@
 !> error rate than the one before; the difference of their ends is the error of the coarser one, and in proportion to
 !> the rates that of the finer. The rate is then lowered in proportion until the estimate meets the accuracy.
 module nutate_accuracy
-   use nutate_step_control, only: control_settings_t, integrate_controlled
+   use nutate_error_control, only: error_control_t
    use nutate_kinds, only: wp, long
    use nutate_methods, only: method_of, method_t, order_of
+   use nutate_observer, only: observer_t
+   use nutate_progress, only: progress_t, start_run
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: observer_t, run_plan_t, run_record_t, run_summary_t
-   use nutate_state, only: state_t
+   use nutate_run_loop, only: drive
+   use nutate_run_plan, only: run_plan_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
@@ -18,19 +20,26 @@ module nutate_accuracy
 
    public :: find_error_rate
 
-   !> The estimate is to come to this part of the accuracy.
+   !> The estimate is to come to this part of the accuracy: it is good to a factor 2 (suite `control`).
    real(wp), parameter :: aim = 0.4_wp
-   !> The same for a method that chooses its order too: its error does not follow the rate as closely, and costs less.
+   !> The same for a method that chooses its order too: its error does not follow the rate as closely (to a factor 4,
+   !> suite `taylor`), and costs less.
    real(wp), parameter :: careful_aim = 0.1_wp
-   !> An error of the coarser pilot above this is no small perturbation: it measures nothing, rad.
+   !> An error of the coarser pilot above this is no small perturbation, to which errors are proportional: it measures
+   !> nothing, rad.
    real(wp), parameter :: largest_useful = 0.1_wp
-   !> Error that the first pilot aims at, at most, rad.
+   !> Error that the first pilot aims at, at most, rad: one that is below `largest_useful` still where errors grow a
+   !> thousandfold on the way.
    real(wp), parameter :: coarsest = 1e-4_wp
-   !> Pilots whose errors differ by less than this factor cannot be told apart.
+   !> Pilots whose errors differ by less than this factor cannot be told apart: of the difference of their ends, less
+   !> than half is the error of the coarser one.
    real(wp), parameter :: least_gain = 2.0_wp
-   !> Least and greatest ratio of the error rates of consecutive pilots.
+   !> Least and greatest ratio of the error rates of consecutive pilots: at the one, the finer pilot's own error is a
+   !> tenth of the difference that is measured; beyond the other it would be extrapolated by more than four digits.
    real(wp), parameter :: least_ratio = 10.0_wp, greatest_ratio = 1e4_wp
-   !> Pilots at most.
+   !> The next pilot aims below what the last one says is needed by this factor, so that it can be the last.
+   real(wp), parameter :: ahead = 1.5_wp
+   !> Pilots at most: from `coarsest` to round-off in steps of `least_ratio`.
    integer, parameter :: most_pilots = 12
 
    !> A run of one error rate.
@@ -45,48 +54,43 @@ module nutate_accuracy
       procedure :: run => run_pilot
    end type pilot_t
 
-   !> Looks away: pilots have no rows.
-   type, extends(observer_t) :: blind_t
-   contains
-      procedure :: observe => ignore_row
-   end type blind_t
-
 contains
 
-   !> The error rate that makes the attitude error at the end time about `goal%accuracy`, and an estimate of that error.
-   !> Where round-off or instability keep the accuracy out of reach the estimate stays above it. A method without an
-   !> error needs no pilots.
+   !> The error rate that makes the attitude error at the end time about the accuracy of the goal, and an estimate of
+   !> that error. Where round-off or instability keep the accuracy out of reach the estimate stays above it. A method
+   !> without an error needs no pilots.
    !>
    !> Errors: those of the pilot runs, and what the observer returned.
-   subroutine find_error_rate(system, settings, start, plan, goal, status, observer)
+   subroutine find_error_rate(system, settings, progress, status, observer)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(state_t), intent(in) :: start
-      type(run_plan_t), intent(in) :: plan
-      !> `accuracy` on entry; `error_rate` and `estimate` are set.
-      type(control_settings_t), intent(inout) :: goal
-      type(status_t), intent(out) :: status
+      !> At its start, not its end. The `error_rate` of its goal and the `estimate` of its summary are set.
+      type(progress_t), intent(inout) :: progress
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
       !> Shown the first and the last state of each pilot run; its `poll` can end the search.
       class(observer_t), intent(inout), optional :: observer
       type(pilot_t) :: coarse, fine
-      real(wp) :: difference, gain, least, target, fall
+      real(wp) :: accuracy, duration, difference, gain, least, target, fall, rate, estimate
       logical :: chooses
       integer :: i
 
-      call ask_method(settings, fall, chooses)
+      accuracy = progress%plan%goal%accuracy
+      duration = abs(progress%plan%end_time - progress%state%t)
       if (order_of(settings) < 1) then
-         goal%error_rate = goal%accuracy/abs(plan%end_time - start%t)
-         goal%estimate = 0.0_wp
+         progress%plan%goal%error_rate = accuracy/duration
          return
       end if
-      target = merge(careful_aim, aim, chooses)*goal%accuracy
+      call ask_method(settings, fall, chooses)
+      target = merge(careful_aim, aim, chooses)*accuracy
       least = huge(1.0_wp)
-      goal%estimate = huge(1.0_wp)
-      coarse%rate = max(goal%accuracy, coarsest)/abs(plan%end_time - start%t)
-      call coarse%run(system, settings, start, plan, goal, status, observer)
+      rate = 0.0_wp
+      estimate = huge(1.0_wp)
+      coarse%rate = max(accuracy, coarsest)/duration
+      call coarse%run(system, settings, progress, status, observer)
       fine%rate = coarse%rate/least_ratio
       do i = 1, most_pilots
-         if (status%ok()) call fine%run(system, settings, start, plan, goal, status, observer)
+         if (status%ok()) call fine%run(system, settings, progress, status, observer)
          if (.not. status%ok()) return
          difference = attitude_distance(coarse%q, fine%q)
          ! Steps that the rate no longer changes are at round-off, and the estimate before is the one that holds.
@@ -99,27 +103,29 @@ contains
             fine%rate = fine%rate/least_ratio
             cycle
          end if
-         goal%estimate = difference/(gain - 1)
-         goal%error_rate = fine%rate
+         estimate = difference/(gain - 1)
+         rate = fine%rate
          if (difference <= largest_useful) then
-            if (goal%estimate <= target) exit
             ! Where a finer rate no longer lowers the difference it is round-off.
-            if (difference >= least) exit
+            if (estimate <= target .or. difference >= least) exit
             least = difference
-            gain = min(greatest_ratio, max(least_ratio, 1.5_wp*goal%estimate/target))
+            gain = min(greatest_ratio, max(least_ratio, ahead*estimate/target))
          else
             gain = least_ratio
          end if
          coarse = fine
          fine%rate = coarse%rate/gain
       end do
-      if (goal%error_rate <= 0.0_wp) then
+      if (rate <= 0.0_wp) then
          ! No two pilots could be told apart: what they differ by is all that is known.
-         goal%error_rate = fine%rate
-         goal%estimate = difference
-         return
+         rate = fine%rate
+         estimate = difference
+      else if (estimate < target .and. difference <= largest_useful) then
+         call relax(coarse%rate, fine%rate, difference, target, estimate)
+         rate = fine%rate
       end if
-      if (goal%estimate < target .and. difference <= largest_useful) call relax(coarse, fine, difference, target, goal)
+      progress%plan%goal%error_rate = rate
+      progress%summary%estimate = estimate
    end subroutine find_error_rate
 
    !> What the error does as the error rate falls.
@@ -138,54 +144,42 @@ contains
    end subroutine ask_method
 
    !> A finer rate than necessary was found: back towards that of the coarser pilot.
-   subroutine relax(coarse, fine, difference, target, goal)
-      type(pilot_t), intent(in) :: coarse, fine
+   pure subroutine relax(coarse_rate, rate, difference, target, estimate)
+      !> Rate of the coarser pilot and of the finer one, rad/s.
+      real(wp), intent(in) :: coarse_rate
+      real(wp), intent(inout) :: rate
       !> Attitude error of the coarser pilot, rad, and the one wanted.
       real(wp), intent(in) :: difference, target
-      type(control_settings_t), intent(inout) :: goal
+      !> Error of the finer pilot, rad.
+      real(wp), intent(inout) :: estimate
       real(wp) :: factor
-      factor = coarse%rate/fine%rate
-      if (difference > target) factor = min(factor, target/goal%estimate)
-      goal%error_rate = factor*fine%rate
-      goal%estimate = min(difference, factor*goal%estimate)
+      factor = coarse_rate/rate
+      if (difference > target) factor = min(factor, target/estimate)
+      rate = factor*rate
+      estimate = min(difference, factor*estimate)
    end subroutine relax
 
    !> Runs a pilot of a rate.
-   subroutine run_pilot(self, system, settings, start, plan, goal, status, observer)
+   subroutine run_pilot(self, system, settings, progress, status, observer)
       class(pilot_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      type(state_t), intent(in) :: start
-      type(run_plan_t), intent(in) :: plan
-      type(control_settings_t), intent(in) :: goal
-      type(status_t), intent(out) :: status
+      !> The run to come, at its start.
+      type(progress_t), intent(in) :: progress
+      type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      type(control_settings_t) :: own
-      type(run_plan_t) :: end_only
-      type(run_summary_t) :: summary
-      type(state_t) :: state
-      type(blind_t) :: nobody
-      own = goal
-      own%error_rate = self%rate
-      own%interval = 0.0_wp
-      end_only = plan
-      end_only%every = huge(plan%every)
-      state = start
-      if (present(observer)) then
-         call integrate_controlled(system, settings, own, state, end_only, observer, summary, status)
-      else
-         call integrate_controlled(system, settings, own, state, end_only, nobody, summary, status)
-      end if
-      self%q = state%q
-      self%steps = max(summary%steps, 1_long)
+      type(progress_t) :: own
+      type(error_control_t) :: control
+      type(run_plan_t) :: plan
+      plan = progress%plan
+      plan%goal%error_rate = self%rate
+      plan%interval = 0.0_wp
+      plan%every = huge(plan%every)
+      call start_run(own, system%effects, progress%state, plan, status)
+      if (status%ok()) call control%begin(system, settings, own, status)
+      if (status%ok()) call drive(own, control, system, status, observer)
+      self%q = own%state%q
+      self%steps = max(own%summary%steps, 1_long)
    end subroutine run_pilot
-
-   subroutine ignore_row(self, system, state, record, status)
-      class(blind_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-   end subroutine ignore_row
 
 end module nutate_accuracy

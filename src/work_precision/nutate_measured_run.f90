@@ -1,11 +1,13 @@
 !> One integration of a work-precision study: without output, under a time limit, measured or as fast as it goes.
 module nutate_measured_run
-   use nutate_step_control, only: control_settings_t, integrate_controlled
    use nutate_hamiltonian, only: angular_velocity
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: make_stepper, methods
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_methods, only: methods
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -14,7 +16,7 @@ module nutate_measured_run
    implicit none
    private
 
-   public :: problem_t, follower_t, run_once, run_to_tolerance, settings_of, fastest_rate
+   public :: problem_t, follower_t, outcome_t, run_once, run_to_tolerance, settings_of, fastest_rate
 
    !> Steps of the run that looks for the fastest rotation: at most so many, some 0.1 s of work; at least so many where
    !> the start does not say how fast the body is.
@@ -37,7 +39,16 @@ module nutate_measured_run
       procedure :: duration
    end type problem_t
 
-   !> Looks on: ends a run whose time is over; measures, if it is shown rows.
+   !> What a run came to.
+   type :: outcome_t
+      !> The last state.
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      !> Wall time, s.
+      real(wp) :: seconds = 0.0_wp
+   end type outcome_t
+
+   !> Ends a run whose time is over; measures, if it is shown rows.
    type, extends(observer_t) :: follower_t
       type(invariants_t) :: invariants
       !> Largest |Ω| seen, rad/s.
@@ -76,63 +87,57 @@ contains
 
    !> Runs a problem once from its start. With `follower%measures` every step is a row; otherwise only the ends are.
    !>
-   !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` where the time is over; what the onlooker's
-   !> `poll` returned.
-   subroutine run_once(problem, stepper, time_step, follower, state, summary, seconds, status)
+   !> Errors: those of `integrate`; `NUTATE_STEP_LIMIT` where the time is over; what the onlooker's `poll` returned.
+   subroutine run_once(problem, stepper, time_step, follower, outcome, status)
       type(problem_t), intent(in) :: problem
       !> Prepared.
       class(stepper_t), intent(inout) :: stepper
       !> s.
       real(wp), intent(in) :: time_step
       type(follower_t), intent(inout) :: follower
-      !> The last state.
-      type(state_t), intent(out) :: state
-      type(run_summary_t), intent(out) :: summary
-      !> Wall time, s.
-      real(wp), intent(out) :: seconds
+      type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
       type(run_plan_t) :: plan
       type(stopwatch_t) :: clock
 
+      plan = plan_of(problem, follower)
       plan%time_step = time_step
-      plan%end_time = problem%end_time
-      plan%every = huge(1_long)
-      if (follower%measures) plan%every = 1
-      state = problem%start
+      outcome%state = problem%start
       call take_onlooker(follower, problem)
       call clock%start()
-      call integrate(problem%system, stepper, state, plan, follower, summary, status)
-      seconds = clock%seconds()
+      call integrate(problem%system, stepper, outcome%state, plan, status, follower, outcome%summary)
+      outcome%seconds = clock%seconds()
    end subroutine run_once
 
    !> The same with steps chosen for an error of each. Preparing the method is part of the time.
-   !>
-   !> Errors: those of `integrate_controlled`; `NUTATE_STEP_LIMIT` where the time is over.
-   subroutine run_to_tolerance(problem, settings, tolerance, follower, state, summary, seconds, status)
+   subroutine run_to_tolerance(problem, settings, tolerance, follower, outcome, status)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
       !> rad.
       real(wp), intent(in) :: tolerance
       type(follower_t), intent(inout) :: follower
-      !> The last state.
-      type(state_t), intent(out) :: state
-      type(run_summary_t), intent(out) :: summary
-      !> Wall time, s.
-      real(wp), intent(out) :: seconds
+      type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
       type(run_plan_t) :: plan
-      type(control_settings_t) :: goal
       type(stopwatch_t) :: clock
 
+      plan = plan_of(problem, follower)
+      plan%goal%local_tolerance = tolerance
+      outcome%state = problem%start
+      call take_onlooker(follower, problem)
+      call clock%start()
+      call integrate(problem%system, settings, outcome%state, plan, status, follower, outcome%summary)
+      outcome%seconds = clock%seconds()
+   end subroutine run_to_tolerance
+
+   !> To the end of a problem, with rows if the follower measures.
+   pure type(run_plan_t) function plan_of(problem, follower) result(plan)
+      type(problem_t), intent(in) :: problem
+      type(follower_t), intent(in) :: follower
       plan%end_time = problem%end_time
       plan%every = huge(1_long)
       if (follower%measures) plan%every = 1
-      goal%local_tolerance = tolerance
-      state = problem%start
-      call clock%start()
-      call integrate_controlled(problem%system, settings, goal, state, plan, follower, summary, status)
-      seconds = clock%seconds()
-   end subroutine run_to_tolerance
+   end function plan_of
 
    !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long.
    subroutine fastest_rate(problem, method, rate, status)
@@ -141,15 +146,11 @@ contains
       integer, intent(in) :: method
       real(wp), intent(out) :: rate
       type(status_t), intent(out) :: status
-      class(stepper_t), allocatable :: stepper
       type(run_plan_t) :: plan
-      type(run_summary_t) :: summary
       type(follower_t) :: follower
       type(state_t) :: state
 
       rate = norm2(angular_velocity(problem%system, problem%start))
-      call make_stepper(problem%system, settings_of(integrator_settings_t(), method), stepper, status)
-      if (.not. status%ok()) return
       plan%end_time = problem%end_time
       plan%time_step = problem%duration()/real(least_pilot_steps, wp)
       if (abs(plan%time_step)*rate > pilot_turn) plan%time_step = sign(pilot_turn/rate, plan%time_step)
@@ -158,7 +159,7 @@ contains
       follower%measures = .true.
       call take_onlooker(follower, problem)
       call follower%invariants%start(problem%system, state)
-      call integrate(problem%system, stepper, state, plan, follower, summary, status)
+      call integrate(problem%system, settings_of(integrator_settings_t(), method), state, plan, status, follower)
       if (status%code == NUTATE_STEP_LIMIT) status = status_t()
       rate = max(rate, follower%fastest)
    end subroutine fastest_rate

@@ -8,12 +8,10 @@ module nutate_reference
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, methods
    use nutate_quaternion, only: attitude_distance
-   use nutate_run, only: run_summary_t
-   use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: follower_t, problem_t, run_once, settings_of
+   use nutate_measured_run, only: follower_t, outcome_t, problem_t, run_once, settings_of
    implicit none
    private
 
@@ -183,15 +181,13 @@ contains
       type(status_t), intent(out) :: status
       class(stepper_t), allocatable :: stepper
       type(follower_t) :: follower
-      type(state_t) :: state
-      type(run_summary_t) :: summary
-      real(wp) :: seconds
+      type(outcome_t) :: outcome
       q = problem%start%q
       call make_stepper(problem%system, settings_of(integrator_settings_t(), method), stepper, status)
       if (.not. status%ok()) return
       follower%clock = clock
-      call run_once(problem, stepper, time_step, follower, state, summary, seconds, status)
-      q = state%q
+      call run_once(problem, stepper, time_step, follower, outcome, status)
+      q = outcome%state%q
    end subroutine end_attitude
 
 end module nutate_reference

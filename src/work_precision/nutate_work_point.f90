@@ -5,12 +5,10 @@ module nutate_work_point
    use nutate_methods, only: make_stepper
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_t
-   use nutate_run, only: run_summary_t
-   use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: follower_t, problem_t, run_once, run_to_tolerance, settings_of
+   use nutate_measured_run, only: follower_t, outcome_t, problem_t, run_once, run_to_tolerance, settings_of
    implicit none
    private
 
@@ -109,21 +107,21 @@ contains
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
       type(follower_t) :: follower
-      type(state_t) :: state
-      type(run_summary_t) :: summary
-      real(wp) :: seconds
+      type(outcome_t) :: outcome
 
       follower%clock = clock
       follower%measures = .true.
       call follower%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
-      call run(problem, stepper, point, follower, state, summary, seconds, status)
+      call run(problem, stepper, point, follower, outcome, status)
       if (.not. status%ok()) return
-      point%steps = summary%steps
-      if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
-      point%cut_steps = summary%cut_steps
-      point%parts = summary%parts
-      point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
-      if (reference%known()) point%attitude_error = attitude_distance(state%q, reference%q)
+      associate (summary => outcome%summary)
+         point%steps = summary%steps
+         if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
+         point%cut_steps = summary%cut_steps
+         point%parts = summary%parts
+         point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
+      end associate
+      if (reference%known()) point%attitude_error = attitude_distance(outcome%state%q, reference%q)
       point%momentum_error = follower%invariants%momentum_error()
       point%energy_error = follower%invariants%energy_error()
       point%norm_error = follower%invariants%norm_error
@@ -139,8 +137,7 @@ contains
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
       type(follower_t) :: follower
-      type(state_t) :: state
-      type(run_summary_t) :: summary
+      type(outcome_t) :: outcome
       real(wp) :: samples(most_samples), spent
 
       follower%clock = clock
@@ -149,8 +146,9 @@ contains
       do while (point%samples < most_samples)
          call stepper%prepare(problem%system, settings_of(problem%settings, point%method), status)
          if (.not. status%ok()) return
-         call run(problem, stepper, point, follower, state, summary, samples(point%samples + 1), status)
+         call run(problem, stepper, point, follower, outcome, status)
          if (.not. status%ok()) return
+         samples(point%samples + 1) = outcome%seconds
          point%samples = point%samples + 1
          spent = spent + samples(point%samples)
          if (point%samples >= fewest_samples .and. spent >= sample_seconds) exit
@@ -159,21 +157,19 @@ contains
    end subroutine measure_time
 
    !> One integration, at the step or to the tolerance asked for.
-   subroutine run(problem, stepper, point, follower, state, summary, seconds, status)
+   subroutine run(problem, stepper, point, follower, outcome, status)
       type(problem_t), intent(in) :: problem
       !> Prepared; used for steps of one length.
       class(stepper_t), intent(inout) :: stepper
       type(work_point_t), intent(in) :: point
       type(follower_t), intent(inout) :: follower
-      type(state_t), intent(out) :: state
-      type(run_summary_t), intent(out) :: summary
-      real(wp), intent(out) :: seconds
+      type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
       if (point%tolerance > 0.0_wp) then
-         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, follower, state, &
-                               summary, seconds, status)
+         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, follower, outcome, &
+                               status)
       else
-         call run_once(problem, stepper, point%time_step, follower, state, summary, seconds, status)
+         call run_once(problem, stepper, point%time_step, follower, outcome, status)
       end if
    end subroutine run
 

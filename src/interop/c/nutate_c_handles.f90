@@ -7,10 +7,10 @@ module nutate_c_handles
    use nutate_c_effects, only: report_failures_to
    use nutate_c_text, only: message_to_c
    use nutate_columns, only: columns_t
-   use nutate_step_control, only: control_settings_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp
-   use nutate_run, only: progress_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_progress, only: progress_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -68,7 +68,11 @@ module nutate_c_handles
       real(wp) :: tested_dt = 0.0_wp
       class(stepper_t), allocatable :: stepper
       type(system_t) :: system
-      type(state_t) :: state
+      !> The present state, and the run of nominal steps that has led to it, if there is one under way.
+      type(progress_t) :: run
+      logical :: under_way = .false.
+      !> The time to which that run has come, s.
+      real(wp) :: t_reached = 0.0_wp
       !> The method is prepared.
       logical :: ready = .false.
       !> A step has been found admissible since.
@@ -82,19 +86,12 @@ module nutate_c_handles
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int) :: failure(2) = 0
       !> The attitude is integrated only where columns or effects need it.
-      logical :: thrifty = .false.
+      logical :: attitude_if_needed = .false.
       !> What was set, as a scene's `&integrator`.
       type(group_t) :: group
       type(integrator_settings_t) :: settings
       type(run_plan_t) :: plan
-      type(control_settings_t) :: control
-      !> A run of nominal steps under way, the time it has come to, s, and what it took.
-      logical :: under_way = .false.
-      real(wp) :: t_reached = 0.0_wp
-      type(progress_t) :: progress
-      type(run_summary_t) :: summary
-      type(run_record_t) :: record
-      !> Work of all torques from before that run, J, and the digits that its sum cannot hold.
+      !> Work of all torques from before the run under way, J, and the digits that its sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first

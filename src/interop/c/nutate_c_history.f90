@@ -10,8 +10,8 @@ module nutate_c_history
    use nutate_files, only: same_file
    use nutate_history, only: history_t
    use nutate_kinds, only: wp
-   use nutate_run, only: observer_t, run_record_t
-   use nutate_run_scene, only: run_scene
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_run, only: integrate
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_FINITE, &
       NUTATE_NO_MEMORY, NUTATE_OK
@@ -184,6 +184,7 @@ contains
       type(status_t), intent(out) :: status
       type(collector_t) :: collector
       type(system_t) :: system
+      type(state_t) :: state
       integer(c_int), target :: failure(2)
       failure = 0
       call lock_texts()
@@ -199,7 +200,9 @@ contains
       collector%sees_every_step = collector%columns%follows_steps
       call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia)
       call add_failure(failure, status)
-      if (status%ok()) call run_scene(from%scene, system, collector, status)
+      if (.not. status%ok()) return
+      state = from%scene%initial
+      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector)
    end subroutine collect
 
    !> Runs a scene and writes its rows.
@@ -209,6 +212,7 @@ contains
       type(status_t), intent(out) :: status
       type(writer_t) :: writer
       type(system_t) :: system
+      type(state_t) :: state
       type(status_t) :: closing
       integer(c_int), target :: failure(2)
       failure = 0
@@ -220,7 +224,8 @@ contains
       call unlock_texts()
       if (.not. status%ok()) return
       call add_failure(failure, status)
-      if (status%ok()) call run_scene(from%scene, system, writer, status)
+      state = from%scene%initial
+      if (status%ok()) call integrate(system, from%scene%integrator, state, from%scene%plan, status, writer)
       call add_failure(failure, status)
       call lock_texts()
       if (status%ok()) then

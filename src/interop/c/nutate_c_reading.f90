@@ -29,7 +29,7 @@ contains
       real(c_double), intent(inout), optional :: t
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(t), .false., handle, code)
-      if (code == NUTATE_OK) t = handle%state%t
+      if (code == NUTATE_OK) t = handle%run%state%t
    end function nutate_stepper_time
 
    integer(c_int) function nutate_stepper_quaternion(stepper, q) result(code) bind(C)
@@ -37,7 +37,7 @@ contains
       real(c_double), intent(inout), optional :: q(4)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(q), .true., handle, code)
-      if (code == NUTATE_OK) q = handle%state%q
+      if (code == NUTATE_OK) q = handle%run%state%q
    end function nutate_stepper_quaternion
 
    integer(c_int) function nutate_stepper_conjugate_momentum(stepper, p) result(code) bind(C)
@@ -45,7 +45,7 @@ contains
       real(c_double), intent(inout), optional :: p(4)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(p), .true., handle, code)
-      if (code == NUTATE_OK) p = handle%state%p
+      if (code == NUTATE_OK) p = handle%run%state%p
    end function nutate_stepper_conjugate_momentum
 
    integer(c_int) function nutate_stepper_angular_velocity(stepper, omega) result(code) bind(C)
@@ -53,7 +53,7 @@ contains
       real(c_double), intent(inout), optional :: omega(3)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(omega), .false., handle, code)
-      if (code == NUTATE_OK) omega = angular_velocity(handle%system, handle%state)
+      if (code == NUTATE_OK) omega = angular_velocity(handle%system, handle%run%state)
    end function nutate_stepper_angular_velocity
 
    integer(c_int) function nutate_stepper_angular_velocity_space(stepper, omega) result(code) bind(C)
@@ -61,8 +61,8 @@ contains
       real(c_double), intent(inout), optional :: omega(3)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(omega), .true., handle, code)
-      if (code == NUTATE_OK) omega = rotate_to_space(quat_normalized(handle%state%q), &
-                                                     angular_velocity(handle%system, handle%state))
+      if (code == NUTATE_OK) omega = rotate_to_space(quat_normalized(handle%run%state%q), &
+                                                     angular_velocity(handle%system, handle%run%state))
    end function nutate_stepper_angular_velocity_space
 
    integer(c_int) function nutate_stepper_angular_momentum(stepper, momentum) result(code) bind(C)
@@ -70,7 +70,7 @@ contains
       real(c_double), intent(inout), optional :: momentum(3)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(momentum), .false., handle, code)
-      if (code == NUTATE_OK) momentum = body_momentum(handle%state)
+      if (code == NUTATE_OK) momentum = body_momentum(handle%run%state)
    end function nutate_stepper_angular_momentum
 
    integer(c_int) function nutate_stepper_angular_momentum_space(stepper, momentum) result(code) bind(C)
@@ -78,7 +78,7 @@ contains
       real(c_double), intent(inout), optional :: momentum(3)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(momentum), .true., handle, code)
-      if (code == NUTATE_OK) momentum = space_momentum(handle%state)
+      if (code == NUTATE_OK) momentum = space_momentum(handle%run%state)
    end function nutate_stepper_angular_momentum_space
 
    integer(c_int) function nutate_stepper_matrix(stepper, r) result(code) bind(C)
@@ -87,7 +87,7 @@ contains
       real(c_double), intent(inout), optional :: r(3, 3)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(r), .true., handle, code)
-      if (code == NUTATE_OK) r = transpose(rotation_matrix(quat_normalized(handle%state%q)))
+      if (code == NUTATE_OK) r = transpose(rotation_matrix(quat_normalized(handle%run%state%q)))
    end function nutate_stepper_matrix
 
    integer(c_int) function nutate_stepper_euler(stepper, angles) result(code) bind(C)
@@ -95,7 +95,7 @@ contains
       real(c_double), intent(inout), optional :: angles(3)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(angles), .true., handle, code)
-      if (code == NUTATE_OK) call euler_from_quat(handle%state%q, angles(1), angles(2), angles(3))
+      if (code == NUTATE_OK) call euler_from_quat(handle%run%state%q, angles(1), angles(2), angles(3))
    end function nutate_stepper_euler
 
    integer(c_int) function nutate_stepper_energy(stepper, energy) result(code) bind(C)
@@ -107,8 +107,8 @@ contains
       call look(stepper, present(energy), .false., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
-      kinetic = kinetic_energy(handle%system, handle%state, handle%settings%inverse_auxiliary_inertia)
-      potential = potential_energy(handle%system%effects, handle%state%q)
+      kinetic = kinetic_energy(handle%system, handle%run%state, handle%settings%inverse_auxiliary_inertia)
+      potential = potential_energy(handle%system%effects, handle%run%state%q)
       work = work_done(handle)
       call add_failure(handle%failure, status)
       if (status%ok()) energy = [kinetic, potential, kinetic + potential, work, &
@@ -121,8 +121,8 @@ contains
       real(c_double), intent(inout), optional :: constraints(2)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(constraints), .true., handle, code)
-      if (code == NUTATE_OK) constraints = [dot_product(handle%state%q, handle%state%q) - 1, &
-                                            dot_product(handle%state%q, handle%state%p)]
+      if (code == NUTATE_OK) constraints = [dot_product(handle%run%state%q, handle%run%state%q) - 1, &
+                                            dot_product(handle%run%state%q, handle%run%state%p)]
    end function nutate_stepper_constraints
 
    integer(c_int) function nutate_stepper_conserved(stepper, components, axis) result(code) bind(C)
@@ -203,7 +203,7 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, 'the array for the row is too small', 'size')
          else
             handle%failure = 0
-            call handle%columns%evaluate(handle%system, handle%state, present_record(handle), row(1:width))
+            call handle%columns%evaluate(handle%system, handle%run%state, present_record(handle), row(1:width))
             call add_failure(handle%failure, status)
          end if
       end associate
@@ -251,12 +251,12 @@ contains
          call add_failure(handle%failure, status)
       end if
       if (status%ok()) then
-         if (columns%follows_steps) call columns%follow(handle%state)
+         if (columns%follows_steps) call columns%follow(handle%run%state)
          handle%columns = columns
          handle%sets = sets
          handle%names = names
-         if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
-                                                        handle%control%accuracy > 0.0_wp .or. &
+         if (handle%attitude_if_needed) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+                                                        handle%plan%goal%accuracy > 0.0_wp .or. &
                                                         need_attitude(sets)
          handle%ready = .false.
          handle%plain = .false.

@@ -1,11 +1,11 @@
 !> Rows of a run in an array of C.
 module nutate_c_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: stepper_handle_t
    use nutate_kinds, only: wp, long
-   use nutate_run, only: observer_t, run_record_t
+   use nutate_observer, only: observer_t, run_record_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_STEP_LIMIT
    use nutate_system, only: system_t
@@ -16,6 +16,9 @@ module nutate_c_rows
 
    !> Writes rows into an array.
    type, extends(observer_t) :: row_taker_t
+      !> `double[capacity][width]`, or null; rows that it has room for, beyond the greatest integer a negative number.
+      type(c_ptr) :: array = c_null_ptr
+      integer(c_size_t) :: capacity = 0
       !> There is an array.
       logical :: wants_rows = .false.
       !> Rows so far.
@@ -25,7 +28,7 @@ module nutate_c_rows
       !> The stepper whose run it is; only where steps are chosen by their error.
       type(stepper_handle_t), pointer :: handle => null()
    contains
-      !> Takes the array.
+      !> Opens the array.
       procedure :: take
       procedure :: observe => take_row
       procedure :: poll => ask_callbacks
@@ -34,33 +37,32 @@ module nutate_c_rows
 
 contains
 
-   !> Takes the array. Errors: `NUTATE_BAD_ARGUMENT` where it is too small.
-   subroutine take(self, rows, width, needed, capacity, status)
+   !> Opens the array. Errors: `NUTATE_BAD_ARGUMENT` where it is too small.
+   subroutine take(self, width, needed, status)
       class(row_taker_t), intent(inout) :: self
-      !> `double[capacity][width]`, or null.
-      type(c_ptr), intent(in) :: rows
       integer, intent(in) :: width
       !> Rows that it must hold.
       integer(long), intent(in) :: needed
-      integer(c_size_t), intent(in) :: capacity
       type(status_t), intent(out) :: status
-      if (.not. c_associated(rows)) return
-      ! A size of C beyond the greatest integer is negative here.
-      if (capacity >= 0 .and. capacity < needed) then
+      if (.not. c_associated(self%array)) return
+      if (self%capacity >= 0 .and. self%capacity < needed) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the array for the rows is too small', 'capacity')
          return
       end if
       self%wants_rows = .true.
       self%rows = 0
-      call c_f_pointer(rows, self%values, [int(width, c_size_t), merge(capacity, huge(capacity)/width, capacity >= 0)])
+      associate (capacity => self%capacity)
+         call c_f_pointer(self%array, self%values, &
+                          [int(width, c_size_t), merge(capacity, huge(capacity)/width, capacity >= 0)])
+      end associate
    end subroutine take
 
    !> What belongs to a row beside the state.
    type(run_record_t) function present_record(handle) result(record)
       type(stepper_handle_t), intent(in) :: handle
       logical :: on_grid
-      record = handle%record
-      on_grid = handle%under_way .and. .not. abs(handle%state%t - handle%t_reached) > 0.0_wp
+      record = handle%run%record
+      on_grid = handle%under_way .and. .not. abs(handle%run%state%t - handle%t_reached) > 0.0_wp
       if (.not. on_grid .and. allocated(handle%stepper)) then
          record%iterations = handle%stepper%iterations
          record%residual = handle%stepper%residual
@@ -72,7 +74,7 @@ contains
    real(wp) function work_done(handle)
       type(stepper_handle_t), intent(in) :: handle
       work_done = handle%work
-      if (allocated(handle%summary%work)) work_done = handle%work + sum(handle%summary%work)
+      if (allocated(handle%run%summary%work)) work_done = handle%work + sum(handle%run%summary%work)
    end function work_done
 
    !> Writes the present state as a row. Errors: `NUTATE_NOT_FINITE`.
@@ -82,9 +84,9 @@ contains
       type(status_t), intent(inout) :: status
       type(run_record_t) :: record
       if (.not. taker%wants_rows) return
-      record = handle%record
+      record = handle%run%record
       record%work = work_done(handle)
-      call put_row(handle, taker, handle%state, record, status)
+      call put_row(handle, taker, handle%run%state, record, status)
    end subroutine write_row
 
    !> Puts a row behind the others. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` where there is no room.

@@ -1,17 +1,18 @@
 !> C interface: runs of many steps. What each function does stands in `include/nutate.h`.
 module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
-   use nutate_accuracy, only: find_error_rate
    use nutate_admissible, only: admits, POSITIVE
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
    use nutate_c_rows, only: row_taker_t, write_row
    use nutate_c_settings, only: prepare_if_needed
    use nutate_c_stepping, only: take_back, test_step
    use nutate_columns, only: columns_t
-   use nutate_step_control, only: control_settings_t, integrate_controlled
+   use nutate_fixed_steps, only: count_steps, take_nominal_step
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, is_moderate
-   use nutate_run, only: advance, begin_run => begin, count_steps, run_plan_t, run_record_t, run_summary_t
+   use nutate_progress, only: is_over, run_summary_t, start_run
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
    implicit none
@@ -33,11 +34,17 @@ contains
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
+      taker%array = rows
+      taker%capacity = capacity
       call get_going(handle, status)
       if (status%ok() .and. (n < 0 .or. every < 1)) &
          status = fail(NUTATE_BAD_ARGUMENT, 'n is negative, or every not positive', 'n')
-      if (status%ok()) call taker%take(rows, handle%columns%width, n/every, capacity, status)
-      if (status%ok()) call continue_run(handle, n, every, .false., handle%state%t, taker, status)
+      if (status%ok()) call taker%take(handle%columns%width, n/every, status)
+      if (status%ok()) then
+         handle%run%plan%end_time = handle%run%state%t
+         handle%run%n_steps = huge(n)
+         call continue_run(handle, n, every, taker, status)
+      end if
       if (present(n_rows)) n_rows = taker%rows
       code = conclude(handle, status)
    end function nutate_stepper_run
@@ -51,17 +58,22 @@ contains
       integer(c_size_t), intent(inout), optional :: n_rows
       type(stepper_handle_t), pointer :: handle
       type(row_taker_t) :: taker
+      type(run_plan_t) :: plan
       type(status_t) :: status
       if (present(n_rows)) n_rows = 0
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      call check_run(handle, end_time, every, interval, status)
+      taker%array = rows
+      taker%capacity = capacity
+      plan = run_plan_t(end_time=end_time, every=every, interval=interval)
+      call check_run(handle, plan, status)
       if (status%ok()) then
-         if (handle%control%active()) then
-            call run_controlled(handle, end_time, every, interval, rows, capacity, taker, status)
+         if (handle%plan%goal%active()) then
+            plan%goal = handle%plan%goal
+            call run_controlled(handle, plan, taker, status)
          else
-            call run_nominal(handle, end_time, every, rows, capacity, taker, status)
+            call run_nominal(handle, plan, taker, status)
          end if
       end if
       if (present(n_rows)) n_rows = taker%rows
@@ -80,7 +92,7 @@ contains
       if (.not. associated(handle)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(n_rows) .or. every < 1 .or. .not. is_moderate(end_time) .or. handle%stale) return
-      if (.not. abs(handle%plan%time_step) > 0.0_wp .or. handle%control%active()) return
+      if (.not. abs(handle%plan%time_step) > 0.0_wp .or. handle%plan%goal%active()) return
       n = steps_to(handle, end_time)
       if (n < 0) return
       n_rows = rows_of(n, every)
@@ -93,7 +105,7 @@ contains
       type(status_t), intent(out) :: status
       call prepare_if_needed(handle, status)
       if (.not. status%ok()) return
-      if (handle%control%active() .or. .not. abs(handle%plan%time_step) > 0.0_wp) then
+      if (handle%plan%goal%active() .or. .not. abs(handle%plan%time_step) > 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'no time_step is set', 'time_step')
          return
       end if
@@ -104,7 +116,7 @@ contains
    !> The state is where the run under way has left it.
    pure logical function is_on_grid(handle)
       type(stepper_handle_t), intent(in) :: handle
-      is_on_grid = handle%under_way .and. .not. abs(handle%state%t - handle%t_reached) > 0.0_wp
+      is_on_grid = handle%under_way .and. .not. abs(handle%run%state%t - handle%t_reached) > 0.0_wp
    end function is_on_grid
 
    !> Starts a run without an end at the present state.
@@ -112,115 +124,108 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
       type(run_plan_t) :: endless
+      type(state_t) :: state
       call keep_work(handle)
       endless%time_step = handle%plan%time_step
       endless%end_time = sign(huge(1.0_wp), handle%plan%time_step)
-      handle%summary = run_summary_t()
-      handle%record = run_record_t()
-      call begin_run(handle%system%effects, handle%state%t, endless, handle%progress, handle%summary, status)
+      state = handle%run%state
+      call start_run(handle%run, handle%system%effects, state, endless, status)
       handle%under_way = status%ok()
-      handle%t_reached = handle%state%t
+      handle%t_reached = state%t
    end subroutine start_grid
 
    !> Adds the work of the run under way to that of earlier ones.
    subroutine keep_work(handle)
       type(stepper_handle_t), intent(inout) :: handle
       integer :: i
-      if (.not. allocated(handle%summary%work)) return
-      do i = 1, size(handle%summary%work)
-         call add_increment(handle%work, handle%work_compensation, handle%summary%work(i))
+      if (.not. allocated(handle%run%summary%work)) return
+      do i = 1, size(handle%run%summary%work)
+         call add_increment(handle%work, handle%work_compensation, handle%run%summary%work(i))
       end do
-      deallocate (handle%summary%work)
+      deallocate (handle%run%summary%work)
    end subroutine keep_work
 
-   !> Nominal steps of the run under way. Errors: why a step failed; those of callbacks and rows.
-   subroutine continue_run(handle, n, every, ends, end_time, taker, status)
+   !> Nominal steps of the run under way, the last of which ends the run if it is that of its plan: then it is a row in
+   !> any case. Errors: why a step failed; those of callbacks and rows.
+   subroutine continue_run(handle, n, every, taker, status)
       type(stepper_handle_t), intent(inout), target :: handle
       !> Number of steps, and of those between rows.
       integer(long), intent(in) :: n, every
-      !> The last step ends at `end_time`, and is a row in any case.
-      logical, intent(in) :: ends
-      !> s.
-      real(wp), intent(in) :: end_time
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
-      type(run_plan_t) :: plan
       type(state_t) :: before
       type(columns_t) :: columns
       real(wp) :: work
       integer(long) :: i
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
-      plan = handle%plan
-      plan%end_time = end_time
       handle%failure = 0
       do i = 1, n
          if (handle%calls_back) then
-            before = handle%state
+            before = handle%run%state
             if (taker%sees_every_step) columns = handle%columns
-            work = sum(handle%summary%work)
+            work = sum(handle%run%summary%work)
          end if
-         call advance(handle%system, handle%stepper, handle%state, plan, handle%progress, handle%summary, &
-                      handle%record, ends .and. i == n, status, taker)
+         call take_nominal_step(handle%stepper, handle%system, handle%run, status, taker)
          if (handle%failure(1) /= 0) then
             if (taker%sees_every_step) handle%columns = columns
             call take_back(handle, before, status)
-            deallocate (handle%summary%work)
+            deallocate (handle%run%summary%work)
             call add_increment(handle%work, handle%work_compensation, work)
             handle%under_way = .false.
          end if
          if (status%code /= 0) exit
-         handle%t_reached = handle%state%t
-         if (taker%sees_every_step) call handle%columns%follow(handle%state)
+         handle%t_reached = handle%run%state%t
+         if (taker%sees_every_step) call handle%columns%follow(handle%run%state)
          if (taker%wants_rows) then
-            if (mod(i, every) == 0 .or. (ends .and. i == n)) call write_row(handle, taker, status)
+            if (mod(i, every) == 0 .or. is_over(handle%run)) call write_row(handle, taker, status)
             if (status%code /= 0) exit
          end if
       end do
-      if (ends) handle%under_way = .false.
+      if (handle%run%n_steps < huge(n)) handle%under_way = .false.
    end subroutine continue_run
 
    !> Tests the arguments of a run to a time. Errors: `NUTATE_BAD_ARGUMENT`.
-   subroutine check_run(handle, end_time, every, interval, status)
+   subroutine check_run(handle, plan, status)
       type(stepper_handle_t), intent(inout) :: handle
-      real(wp), intent(in) :: end_time, interval
-      integer(long), intent(in) :: every
+      type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
       call prepare_if_needed(handle, status)
       if (.not. status%ok()) return
-      if (.not. (is_moderate(end_time) .and. is_moderate(interval)) .or. every < 1) then
+      if (.not. (is_moderate(plan%end_time) .and. is_moderate(plan%interval)) .or. plan%every < 1) then
          status = fail(NUTATE_BAD_ARGUMENT, 'end_time or interval is not finite, or every not positive', 'end_time')
-      else if (interval < 0.0_wp .or. (interval > 0.0_wp .and. .not. handle%control%active())) then
+      else if (plan%interval < 0.0_wp .or. (plan%interval > 0.0_wp .and. .not. handle%plan%goal%active())) then
          status = fail(NUTATE_BAD_ARGUMENT, 'interval is negative, or needs accuracy or local_tolerance', 'interval')
-      else if (interval > 0.0_wp .and. .not. (admits(POSITIVE, [interval]) .and. &
-                                              is_countable(end_time - handle%state%t, interval))) then
+      else if (plan%interval > 0.0_wp .and. .not. &
+               (admits(POSITIVE, [plan%interval]) .and. &
+                is_countable(plan%end_time - handle%run%state%t, plan%interval))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'interval is too small for end_time (expected less than 9e15 rows)', &
                        'interval')
       end if
    end subroutine check_run
 
-   !> Nominal steps to a time.
-   subroutine run_nominal(handle, end_time, every, rows, capacity, taker, status)
+   !> Nominal steps to the end time of a plan.
+   subroutine run_nominal(handle, plan, taker, status)
       type(stepper_handle_t), intent(inout) :: handle
-      real(wp), intent(in) :: end_time
-      integer(long), intent(in) :: every
-      type(c_ptr), intent(in) :: rows
-      integer(c_size_t), intent(in) :: capacity
+      type(run_plan_t), intent(in) :: plan
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
       integer(long) :: n
       call get_going(handle, status)
       if (.not. status%ok()) return
-      n = steps_to(handle, end_time)
+      n = steps_to(handle, plan%end_time)
       if (n < 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time, or not in 9e15 steps', &
                        'end_time')
          return
       end if
-      call taker%take(rows, handle%columns%width, rows_of(n, every), capacity, status)
+      call taker%take(handle%columns%width, rows_of(n, plan%every), status)
       handle%failure = 0
       if (status%ok() .and. taker%wants_rows) call write_row(handle, taker, status)
-      if (status%ok()) call continue_run(handle, n, every, .true., end_time, taker, status)
+      if (.not. status%ok()) return
+      handle%run%plan%end_time = plan%end_time
+      handle%run%n_steps = handle%run%summary%steps + n
+      call continue_run(handle, n, plan%every, taker, status)
    end subroutine run_nominal
 
    !> Number of nominal steps to a time, the last one shortened if need be; negative where they lead away from it
@@ -231,14 +236,14 @@ contains
       real(wp), intent(in) :: end_time
       type(run_plan_t) :: plan
       n = -1
-      if ((end_time - handle%state%t)*sign(1.0_wp, handle%plan%time_step) < 0.0_wp) return
-      if (.not. is_countable(end_time - handle%state%t, handle%plan%time_step)) return
+      if ((end_time - handle%run%state%t)*sign(1.0_wp, handle%plan%time_step) < 0.0_wp) return
+      if (.not. is_countable(end_time - handle%run%state%t, handle%plan%time_step)) return
       plan%time_step = handle%plan%time_step
       plan%end_time = end_time
       if (is_on_grid(handle)) then
-         n = count_steps(handle%progress%t_first, plan) - handle%summary%steps
+         n = count_steps(handle%run%t_first, plan) - handle%run%summary%steps
       else
-         n = count_steps(handle%state%t, plan)
+         n = count_steps(handle%run%state%t, plan)
       end if
       n = max(n, 0_long)
    end function steps_to
@@ -251,39 +256,28 @@ contains
       if (mod(n, every) > 0) rows = rows + 1
    end function rows_of
 
-   !> Steps chosen by their error, to a time. Errors: those of the method, of callbacks and rows; after a failed
-   !> callback the state is that before the run.
-   subroutine run_controlled(handle, end_time, every, interval, rows, capacity, taker, status)
+   !> Steps chosen by their error, to the end time of a plan. Errors: those of the method, of callbacks and rows; after
+   !> a failed callback the state is that before the run.
+   subroutine run_controlled(handle, plan, taker, status)
       type(stepper_handle_t), intent(inout), target :: handle
-      real(wp), intent(in) :: end_time, interval
-      integer(long), intent(in) :: every
-      type(c_ptr), intent(in) :: rows
-      integer(c_size_t), intent(in) :: capacity
+      type(run_plan_t), intent(in) :: plan
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
-      type(control_settings_t) :: goal
-      type(run_plan_t) :: plan
       type(run_summary_t) :: summary
       type(state_t) :: first, state
       integer :: i
 
-      call taker%take(rows, handle%columns%width, 0_long, capacity, status)
+      call taker%take(handle%columns%width, 0_long, status)
       if (.not. status%ok()) return
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
-      plan%end_time = end_time
-      plan%every = every
-      goal = handle%control
-      goal%interval = interval
       handle%failure = 0
-      first = handle%state
+      first = handle%run%state
       state = first
       call keep_work(handle)
       handle%under_way = .false.
-      if (abs(end_time - state%t) > 0.0_wp) then
-         if (goal%accuracy > 0.0_wp) call find_error_rate(handle%system, handle%settings, state, plan, goal, status)
-         if (status%ok()) call integrate_controlled(handle%system, handle%settings, goal, state, plan, taker, summary, &
-                                                    status)
+      if (abs(plan%end_time - state%t) > 0.0_wp) then
+         call integrate(handle%system, handle%settings, state, plan, status, taker, summary)
       else
          call write_row(handle, taker, status)
       end if
@@ -291,7 +285,7 @@ contains
          call take_back(handle, first, status)
          return
       end if
-      handle%state = state
+      handle%run%state = state
       handle%ready = .false.
       handle%plain = .false.
       if (.not. allocated(summary%work)) return

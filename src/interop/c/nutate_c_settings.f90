@@ -130,7 +130,7 @@ contains
       if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
       call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
       call lock_texts()
-      call build_integrator(group, handle%settings, handle%plan, handle%control, error)
+      call build_integrator(group, handle%settings, handle%plan, error)
       call unlock_texts()
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text)
@@ -139,16 +139,16 @@ contains
       if (.not. has_length) handle%plan%time_step = 0.0_wp
       ! When runs end is not known yet.
       if (handle%settings%method == AUTOMATIC_METHOD) call choose_method( &
-         handle%system, handle%first, 0.0_wp, max(handle%control%accuracy, handle%control%local_tolerance), &
+         handle%system, handle%first, 0.0_wp, max(handle%plan%goal%accuracy, handle%plan%goal%local_tolerance), &
          handle%settings, reason)
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
       handle%first_energy = total_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
       call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
-      if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
+      if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       call add_failure(handle%failure, status)
-      if (handle%thrifty) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
-                                                     handle%control%accuracy > 0.0_wp .or. &
+      if (handle%attitude_if_needed) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
+                                                     handle%plan%goal%accuracy > 0.0_wp .or. &
                                                      need_attitude(handle%sets)
    end subroutine read_settings
 

@@ -43,8 +43,8 @@ contains
          call start_handle(handle, status)
          if (status%ok()) then
             call copy_system(from%system, handle%system, c_loc(handle%failure))
-            call take_start(handle, make_state(handle%system, handle%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), usual_sets, &
-                            status)
+            call take_start(handle, make_state(handle%system, handle%run%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), &
+                            usual_sets, status)
             call finish_handle(slot, handle, status)
          end if
       end if
@@ -221,8 +221,7 @@ contains
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%settings = from%scene%integrator
       handle%plan = from%scene%plan
-      handle%control = from%scene%control
-      handle%thrifty = .true.
+      handle%attitude_if_needed = .true.
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do
@@ -268,9 +267,11 @@ contains
       energy = total_energy(handle%system, state, inverse_j0)
       call add_failure(handle%failure, status)
       if (.not. status%ok()) return
-      handle%state = state
+      handle%run%state = state
       handle%first = state
       handle%first_energy = energy
+      ! Nor does the work of the run under way count any more.
+      if (allocated(handle%run%summary%work)) deallocate (handle%run%summary%work)
       handle%work = 0.0_wp
       handle%work_compensation = 0.0_wp
       handle%under_way = .false.

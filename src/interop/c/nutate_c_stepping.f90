@@ -25,7 +25,7 @@ contains
       call c_f_pointer(stepper, handle)
       if (handle%mark /= STEPPER_MARK) return
       if (handle%plain .and. dt == handle%tested_dt) then
-         call handle%stepper%step(handle%system, handle%state, dt, handle%status)
+         call handle%stepper%step(handle%system, handle%run%state, dt, handle%status)
       else
          call step_with_care(handle, dt, handle%status)
       end if
@@ -51,7 +51,7 @@ contains
       code = conclude(handle, success)
       do i = 1, n
          if (handle%plain .and. dt == handle%tested_dt) then
-            call handle%stepper%step(handle%system, handle%state, dt, handle%status)
+            call handle%stepper%step(handle%system, handle%run%state, dt, handle%status)
          else
             call step_with_care(handle, dt, handle%status)
          end if
@@ -71,16 +71,16 @@ contains
       call prepare_if_needed(handle, status)
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
-      before = handle%state
+      before = handle%run%state
       handle%failure = 0
-      call handle%stepper%step(handle%system, handle%state, dt, status)
+      call handle%stepper%step(handle%system, handle%run%state, dt, status)
       if (handle%failure(1) /= 0) then
          call take_back(handle, before, status)
       else if (status%code == 0) then
          do i = 1, size(handle%stepper%work)
             call add_increment(handle%work, handle%work_compensation, handle%stepper%work(i))
          end do
-         if (handle%columns%follows_steps) call handle%columns%follow(handle%state)
+         if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       end if
    end subroutine step_with_care
 
@@ -90,7 +90,7 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
       if (handle%tested .and. dt == handle%tested_dt) return
-      call check_step(handle%system, handle%state, dt, status)
+      call check_step(handle%system, handle%run%state, dt, status)
       if (.not. status%ok()) return
       handle%tested = .true.
       handle%tested_dt = dt
@@ -102,7 +102,7 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: before
       type(status_t), intent(out) :: status
-      handle%state = before
+      handle%run%state = before
       handle%ready = .false.
       handle%plain = .false.
       status = judge_failure(handle%failure)

@@ -88,9 +88,10 @@ end subroutine nuomeg
 subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    use nutate_f77_callback, only: f77_potential
    use nutate_f77_check, only: is_attitude, is_ready
-   use nutate_f77_stepping, only: find_invariants
+   use nutate_f77_stepping, only: f77_invariants_t, find_invariants
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
+   use nutate_state, only: state_t
    implicit none
    !> (input) Attitude, unit quaternion to 1D-9, body to space; dimension (4).
    real(wp), intent(in) :: q(4)
@@ -114,6 +115,7 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong; 4: POT returned a number that is not finite.
    integer, intent(out) :: info
+   type(f77_invariants_t) :: found
    info = 0
    if (.not. is_attitude(q)) then
       info = -1
@@ -122,5 +124,9 @@ subroutine nuinv(q, p, pot, iuser, ruser, e, al, c, work, lwork, info)
    else if (is_ready(work, lwork) /= 0) then
       info = -8 - is_ready(work, lwork)
    end if
-   if (info == 0) call find_invariants(work(1:int(work(1))), q, p, pot, iuser, ruser, e, al, c, info)
+   if (info == 0) call find_invariants(work(1:int(work(1))), state_t(q=q, p=p), pot, iuser, ruser, found, info)
+   if (info /= 0) return
+   e = found%energy
+   al = found%momentum
+   c = found%constraints
 end subroutine nuinv

@@ -1,7 +1,6 @@
 !> Steps for FORTRAN 77: what NUINIT, NUSTEP and NURUN do once their arguments have been tested.
 module nutate_f77_stepping
    use nutate_damping, only: damping_t
-   use nutate_effect, only: effect_t
    use nutate_effect_list, only: effect_list_t
    use nutate_f77_callback, only: f77_potential, f77_potential_t, f77_torque, f77_torque_t
    use nutate_f77_work, only: count_work, fill_work, get_memory, get_place, get_setup, place_t, put_memory, put_place, &
@@ -12,9 +11,12 @@ module nutate_f77_stepping
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper
    use nutate_nielsen_krenk, only: nielsen_krenk_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: quat_norm
    use nutate_reduced, only: reduced_t
-   use nutate_run, only: integrate, observer_t, run_plan_t, run_record_t, run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_FINITE
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -22,7 +24,7 @@ module nutate_f77_stepping
    implicit none
    private
 
-   public :: row_store_t, needed_size, start_work, take_steps, find_invariants
+   public :: request_t, f77_invariants_t, needed_size, start_work, take_steps, find_invariants
 
    !> Writes rows into an array of the program, or none.
    type, extends(observer_t) :: row_store_t
@@ -36,6 +38,27 @@ module nutate_f77_stepping
       procedure :: observe => store_row
       procedure :: poll => stop_on_failure
    end type row_store_t
+
+   !> What a call of NUSTEP or NURUN asks for.
+   type :: request_t
+      !> Steps to take, and steps between two rows.
+      integer :: n = 0, every = 1
+      !> Step, s.
+      real(wp) :: dt = 0.0_wp
+      !> Time, s; attitude and conjugate momentum, shape (4): moved by the steps.
+      real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, p(4) = 0.0_wp
+      type(row_store_t) :: store
+   end type request_t
+
+   !> What NUINV computes.
+   type :: f77_invariants_t
+      !> T, V, H, J; shape (3).
+      real(wp) :: energy(3) = 0.0_wp
+      !> L in body and in space axes, N m s; shape (3, 2).
+      real(wp) :: momentum(3, 2) = 0.0_wp
+      !> |q|, q·p; shape (2).
+      real(wp) :: constraints(2) = 0.0_wp
+   end type f77_invariants_t
 
 contains
 
@@ -110,19 +133,13 @@ contains
    end function settings_of
 
    !> Takes steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
-   subroutine take_steps(n, every, dt, t, q, p, pot, tor, iuser, ruser, store, work, info)
-      !> Steps to take, and steps between two rows.
-      integer, intent(in) :: n, every
-      !> Step, s.
-      real(wp), intent(in) :: dt
-      !> Time, s; attitude and conjugate momentum, shape (4).
-      real(wp), intent(inout) :: t, q(4), p(4)
+   subroutine take_steps(request, pot, tor, iuser, ruser, work, info)
+      type(request_t), intent(inout), target :: request
       procedure(f77_potential) :: pot
       procedure(f77_torque) :: tor
       !> The program's own, for the callbacks.
       integer, intent(in), target :: iuser(*)
       real(wp), intent(in), target :: ruser(*)
-      type(row_store_t), intent(inout), target :: store
       real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(setup_t) :: setup
@@ -130,69 +147,57 @@ contains
 
       call get_setup(work, setup)
       system%body = setup%body
-      call build_effects(setup, pot, tor, iuser, ruser, store%failed, system%effects)
+      call build_effects(setup, pot, tor, iuser, ruser, request%store%failed, system%effects)
       if (setup%order > 2) then
-         call with_composition(n, every, dt, t, q, p, setup, system, store, work, info)
+         call with_composition(request, setup, system, work, info)
       else if (setup%solver == 1) then
-         call with_reduced(n, every, dt, t, q, p, setup, system, store, work, info)
+         call with_reduced(request, setup, system, work, info)
       else
-         call with_eight(n, every, dt, t, q, p, setup, system, store, work, info)
+         call with_eight(request, setup, system, work, info)
       end if
    end subroutine take_steps
 
    !> `advance` with the reduced form, which then needs no room but the stack's: a single step notices.
-   subroutine with_reduced(n, every, dt, t, q, p, setup, system, store, work, info)
-      integer, intent(in) :: n, every
-      real(wp), intent(in) :: dt
-      real(wp), intent(inout) :: t, q(4), p(4)
+   subroutine with_reduced(request, setup, system, work, info)
+      type(request_t), intent(inout) :: request
       type(setup_t), intent(in) :: setup
       type(system_t), intent(in) :: system
-      type(row_store_t), intent(inout) :: store
       real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(reduced_t) :: stepper
-      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+      call advance(request, setup, system, stepper, work, info)
    end subroutine with_reduced
 
    !> `advance` with the eight equations.
-   subroutine with_eight(n, every, dt, t, q, p, setup, system, store, work, info)
-      integer, intent(in) :: n, every
-      real(wp), intent(in) :: dt
-      real(wp), intent(inout) :: t, q(4), p(4)
+   subroutine with_eight(request, setup, system, work, info)
+      type(request_t), intent(inout) :: request
       type(setup_t), intent(in) :: setup
       type(system_t), intent(in) :: system
-      type(row_store_t), intent(inout) :: store
       real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(nielsen_krenk_t) :: stepper
-      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+      call advance(request, setup, system, stepper, work, info)
    end subroutine with_eight
 
    !> `advance` with a composition of either.
-   subroutine with_composition(n, every, dt, t, q, p, setup, system, store, work, info)
-      integer, intent(in) :: n, every
-      real(wp), intent(in) :: dt
-      real(wp), intent(inout) :: t, q(4), p(4)
+   subroutine with_composition(request, setup, system, work, info)
+      type(request_t), intent(inout) :: request
       type(setup_t), intent(in) :: setup
       type(system_t), intent(in) :: system
-      type(row_store_t), intent(inout) :: store
       real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       call make_stepper(system, settings_of(setup), stepper, status)
-      call advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
+      call advance(request, setup, system, stepper, work, info)
    end subroutine with_composition
 
    !> Takes steps with a stepper that is not prepared yet. Errors as for `take_steps`.
-   subroutine advance(n, every, dt, t, q, p, setup, system, stepper, store, work, info)
-      integer, intent(in) :: n, every
-      real(wp), intent(in) :: dt
-      real(wp), intent(inout) :: t, q(4), p(4)
+   subroutine advance(request, setup, system, stepper, work, info)
+      type(request_t), intent(inout) :: request
       type(setup_t), intent(in) :: setup
       type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper
-      type(row_store_t), intent(inout) :: store
       real(wp), intent(inout), target, contiguous :: work(:)
       integer, intent(out) :: info
       type(place_t) :: place
@@ -202,25 +207,25 @@ contains
 
       call get_place(work, place)
       call stepper%prepare(system, settings_of(setup), status)
-      if (place%continues_at(t, q, p)) then
+      if (place%continues_at(request%t, request%q, request%p)) then
          call get_memory(work, stepper)
-         if (dt /= place%dt) place%steps = 0
+         if (request%dt /= place%dt) place%steps = 0
       else
          place%steps = 0
-         place%state = state_t(t=t, q=q, p=p)
+         place%state = state_t(t=request%t, q=request%q, p=request%p)
       end if
-      if (place%steps == 0) place%first_time = t
-      place%dt = dt
-      plan = run_plan_t(time_step=dt, end_time=place%first_time + real(place%steps + n, wp)*dt, &
-                        every=int(every, long), steps_before=place%steps, first_time=place%first_time, &
-                        steps=int(n, long))
-      call integrate(system, stepper, place%state, plan, store, summary, status)
+      if (place%steps == 0) place%first_time = request%t
+      place%dt = request%dt
+      plan = run_plan_t(time_step=place%dt, end_time=place%first_time + real(place%steps + request%n, wp)*place%dt, &
+                        every=int(request%every, long), steps_before=place%steps, first_time=place%first_time, &
+                        steps=int(request%n, long))
+      call integrate(system, stepper, place%state, plan, status, request%store, summary)
       info = status%code
-      if (store%failed /= 0) info = NUTATE_NOT_FINITE
+      if (request%store%failed /= 0) info = NUTATE_NOT_FINITE
       if (info /= 0) return
-      t = place%state%t
-      q = place%state%q
-      p = place%state%p
+      request%t = place%state%t
+      request%q = place%state%q
+      request%p = place%state%p
       call account(place, summary)
       call put_place(place, work)
       call put_memory(stepper, work)
@@ -241,22 +246,18 @@ contains
       end do
    end subroutine account
 
-   !> What NUINV computes. Error, `info` > 0, with nothing written: `NUTATE_NOT_FINITE`.
-   subroutine find_invariants(work, q, p, pot, iuser, ruser, e, al, c, info)
+   !> What NUINV computes. Error, `info` > 0: `NUTATE_NOT_FINITE`.
+   subroutine find_invariants(work, state, pot, iuser, ruser, found, info)
       real(wp), intent(in), target, contiguous :: work(:)
-      !> Attitude and conjugate momentum; shape (4).
-      real(wp), intent(in) :: q(4), p(4)
+      type(state_t), intent(in) :: state
       procedure(f77_potential) :: pot
       !> The program's own, for POT.
       integer, intent(in) :: iuser(*)
       real(wp), intent(in) :: ruser(*)
-      !> T, V, H, J; L in body and in space axes, N m s; |q|, q·p.
-      real(wp), intent(inout) :: e(3), al(3, 2), c(2)
+      type(f77_invariants_t), intent(out) :: found
       integer, intent(out) :: info
       type(setup_t) :: setup
       type(system_t) :: system
-      type(state_t) :: state
-      real(wp) :: potential
       ! Volatile: what a pure procedure does to it goes unnoticed otherwise.
       integer, target, volatile :: failed
       failed = 0
@@ -264,16 +265,14 @@ contains
       setup%callbacks = mod(setup%callbacks, 2)
       system%body = setup%body
       call build_effects(setup, pot, no_torque, iuser, ruser, failed, system%effects)
-      state = state_t(q=q, p=p)
-      potential = potential_energy(system%effects, q)
+      found%energy(2) = potential_energy(system%effects, state%q)
       info = merge(NUTATE_NOT_FINITE, 0, failed /= 0)
       if (info /= 0) return
-      e(1) = kinetic_energy(system, state, setup%inverse_j0)
-      e(2) = potential
-      e(3) = e(1) + potential
-      al(:, 1) = body_momentum(state)
-      al(:, 2) = space_momentum(state)
-      c = [quat_norm(q), dot_product(q, p)]
+      found%energy(1) = kinetic_energy(system, state, setup%inverse_j0)
+      found%energy(3) = found%energy(1) + found%energy(2)
+      found%momentum(:, 1) = body_momentum(state)
+      found%momentum(:, 2) = space_momentum(state)
+      found%constraints = [quat_norm(state%q), dot_product(state%q, state%p)]
    end subroutine find_invariants
 
    !> Stands for TOR where it cannot act.

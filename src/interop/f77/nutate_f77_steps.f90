@@ -70,7 +70,7 @@ end subroutine nuinit
 subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    use nutate_f77_callback, only: f77_potential, f77_torque
    use nutate_f77_check, only: find_bad_step, is_ready
-   use nutate_f77_stepping, only: row_store_t, take_steps
+   use nutate_f77_stepping, only: request_t, take_steps
    use nutate_kinds, only: wp
    implicit none
    !> (input) Number of steps, N >= 0.
@@ -99,7 +99,7 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT.
    integer, intent(out) :: info
-   type(row_store_t) :: none
+   type(request_t) :: request
    integer :: bad
    bad = is_ready(work, lwork)
    if (bad /= 0) then
@@ -108,14 +108,19 @@ subroutine nustep(n, dt, t, q, p, pot, tor, iuser, ruser, work, lwork, info)
    end if
    info = -find_bad_step(n, dt, t, q, p, work(1:int(work(1))))
    if (info /= 0 .or. n == 0) return
-   call take_steps(n, n, dt, t, q, p, pot, tor, iuser, ruser, none, work(1:int(work(1))), info)
+   request = request_t(n=n, every=n, dt=dt, t=t, q=q, p=p)
+   call take_steps(request, pot, tor, iuser, ruser, work(1:int(work(1))), info)
+   if (info /= 0) return
+   t = request%t
+   q = request%q
+   p = request%p
 end subroutine nustep
 
 !> NURUN takes N steps as NUSTEP does and writes a row every K of them.
 subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, work, lwork, info)
    use nutate_f77_callback, only: f77_potential, f77_torque
    use nutate_f77_check, only: find_bad_step, is_ready
-   use nutate_f77_stepping, only: row_store_t, take_steps
+   use nutate_f77_stepping, only: request_t, take_steps
    use nutate_kinds, only: wp
    implicit none
    !> (input) Number of steps, N >= 0.
@@ -151,7 +156,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    integer, intent(in) :: lwork
    !> (output) 0; -i: argument i is wrong; > 0: see NUTEXT. ROWS and NROWS then show how far the steps went.
    integer, intent(out) :: info
-   type(row_store_t) :: store
+   type(request_t) :: request
    integer :: bad
    bad = is_ready(work, lwork)
    if (bad /= 0) then
@@ -167,9 +172,14 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
       end if
    end if
    if (info /= 0) return
-   store%rows => rows(:, 1:mrows)
-   call take_steps(n, k, dt, t, q, p, pot, tor, iuser, ruser, store, work(1:int(work(1))), info)
-   nrows = store%n
+   request = request_t(n=n, every=k, dt=dt, t=t, q=q, p=p)
+   request%store%rows => rows(:, 1:mrows)
+   call take_steps(request, pot, tor, iuser, ruser, work(1:int(work(1))), info)
+   nrows = request%store%n
+   if (info /= 0) return
+   t = request%t
+   q = request%q
+   p = request%p
 end subroutine nurun
 
 !> NUSTAT tells what the steps since NUINIT took.

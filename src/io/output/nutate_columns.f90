@@ -7,7 +7,7 @@ module nutate_columns
       total_energy
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized, rotate_to_space
-   use nutate_run, only: run_record_t
+   use nutate_observer, only: run_record_t
    use nutate_spelling, only: nearest_name
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT

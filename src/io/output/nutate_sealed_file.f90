@@ -19,7 +19,7 @@ contains
    !> Writes a file. Errors: `NUTATE_IO`; what was there stays then.
    subroutine write_sealed(path, signature, content, status)
       character(len=*), intent(in) :: path
-      !> What the file begins with: kind and version of its format.
+      !> What the file begins with: its kind, and after a blank the number of its format.
       character(len=*), intent(in) :: signature
       character(len=*), intent(in) :: content
       type(status_t), intent(out) :: status
@@ -43,10 +43,10 @@ contains
          return
       end if
       first = len(signature) + number_bytes + 1
-      if (len(bytes) < len(signature)) then
+      if (len(bytes) < len(signature) .or. index(bytes, kind_of(signature)) /= 1) then
          problem = 'is no checkpoint'
-      else if (bytes(1:len(signature)) /= signature) then
-         problem = 'is no checkpoint'
+      else if (index(bytes, signature) /= 1) then
+         problem = 'was written by another version of nutate'
       else if (len(bytes) < first + number_bytes - 1) then
          problem = 'is damaged: it has been cut short'
       else
@@ -60,6 +60,13 @@ contains
          end if
       end if
    end subroutine read_sealed
+
+   !> A signature without its number.
+   pure function kind_of(signature) result(kind)
+      character(len=*), intent(in) :: signature
+      character(len=:), allocatable :: kind
+      kind = signature(1:index(signature, ' ', back=.true.))
+   end function kind_of
 
    pure function bytes_of(number) result(bytes)
       integer(long), intent(in) :: number

@@ -6,13 +6,12 @@
 module nutate_scene
    use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
-   use nutate_step_control, only: control_settings_t
    use nutate_effect_list, only: effect_list_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_printable, only: printable_path
-   use nutate_run, only: run_plan_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene_body, only: body_keys, build_body
    use nutate_scene_check, only: apply_override, check_complete, read_groups
    use nutate_scene_effects, only: add_effect_kinds, build_effects
@@ -49,10 +48,8 @@ module nutate_scene
       type(integrator_settings_t) :: integrator
       !> Why `auto` chose the method; blank where the scene names one.
       character(len=:), allocatable :: choice
-      !> Step, end, rows.
+      !> Steps, or what they must keep to; end; rows.
       type(run_plan_t) :: plan
-      !> What the steps must keep to, where their length is not given.
-      type(control_settings_t) :: control
       type(output_settings_t) :: output
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
@@ -163,19 +160,18 @@ contains
       if (error%raised) return
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')
-      call build_integrator(group, scene%integrator, scene%plan, scene%control, error)
+      call build_integrator(group, scene%integrator, scene%plan, error)
       if (error%raised) return
       if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
       call check_initial(scene%system, scene%initial, scene%plan, first_group(scene%groups, 'initial'), group, error)
-      call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%control, &
-                        scene%output, error)
+      call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
       if (error%raised) return
       scene%choice = ''
       if (scene%integrator%method == AUTOMATIC_METHOD) call choose_method( &
-         scene%system, scene%initial, scene%plan%end_time, max(scene%control%accuracy, scene%control%local_tolerance), &
-         scene%integrator, scene%choice)
+         scene%system, scene%initial, scene%plan%end_time, max(scene%plan%goal%accuracy, &
+         scene%plan%goal%local_tolerance), scene%integrator, scene%choice)
       ! An accuracy is one of the attitude.
-      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%control%accuracy > 0.0_wp .or. &
+      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
                                   need_attitude(scene%output%columns)
    end subroutine build_scene
 

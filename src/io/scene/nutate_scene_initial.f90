@@ -6,7 +6,7 @@ module nutate_scene_initial
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_normalized, rotate_to_body
    use nutate_range, only: check_attitude, check_motion, check_step
-   use nutate_run, only: run_plan_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
    use nutate_state, only: state_t
    use nutate_status, only: status_t

@@ -2,12 +2,11 @@
 module nutate_scene_integrator
    use nutate_admissible, only: FRACTION, NOT_ZERO, POSITIVE, POSITIVE_OR_INFINITE, TIME_STEP
    use nutate_method_choice, only: AUTOMATIC_METHOD
-   use nutate_step_control, only: control_settings_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_limits, only: is_countable
    use nutate_methods, only: default_settings, methods
-   use nutate_run, only: run_plan_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene_error, only: allow_one_of, demand_one_of, scene_error_t
    use nutate_power_series, only: highest_order
    use nutate_spelling, only: comma_list, distinct, joined
@@ -42,13 +41,12 @@ contains
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
 
-   !> Integrator settings, the plan's step and end, or what steps must keep to. The automatic method stays to be chosen
+   !> Integrator settings, and of the plan the end and either step or goal. The automatic method stays to be chosen
    !> (`choose_method`).
-   subroutine build_integrator(group, settings, plan, control, error)
+   subroutine build_integrator(group, settings, plan, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(out) :: settings
       type(run_plan_t), intent(inout) :: plan
-      type(control_settings_t), intent(out) :: control
       type(scene_error_t), intent(inout) :: error
       real(wp) :: j0
 
@@ -71,24 +69,23 @@ contains
       end if
       if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method(group, settings, error)
       if (.not. settings%projection) call check_projection(group, settings, error)
-      if (.not. error%raised) call build_control(group, settings, control, error)
-      if (.not. error%raised) call build_times(group, control, plan, error)
+      if (.not. error%raised) call build_goal(group, plan%goal, error)
+      if (.not. error%raised) call build_times(group, plan, error)
    end subroutine build_integrator
 
    !> What steps must keep to, where their length is not given.
-   subroutine build_control(group, settings, control, error)
+   subroutine build_goal(group, goal, error)
       type(group_t), intent(in) :: group
-      type(integrator_settings_t), intent(in) :: settings
-      type(control_settings_t), intent(inout) :: control
+      type(run_goal_t), intent(out) :: goal
       type(scene_error_t), intent(inout) :: error
       character(len=name_length), parameter :: ways(3) = [character(len=name_length) :: &
                                                           'time_step', 'accuracy', 'local_tolerance']
       call demand_one_of(group, ways, error)
       call allow_one_of(group, ways, error)
       if (error%raised) return
-      control%accuracy = group%number('accuracy', 0.0_wp)
-      control%local_tolerance = group%number('local_tolerance', 0.0_wp)
-   end subroutine build_control
+      goal%accuracy = group%number('accuracy', 0.0_wp)
+      goal%local_tolerance = group%number('local_tolerance', 0.0_wp)
+   end subroutine build_goal
 
    !> The automatic choice takes an accuracy, and nothing that belongs to one of the methods.
    subroutine check_automatic(group, error)
@@ -177,15 +174,14 @@ contains
    end subroutine check_projection
 
    !> Step and end: of one sign, and not too many steps.
-   subroutine build_times(group, control, plan, error)
+   subroutine build_times(group, plan, error)
       type(group_t), intent(in) :: group
-      type(control_settings_t), intent(in) :: control
       type(run_plan_t), intent(inout) :: plan
       type(scene_error_t), intent(inout) :: error
 
       plan%time_step = group%number('time_step', 1.0_wp)
       plan%end_time = group%number('end_time', 1.0_wp)
-      if (control%active()) then
+      if (plan%goal%active()) then
          plan%time_step = 0.0_wp
          return
       end if

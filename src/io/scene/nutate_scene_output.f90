@@ -2,11 +2,10 @@
 module nutate_scene_output
    use nutate_admissible, only: POSITIVE
    use nutate_columns, only: column_sets
-   use nutate_step_control, only: control_settings_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, whole_tolerance
-   use nutate_run, only: run_plan_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of
    use nutate_spelling, only: joined
    implicit none
@@ -35,17 +34,15 @@ contains
               key_t(name='columns', kind=KEY_TEXT, most=size(sets), choices=joined(sets))]
    end function output_keys
 
-   !> Output settings, and the plan's `every`.
-   subroutine build_output(group, scene_name, path, plan, control, output, error)
+   !> Output settings, and when rows are due.
+   subroutine build_output(group, scene_name, path, plan, output, error)
       type(group_t), intent(in) :: group
       !> Name of the scene: that of the file unless the group gives one.
       character(len=*), intent(in) :: scene_name
       !> Path of the scene file, which must not be written over.
       character(len=*), intent(in) :: path
-      !> Its `time_step` and `end_time` are used, its `every` is set.
+      !> Its `time_step`, `end_time` and goal are used; `every` is set, and `interval` where the goal is active.
       type(run_plan_t), intent(inout) :: plan
-      !> Its `interval` is set where it is active.
-      type(control_settings_t), intent(inout) :: control
       type(output_settings_t), intent(out) :: output
       type(scene_error_t), intent(inout) :: error
 
@@ -58,9 +55,9 @@ contains
       call allow_one_of(group, [character(len=name_length) :: 'every', 'interval'], error)
       if (error%raised) return
       plan%every = group%whole('every', 1)
-      if (control%active()) then
-         control%interval = group%number('interval', 0.0_wp)
-         if (group%has('interval') .and. .not. is_countable(plan%end_time, control%interval)) call error%raise( &
+      if (plan%goal%active()) then
+         plan%interval = group%number('interval', 0.0_wp)
+         if (group%has('interval') .and. .not. is_countable(plan%end_time, plan%interval)) call error%raise( &
             group%line_of('interval'), 'interval is too small for end_time', expected='less than 9e15 rows')
       else if (group%has('interval')) then
          call count_steps(group, plan, error)

@@ -1,0 +1,251 @@
+!> Steps of one nominal length. The k-th ends at t0 + kΔt, computed as such; the last one, shortened if need be, ends
+!> exactly at the end time. A step that fails is cut into parts as short as need be.
+module nutate_fixed_steps
+   use nutate_archive, only: archive_t
+   use nutate_kinds, only: wp, eps, long
+   use nutate_observer, only: observer_t
+   use nutate_progress, only: count_part, count_step, progress_t
+   use nutate_run_loop, only: step_policy_t
+   use nutate_run_plan, only: run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
+      NUTATE_SINGULAR
+   use nutate_stepper, only: stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: fixed_steps_t, count_steps, take_nominal_step
+
+   !> A time within this part of a step of a step's end is that end: far above what rounding leaves of an end time that
+   !> was meant to be a whole number of steps away, far below any part of a step that makes a difference.
+   real(wp), parameter :: same_time = 1e-9_wp
+   !> A step that fails is cut into up to 2**deepest_cut parts. A part can be followed where it turns the body by less
+   !> than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be another step.
+   integer, parameter :: deepest_cut = 10
+   !> Lengths that continuation may try whatever the limit of steps: a step in 1024 parts needs about so many, and is
+   !> not to fail for a small limit. Beyond, and beyond ten times the steps allowed, a step is not cut further: such a
+   !> run has failed, and does not go on from an archive.
+   integer(long), parameter :: spare_tries = 1000
+   !> Steps between two polls: a poll of the program takes about as long as the cheapest step (0.2 µs), so that they
+   !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would be heard within a second.
+   integer(long), parameter :: poll_every = 1024
+
+   !> Steps of one length, by a stepper of its own or one that is lent to it.
+   type, extends(step_policy_t) :: fixed_steps_t
+      !> Prepared for the system of the run.
+      class(stepper_t), allocatable :: own
+      !> The same; where associated, it is what steps.
+      class(stepper_t), pointer :: lent => null()
+   contains
+      !> Counts the steps of a run; the stepper must be there.
+      procedure :: begin
+      procedure :: advance
+      procedure :: transfer => transfer_stepper
+   end type fixed_steps_t
+
+contains
+
+   !> Counts the steps of a run. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end.
+   subroutine begin(self, progress, status)
+      class(fixed_steps_t), intent(inout) :: self
+      !> Started.
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      self%steps_per_poll = poll_every
+      associate (plan => progress%plan, t => progress%state%t)
+         if (plan%goal%active()) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'steps chosen by their error are made from settings, not from a stepper')
+            return
+         end if
+         if (plan%time_step == 0.0_wp .or. (plan%end_time - t)*sign(1.0_wp, plan%time_step) < 0.0_wp) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time')
+            return
+         end if
+         progress%n_steps = plan%steps
+         if (plan%steps < 0) progress%n_steps = count_steps(t, plan)
+      end associate
+   end subroutine begin
+
+   !> Number of nominal steps from a time to the plan's end, the shortened last one included; for more than can be
+   !> counted, the largest count there is.
+   pure integer(long) function count_steps(t, plan) result(n)
+      !> s.
+      real(wp), intent(in) :: t
+      type(run_plan_t), intent(in) :: plan
+      real(wp) :: ratio
+      ratio = (plan%end_time - t)/plan%time_step
+      if (ratio >= real(huge(n), wp)) then
+         n = huge(n)
+      else
+         n = int(ratio, long)
+         if (ratio - real(n, wp) > same_time + time_noise(t, plan)/abs(plan%time_step)) n = n + 1
+      end if
+   end function count_steps
+
+   !> What rounding makes of a time of the run, s: far from zero more than `same_time` of a step, and no step's length.
+   pure real(wp) function time_noise(t, plan)
+      !> s
+      real(wp), intent(in) :: t
+      type(run_plan_t), intent(in) :: plan
+      time_noise = min(4*eps*max(abs(t), abs(plan%end_time)), 0.25_wp*abs(plan%time_step))
+   end function time_noise
+
+   !> One nominal step.
+   subroutine advance(self, system, progress, status, observer)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      if (associated(self%lent)) then
+         call take_nominal_step(self%lent, system, progress, status, observer)
+      else
+         call take_nominal_step(self%own, system, progress, status, observer)
+      end if
+   end subroutine advance
+
+   !> One nominal step of a run that has been started: in one piece, or in several where times lie inside it on which
+   !> steps must end, or where it fails.
+   subroutine take_nominal_step(stepper, system, progress, status, observer)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      real(wp) :: dt, t_end, margin, length
+      integer(long) :: parts
+
+      dt = progress%plan%time_step
+      t_end = progress%t_first + real(progress%plan%steps_before + progress%summary%steps + 1, wp)*dt
+      if (progress%summary%steps + 1 == progress%n_steps) t_end = progress%plan%end_time
+      margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
+      progress%record%iterations = 0
+      progress%record%residual = 0.0_wp
+      ! Parts that there would be if none had to be cut.
+      parts = progress%summary%parts + 1
+      do while (progress%next_break <= size(progress%breaks))
+         associate (next => progress%breaks(progress%next_break))
+            if ((t_end - next)*sign(1.0_wp, dt) <= margin) exit
+            if (abs(next - progress%state%t) > margin) then
+               call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
+               parts = parts + 1
+            end if
+         end associate
+         progress%next_break = progress%next_break + 1
+         if (status%code /= 0) return
+         call show_part(progress%state, observer)
+      end do
+      length = t_end - progress%state%t
+      if (abs(length - dt) <= margin) length = dt
+      call travel(stepper, system, progress, length, t_end, status, observer)
+      if (status%code /= 0) return
+      if (progress%summary%parts > parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
+      call count_step(progress)
+   end subroutine take_nominal_step
+
+   !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
+   subroutine travel(stepper, system, progress, length, t_end, status, observer)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp), intent(in) :: length, t_end
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(status_t), parameter :: success = status_t()
+
+      call try(stepper, system, progress, length, status)
+      if (status%code /= 0) then
+         ! A step that failed has forgotten the steps before it, and predicts afresh: that may do.
+         progress%record%iterations = progress%record%iterations + stepper%iterations
+         status = success
+         call try(stepper, system, progress, length, status)
+      end if
+      if (status%code == 0) then
+         call count_part(progress, stepper)
+      else
+         progress%record%iterations = progress%record%iterations + stepper%iterations
+         call travel_in_parts(stepper, system, progress, length, status, observer)
+         if (status%code /= 0) return
+      end if
+      progress%state%t = t_end
+   end subroutine travel
+
+   !> A step of the method, with the lengths that it tried by continuation.
+   subroutine try(stepper, system, progress, length, status)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp), intent(in) :: length
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      call stepper%advance(system, progress%state, length, progress%state%t + 0.5_wp*length, status)
+      progress%record%continued = progress%record%continued + stepper%continued
+   end subroutine try
+
+   !> Moves the state by `length` in halves, quarters, ..., whatever part of it does not fail.
+   subroutine travel_in_parts(stepper, system, progress, length, status, observer)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp), intent(in) :: length
+      !> On entry: why the step failed in one piece.
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(status_t), parameter :: success = status_t()
+      integer :: level, done
+      character(len=12) :: parts
+      real(wp) :: t_start
+
+      t_start = progress%state%t
+      level = 0
+      done = 0
+      do
+         if (status%code == 0) then
+            done = done + 1
+            progress%state%t = t_start + length*(real(done, wp)/2**level)
+            call count_part(progress, stepper)
+            if (done == 2**level) return
+            call show_part(progress%state, observer)
+         else
+            if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
+            if (level == deepest_cut) then
+               write (parts, '(i0)') 2**deepest_cut
+               status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
+               return
+            end if
+            level = level + 1
+            done = 2*done
+            status = success
+         end if
+         if (progress%record%continued > spare_tries .and. &
+             progress%record%continued/10 > progress%plan%max_steps) then
+            status = fail(NUTATE_NOT_CONVERGED, 'the step took more tries than were allowed')
+            return
+         end if
+         call try(stepper, system, progress, length/2**level, status)
+         if (status%code /= 0) progress%record%iterations = progress%record%iterations + stepper%iterations
+      end do
+   end subroutine travel_in_parts
+
+   !> Shows a state inside a nominal step to an observer that sees every step.
+   subroutine show_part(state, observer)
+      type(state_t), intent(in) :: state
+      class(observer_t), intent(inout), optional :: observer
+      if (.not. present(observer)) return
+      if (observer%sees_every_step) call observer%watch(state)
+   end subroutine show_part
+
+   !> Shows the memory of the stepper, under the name of this policy.
+   subroutine transfer_stepper(self, archive)
+      class(fixed_steps_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%expect('fixed steps')
+      if (associated(self%lent)) then
+         call self%lent%transfer(archive)
+      else
+         call self%own%transfer(archive)
+      end if
+   end subroutine transfer_stepper
+
+end module nutate_fixed_steps

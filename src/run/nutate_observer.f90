@@ -1,0 +1,101 @@
+!> What a run shows to the program that wants to see it.
+module nutate_observer
+   use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
+   use nutate_kinds, only: wp, long
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: observer_t, run_record_t
+
+   !> What belongs to a row beside the state.
+   type :: run_record_t
+      !> Steps done: nominal ones, or those chosen by their error.
+      integer(long) :: step = 0
+      !> Newton iterations of the last step, and its largest last relative increment.
+      integer :: iterations = 0
+      real(wp) :: residual = 0.0_wp
+      !> Work of all torques so far, J.
+      real(wp) :: work = 0.0_wp
+      !> Lengths tried so far by continuation in Δt (`nutate_continuation`): each counts as a step where steps are
+      !> limited.
+      integer(long) :: continued = 0
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_record
+   end type run_record_t
+
+   !> Takes the rows of a run. A program extends it by what it does with them.
+   type, abstract :: observer_t
+      !> `watch` is to be called.
+      logical :: sees_every_step = .false.
+      !> `keep` is to be called where a run ends at `max_steps`.
+      logical :: keeps_archives = .false.
+      !> `keep` is to be called after the first row, or after the `poll` that sets this.
+      logical :: wants_archive = .false.
+   contains
+      !> Called with the first state, with the rows that the plan asks for, and with the last state.
+      procedure(observe_row), deferred :: observe
+      !> Called after every 1024 nominal steps, and after every step chosen by its error, rows or not: the place for a
+      !> progress bar or a request to stop.
+      procedure :: poll => ignore_poll
+      !> Called after every step, and after every part of one that is cut, before `observe`, if `sees_every_step`: for
+      !> what must be followed from step to step.
+      procedure :: watch => ignore_watch
+      !> Called with all that the run needs to go on from where it is, in an archive; after the rows of that moment.
+      procedure :: keep => ignore_archive
+   end type observer_t
+
+   abstract interface
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      subroutine observe_row(self, system, state, record, status)
+         import :: observer_t, system_t, state_t, run_record_t, status_t
+         class(observer_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         type(state_t), intent(in) :: state
+         type(run_record_t), intent(in) :: record
+         type(status_t), intent(out) :: status
+      end subroutine observe_row
+   end interface
+
+contains
+
+   !> Shows its values to an archive.
+   subroutine transfer_record(self, archive)
+      class(run_record_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%step)
+      call archive%transfer(self%iterations)
+      call archive%transfer(self%residual)
+      call archive%transfer(self%work)
+      call archive%transfer(self%continued)
+   end subroutine transfer_record
+
+   !> Does nothing.
+   subroutine ignore_poll(self, fraction, status)
+      class(observer_t), intent(inout) :: self
+      !> How much of the run is done, 0 to 1.
+      real(wp), intent(in) :: fraction
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      type(status_t), intent(out) :: status
+   end subroutine ignore_poll
+
+   !> Does nothing.
+   subroutine ignore_watch(self, state)
+      class(observer_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+   end subroutine ignore_watch
+
+   !> Does nothing.
+   subroutine ignore_archive(self, archive, status)
+      class(observer_t), intent(inout) :: self
+      !> To be given to the run that goes on.
+      type(byte_archive_t), intent(inout) :: archive
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      type(status_t), intent(out) :: status
+   end subroutine ignore_archive
+
+end module nutate_observer

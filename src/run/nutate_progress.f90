@@ -1,0 +1,177 @@
+!> How far a run has come: its state, what it took, and all else that changes on the way but for the steppers.
+module nutate_progress
+   use nutate_archive, only: archive_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: run_record_t
+   use nutate_run_plan, only: run_plan_t
+   use nutate_state, only: state_t, add_increment
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: stepper_t
+   implicit none
+   private
+
+   public :: progress_t, run_summary_t
+   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, transfer_progress
+
+   !> What a run took.
+   type :: run_summary_t
+      !> Steps done: nominal ones, or those chosen by their error.
+      integer(long) :: steps = 0
+      !> Nominal steps that had to be cut into parts because they failed; steps refused for their error.
+      integer(long) :: cut_steps = 0
+      !> Steps of the method, parts included.
+      integer(long) :: parts = 0
+      !> Newton iterations, all and the most in one step.
+      integer(long) :: iterations = 0
+      integer :: most_iterations = 0
+      !> Work of each torque, J; shape (number of torques).
+      real(wp), allocatable :: work(:)
+      !> Estimated attitude error at the end time, rad, where the plan asks for an accuracy. Round-off or instability
+      !> can keep it above that.
+      real(wp) :: estimate = 0.0_wp
+   contains
+      !> Shows its values to an archive.
+      procedure :: transfer => transfer_summary
+   end type run_summary_t
+
+   !> A run under way.
+   type :: progress_t
+      !> What was asked for, and the error rate that pilot runs have found.
+      type(run_plan_t) :: plan
+      !> Where the run is.
+      type(state_t) :: state
+      type(run_record_t) :: record
+      type(run_summary_t) :: summary
+      !> First time of the run, s: nominal steps end at whole numbers of steps after it.
+      real(wp) :: t_first = 0.0_wp
+      !> Nominal steps of the whole run; negative where steps are chosen by their error.
+      integer(long) :: n_steps = -1
+      !> Times inside the run at which steps must end, since a torque starts or stops there, in the order they are
+      !> reached, s; the next one.
+      real(wp), allocatable :: breaks(:)
+      integer :: next_break = 1
+      !> Digits of the work of each torque that its sum cannot hold, J.
+      real(wp), allocatable :: work_compensation(:)
+      !> Rows at intervals so far.
+      integer(long) :: rows = 0
+      !> The run goes on from an archive, behind its first row.
+      logical :: resumed = .false.
+   end type progress_t
+
+contains
+
+   !> Starts a run: takes plan and first state. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine start_run(self, effects, state, plan, status)
+      type(progress_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(state_t), intent(in) :: state
+      type(run_plan_t), intent(in) :: plan
+      type(status_t), intent(out) :: status
+      if (plan%every < 1) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'rows are at least one step apart')
+         return
+      end if
+      self%plan = plan
+      self%state = state
+      self%record = run_record_t()
+      self%summary = run_summary_t()
+      self%t_first = state%t
+      if (plan%steps_before > 0) self%t_first = plan%first_time
+      self%n_steps = -1
+      self%next_break = 1
+      self%rows = 0
+      self%resumed = .false.
+      if (allocated(self%work_compensation)) deallocate (self%work_compensation)
+      allocate (self%summary%work(effects%n_torques), self%work_compensation(effects%n_torques), source=0.0_wp)
+      call effects%find_breaks(state%t, plan%end_time, self%breaks)
+   end subroutine start_run
+
+   !> True at the end of the run.
+   pure logical function is_over(self)
+      type(progress_t), intent(in) :: self
+      if (self%n_steps >= 0) then
+         is_over = self%summary%steps >= self%n_steps
+      else
+         is_over = .not. abs(self%plan%end_time - self%state%t) > 0.0_wp
+      end if
+   end function is_over
+
+   !> How much of the run is done, 0 to 1.
+   pure real(wp) function fraction_done(self)
+      !> Not over at its start.
+      type(progress_t), intent(in) :: self
+      if (self%n_steps >= 0) then
+         fraction_done = real(self%summary%steps, wp)/real(self%n_steps, wp)
+      else
+         fraction_done = (self%state%t - self%t_first)/(self%plan%end_time - self%t_first)
+      end if
+   end function fraction_done
+
+   !> Accounts for a step of the method that succeeded.
+   subroutine count_part(self, stepper)
+      type(progress_t), intent(inout) :: self
+      class(stepper_t), intent(in) :: stepper
+      integer :: i
+      self%summary%parts = self%summary%parts + 1
+      self%record%iterations = self%record%iterations + stepper%iterations
+      self%record%residual = max(self%record%residual, stepper%residual)
+      do i = 1, size(stepper%work)
+         call add_increment(self%summary%work(i), self%work_compensation(i), stepper%work(i))
+      end do
+   end subroutine count_part
+
+   !> Accounts for a whole step, its parts counted already.
+   subroutine count_step(self)
+      type(progress_t), intent(inout) :: self
+      self%summary%steps = self%summary%steps + 1
+      self%summary%iterations = self%summary%iterations + self%record%iterations
+      self%summary%most_iterations = max(self%summary%most_iterations, self%record%iterations)
+      self%record%step = self%summary%steps
+   end subroutine count_step
+
+   !> Gives state and summary away, at the end of a run.
+   subroutine conclude_run(self, state, summary)
+      type(progress_t), intent(inout) :: self
+      !> As it was where the run has not been started.
+      type(state_t), intent(inout) :: state
+      type(run_summary_t), intent(out), optional :: summary
+      real(wp), allocatable :: work(:)
+      if (.not. allocated(self%summary%work)) return
+      state = self%state
+      if (.not. present(summary)) return
+      ! The work is moved: a copy of it would be one more allocation in every call of NUSTEP.
+      call move_alloc(self%summary%work, work)
+      summary = self%summary
+      call move_alloc(work, summary%work)
+   end subroutine conclude_run
+
+   !> Shows to an archive what changes on the way.
+   subroutine transfer_progress(self, archive)
+      !> Started with the same plan and first state.
+      type(progress_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call self%state%transfer(archive)
+      call self%summary%transfer(archive)
+      call self%record%transfer(archive)
+      call archive%transfer(self%plan%goal%error_rate)
+      call archive%transfer(self%next_break)
+      call archive%transfer(self%work_compensation)
+      call archive%transfer(self%rows)
+   end subroutine transfer_progress
+
+   !> Shows its values to an archive.
+   subroutine transfer_summary(self, archive)
+      !> Its `work` allocated.
+      class(run_summary_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%steps)
+      call archive%transfer(self%cut_steps)
+      call archive%transfer(self%parts)
+      call archive%transfer(self%iterations)
+      call archive%transfer(self%most_iterations)
+      call archive%transfer(self%work)
+      call archive%transfer(self%estimate)
+   end subroutine transfer_summary
+
+end module nutate_progress

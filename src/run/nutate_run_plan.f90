@@ -1,0 +1,51 @@
+!> What is asked of a run: how long its steps are, or what they must keep to; where it ends; when rows are due.
+module nutate_run_plan
+   use nutate_kinds, only: wp, long
+   implicit none
+   private
+
+   public :: run_plan_t, run_goal_t
+
+   !> What steps that are chosen by their error must keep to; one of these is set, or none for steps of one length.
+   type :: run_goal_t
+      !> Attitude error at the end time, rad: pilot runs turn it into an `error_rate`.
+      real(wp) :: accuracy = 0.0_wp
+      !> Error of a step, rad.
+      real(wp) :: local_tolerance = 0.0_wp
+      !> Error of a step over its length, rad/s.
+      real(wp) :: error_rate = 0.0_wp
+   contains
+      !> True if steps are chosen by their error.
+      procedure :: active
+   end type run_goal_t
+
+   !> How far to go, by which steps, and how often to show the state.
+   type :: run_plan_t
+      !> Nominal step, s; of the sign of the way to go. Without meaning where the goal is active.
+      real(wp) :: time_step = 0.0_wp
+      !> s.
+      real(wp) :: end_time = 0.0_wp
+      !> Steps between the rows shown to the observer.
+      integer(long) :: every = 1
+      !> A run that needs more steps (those of continuation in Δt counted), or more rows at intervals, ends there.
+      integer(long) :: max_steps = huge(1_long)
+      !> Nominal steps of this length that earlier runs have done, and their first time, s: those of this run then end
+      !> where those of a single one would.
+      integer(long) :: steps_before = 0
+      real(wp) :: first_time = 0.0_wp
+      !> Nominal steps to do; negative: as many as lead to the end time.
+      integer(long) :: steps = -1
+      !> Time between rows, s, where steps are chosen by their error; 0: a row every so many steps.
+      real(wp) :: interval = 0.0_wp
+      type(run_goal_t) :: goal
+   end type run_plan_t
+
+contains
+
+   !> True if steps are chosen by their error.
+   elemental logical function active(self)
+      class(run_goal_t), intent(in) :: self
+      active = self%accuracy > 0.0_wp .or. self%local_tolerance > 0.0_wp .or. self%error_rate > 0.0_wp
+   end function active
+
+end module nutate_run_plan
