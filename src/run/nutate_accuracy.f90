@@ -71,22 +71,19 @@ contains
       !> Shown the first and the last state of each pilot run; its `poll` can end the search.
       class(observer_t), intent(inout), optional :: observer
       type(pilot_t) :: coarse, fine
-      real(wp) :: accuracy, duration, difference, gain, least, target, fall, rate, estimate
+      real(wp) :: duration, difference, gain, least, target, fall, rate, estimate
       logical :: chooses
       integer :: i
 
-      accuracy = progress%plan%goal%accuracy
       duration = abs(progress%plan%end_time - progress%state%t)
-      if (order_of(settings) < 1) then
-         progress%plan%goal%error_rate = accuracy/duration
-         return
-      end if
+      progress%plan%goal%error_rate = progress%plan%goal%accuracy/duration
+      if (order_of(settings) < 1) return
       call ask_method(settings, fall, chooses)
-      target = merge(careful_aim, aim, chooses)*accuracy
+      target = merge(careful_aim, aim, chooses)*progress%plan%goal%accuracy
       least = huge(1.0_wp)
       rate = 0.0_wp
       estimate = huge(1.0_wp)
-      coarse%rate = max(accuracy, coarsest)/duration
+      coarse%rate = max(progress%plan%goal%accuracy, coarsest)/duration
       call coarse%run(system, settings, progress, status, observer)
       fine%rate = coarse%rate/least_ratio
       do i = 1, most_pilots
@@ -95,23 +92,20 @@ contains
          difference = attitude_distance(coarse%q, fine%q)
          ! Steps that the rate no longer changes are at round-off, and the estimate before is the one that holds.
          if (chooses .and. i > 1 .and. .not. difference > 0.0_wp) exit
-         ! The error falls with the steps, not always with the rate: the longest turn may have limited the steps of
-         ! both.
          gain = (coarse%rate/fine%rate)**fall
-         if (.not. chooses) gain = min(gain, (real(fine%steps, wp)/real(coarse%steps, wp))**order_of(settings))
+         if (.not. chooses) gain = min(gain, gain_by_steps(coarse, fine, order_of(settings)))
          if (gain < least_gain) then
             fine%rate = fine%rate/least_ratio
             cycle
          end if
          estimate = difference/(gain - 1)
          rate = fine%rate
+         gain = least_ratio
          if (difference <= largest_useful) then
             ! Where a finer rate no longer lowers the difference it is round-off.
             if (estimate <= target .or. difference >= least) exit
             least = difference
             gain = min(greatest_ratio, max(least_ratio, ahead*estimate/target))
-         else
-            gain = least_ratio
          end if
          coarse = fine
          fine%rate = coarse%rate/gain
@@ -127,6 +121,15 @@ contains
       progress%plan%goal%error_rate = rate
       progress%summary%estimate = estimate
    end subroutine find_error_rate
+
+   !> Factor by which the error falls from a pilot to a finer one as their steps tell: it falls with the steps, not always
+   !> with the rate, since the longest turn may have limited the steps of both.
+   pure real(wp) function gain_by_steps(coarse, fine, order) result(gain)
+      type(pilot_t), intent(in) :: coarse, fine
+      !> Of the method.
+      integer, intent(in) :: order
+      gain = (real(fine%steps, wp)/real(coarse%steps, wp))**order
+   end function gain_by_steps
 
    !> What the error does as the error rate falls.
    subroutine ask_method(settings, power, chooses)

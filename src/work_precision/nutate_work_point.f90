@@ -166,8 +166,8 @@ contains
       type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
       if (point%tolerance > 0.0_wp) then
-         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, follower, outcome, &
-                               status)
+         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, follower, &
+                               outcome, status)
       else
          call run_once(problem, stepper, point%time_step, follower, outcome, status)
       end if
