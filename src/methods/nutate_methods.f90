@@ -16,7 +16,7 @@ module nutate_methods
    private
 
    public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, &
-      method_of, order_of
+      method_of
 
    !> One method: how scene files and messages speak of it, and what it can do.
    type :: method_t
@@ -110,14 +110,6 @@ contains
       if (row > 0) method = methods(row)
       if (settings%method == 'taylor' .and. settings%series_order > 0) method%order = settings%series_order
    end function method_of
-
-   !> Order of the method that the settings mean; 0 where there is none.
-   pure integer function order_of(settings)
-      type(integrator_settings_t), intent(in) :: settings
-      type(method_t) :: method
-      method = method_of(settings)
-      order_of = method%order
-   end function order_of
 
    !> What a step of these settings solves, in words.
    pure function equations_of(settings) result(text)

@@ -6,7 +6,7 @@
 module nutate_accuracy
    use nutate_error_control, only: error_control_t
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: method_of, method_t, order_of
+   use nutate_methods, only: method_of, method_t
    use nutate_observer, only: observer_t
    use nutate_progress, only: progress_t, start_run
    use nutate_quaternion, only: attitude_distance
@@ -71,19 +71,20 @@ contains
       !> Shown the first and the last state of each pilot run; its `poll` can end the search.
       class(observer_t), intent(inout), optional :: observer
       type(pilot_t) :: coarse, fine
-      real(wp) :: duration, difference, gain, least, target, fall, rate, estimate
-      logical :: chooses
+      type(method_t) :: method
+      real(wp) :: accuracy, duration, difference, gain, least, target, rate, estimate
       integer :: i
 
+      method = method_of(settings)
+      accuracy = progress%plan%goal%accuracy
       duration = abs(progress%plan%end_time - progress%state%t)
-      progress%plan%goal%error_rate = progress%plan%goal%accuracy/duration
-      if (order_of(settings) < 1) return
-      call ask_method(settings, fall, chooses)
-      target = merge(careful_aim, aim, chooses)*progress%plan%goal%accuracy
-      least = huge(1.0_wp)
+      if (method%order < 1) progress%plan%goal%error_rate = accuracy/duration
+      if (method%order < 1) return
+      target = merge(careful_aim, aim, method%dense)*accuracy
       rate = 0.0_wp
-      estimate = huge(1.0_wp)
-      coarse%rate = max(progress%plan%goal%accuracy, coarsest)/duration
+      least = huge(least)
+      estimate = huge(estimate)
+      coarse%rate = max(accuracy, coarsest)/duration
       call coarse%run(system, settings, progress, status, observer)
       fine%rate = coarse%rate/least_ratio
       do i = 1, most_pilots
@@ -91,9 +92,8 @@ contains
          if (.not. status%ok()) return
          difference = attitude_distance(coarse%q, fine%q)
          ! Steps that the rate no longer changes are at round-off, and the estimate before is the one that holds.
-         if (chooses .and. i > 1 .and. .not. difference > 0.0_wp) exit
-         gain = (coarse%rate/fine%rate)**fall
-         if (.not. chooses) gain = min(gain, gain_by_steps(coarse, fine, order_of(settings)))
+         if (method%dense .and. i > 1 .and. .not. difference > 0.0_wp) exit
+         gain = gain_of(method, coarse, fine)
          if (gain < least_gain) then
             fine%rate = fine%rate/least_ratio
             cycle
@@ -122,29 +122,18 @@ contains
       progress%summary%estimate = estimate
    end subroutine find_error_rate
 
-   !> Factor by which the error falls from a pilot to a finer one as their steps tell: it falls with the steps, not always
-   !> with the rate, since the longest turn may have limited the steps of both.
-   pure real(wp) function gain_by_steps(coarse, fine, order) result(gain)
+   !> Error of the coarser pilot over that of the finer, as their rates say: in proportion, and more where a method's
+   !> own estimate is of lower order than the method. But the longest turn may have limited the steps of both: then
+   !> their numbers tell, unless the method chooses its order too.
+   pure real(wp) function gain_of(method, coarse, fine) result(gain)
+      type(method_t), intent(in) :: method
       type(pilot_t), intent(in) :: coarse, fine
-      !> Of the method.
-      integer, intent(in) :: order
-      gain = (real(fine%steps, wp)/real(coarse%steps, wp))**order
-   end function gain_by_steps
-
-   !> What the error does as the error rate falls.
-   subroutine ask_method(settings, power, chooses)
-      type(integrator_settings_t), intent(in) :: settings
-      !> Power of the error rate that the error goes as: 1, and more where a method's own estimate is of lower order
-      !> than the method.
-      real(wp), intent(out) :: power
-      !> The method chooses its steps, and its order with them: their number tells nothing of the error.
-      logical, intent(out) :: chooses
-      type(method_t) :: method
-      method = method_of(settings)
+      real(wp) :: power
       power = 1.0_wp
       if (method%estimate_power > 0) power = real(method%order, wp)/real(method%estimate_power - 1, wp)
-      chooses = method%dense
-   end subroutine ask_method
+      gain = (coarse%rate/fine%rate)**power
+      if (.not. method%dense) gain = min(gain, (real(fine%steps, wp)/real(coarse%steps, wp))**method%order)
+   end function gain_of
 
    !> A finer rate than necessary was found: back towards that of the coarser pilot.
    pure subroutine relax(coarse_rate, rate, difference, target, estimate)

@@ -165,7 +165,7 @@ subroutine nurun(n, dt, t, q, p, pot, tor, iuser, ruser, k, rows, mrows, nrows, 
    end if
    info = -find_bad_step(n, dt, t, q, p, work(1:int(work(1))))
    if (info == 0 .and. k < 1) info = -10
-   if (info == 0 .and. mrows < 1 + n/max(k, 1) + min(1, mod(n, max(k, 1)))) info = -12
+   if (info == 0) info = merge(-12, 0, mrows < 1 + n/k + min(1, mod(n, k)))
    if (info /= 0) return
    request = request_t(n=n, every=k, dt=dt, t=t, q=q, p=p)
    request%store%rows => rows(:, 1:mrows)
