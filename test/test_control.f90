@@ -9,10 +9,12 @@ module test_control
    use nutate_progress, only: run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
-   use nutate_run, only: integrate
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_run, only: integrate, run_t
    use nutate_state, only: state_t
-   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, status_t
+   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT, NUTATE_STOPPED, fail, status_t
    use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
    use test_support, only: check_below, check_close
@@ -21,6 +23,14 @@ module test_control
    private
 
    public :: collect_control
+
+   !> Stops a run at its third poll.
+   type, extends(observer_t) :: stopper_t
+      integer :: polls = 0
+   contains
+      procedure :: observe => ignore_row
+      procedure :: poll => stop_at_poll
+   end type stopper_t
 
 contains
 
@@ -39,7 +49,11 @@ contains
                   new_unittest("local tolerance bounds the error of each step", local_tolerance_bounds_steps), &
                   new_unittest("steps end where torques do", steps_end_where_torques_do), &
                   new_unittest("goes backwards in time", goes_backwards), &
-                  new_unittest("a goal without tolerance is refused, a limit ends the run", bad_goals_and_limits)]
+                  new_unittest("a goal without tolerance is refused, a limit ends the run", bad_goals_and_limits), &
+                  new_unittest("plans that nothing can follow are refused", impossible_plans), &
+                  new_unittest("a run of no length has its state as its only row", runs_of_no_length), &
+                  new_unittest("pilot runs can be stopped, and begun again", pilots_can_be_stopped), &
+                  new_unittest("a run is the same without observer and in parts", runs_in_parts)]
    end subroutine collect_control
 
    pure type(integrator_settings_t) function of_order(order)
@@ -313,5 +327,109 @@ contains
                      status, recorder, summary)
       call check(error, status%code == NUTATE_STEP_LIMIT .and. summary%steps == 5, "limit")
    end subroutine bad_goals_and_limits
+
+   subroutine impossible_plans(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_plan_t), parameter :: plans(3) = [ &
+                                     run_plan_t(time_step=0.01_wp, end_time=1.0_wp, interval=0.05_wp), &
+                                     run_plan_t(time_step=0.01_wp, end_time=1.0_wp, every=0), &
+                                     run_plan_t(end_time=1.0_wp, every=0, goal=run_goal_t(local_tolerance=1e-6_wp))]
+      type(problem_t) :: problem
+      type(recorder_t) :: recorder
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: i
+      problem = bruls_top()
+      do i = 1, size(plans)
+         state = problem%start
+         call integrate(problem%system, of_order(4), state, plans(i), status, recorder)
+         call check(error, status%code == NUTATE_BAD_ARGUMENT .and. state%t <= 0.05_wp, "taken")
+         if (allocated(error)) return
+      end do
+   end subroutine impossible_plans
+
+   !> Also where pilot runs would have nothing to measure.
+   subroutine runs_of_no_length(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_goal_t), parameter :: goals(3) = [run_goal_t(), run_goal_t(local_tolerance=1e-6_wp), &
+                                                 run_goal_t(accuracy=1e-6_wp)]
+      type(problem_t) :: problem
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: i
+      problem = bruls_top()
+      do i = 1, size(goals)
+         state = problem%start
+         recorder%rows = 0
+         call integrate(problem%system, of_order(4), state, run_plan_t(time_step=0.01_wp, end_time=0.0_wp, &
+                                                                       goal=goals(i)), status, recorder, summary)
+         call check(error, status%ok() .and. recorder%rows == 1 .and. summary%steps == 0, trim(status%message))
+         if (allocated(error)) return
+      end do
+   end subroutine runs_of_no_length
+
+   subroutine pilots_can_be_stopped(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_t) :: run_1
+      type(stopper_t) :: stopper
+      type(state_t) :: state
+      type(status_t) :: status
+      type(run_plan_t) :: plan
+      problem = bruls_top()
+      plan = run_plan_t(end_time=0.5_wp, goal=run_goal_t(accuracy=1e-8_wp))
+      call run_1%begin(problem%system, of_order(4), problem%start, plan, status)
+      call run_1%find_steps(problem%system, status, stopper)
+      call check(error, status%code == NUTATE_STOPPED .and. stopper%polls == 3, "not stopped")
+      if (allocated(error)) return
+      call run_1%go(problem%system, status)
+      state = problem%start
+      if (status%ok()) call integrate(problem%system, of_order(4), state, plan, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_close(error, [run_1%state%q, run_1%state%p], [state%q, state%p], 0.0_wp, "last state")
+   end subroutine pilots_can_be_stopped
+
+   subroutine runs_in_parts(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_t) :: run_1
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      type(run_plan_t) :: plan
+      problem = bruls_top()
+      state = problem%start
+      plan = run_plan_t(end_time=0.5_wp, interval=0.03_wp, goal=run_goal_t(accuracy=1e-8_wp))
+      call integrate(problem%system, of_order(6), state, plan, status, recorder, summary)
+      call run_1%begin(problem%system, of_order(6), problem%start, plan, status)
+      if (status%ok()) call run_1%find_steps(problem%system, status)
+      call check(error, status%ok() .and. recorder%rows == 18 .and. run_1%summary%estimate > 0.0_wp)
+      if (allocated(error)) return
+      if (status%ok()) call run_1%go(problem%system, status)
+      call check_close(error, [run_1%state%q, run_1%state%p], [state%q, state%p], 0.0_wp, "last state")
+      if (allocated(error)) return
+      call check_close(error, [run_1%summary%estimate, real(run_1%summary%steps, wp)], &
+                       [summary%estimate, real(summary%steps, wp)], 0.0_wp, "summary")
+   end subroutine runs_in_parts
+
+   subroutine ignore_row(self, system, state, record, status)
+      class(stopper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+   end subroutine ignore_row
+
+   subroutine stop_at_poll(self, fraction, status)
+      class(stopper_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      self%polls = self%polls + 1
+      if (self%polls == 3) status = fail(NUTATE_STOPPED, 'asked to')
+   end subroutine stop_at_poll
 
 end module test_control
