@@ -1,7 +1,7 @@
 !> The step of Nielsen & Krenk (2012) as eight equations in q and p: analytic Jacobian, LAPACK.
 !>
-!> Residual, Jacobian and update, the discrete (9a) and (11) of the paper, stand in `nutate_eight_equations`; the projection
-!> (11) in `nutate_discrete_forces`: no scalar part.
+!> Residual, Jacobian and update, the discrete (9a) and (11) of the paper, stand in `nutate_eight_equations`; the
+!> projection (11) in `nutate_discrete_forces`: no scalar part.
 module nutate_nielsen_krenk
    use nutate_archive, only: archive_t
    use nutate_eight_equations, only: eight_equations_t

@@ -1,9 +1,9 @@
 !> The step of Nielsen & Krenk (2012) in reduced form: three equations in the step's turn, closed-form Newton, no
 !> LAPACK.
 !>
-!> The same discrete (9a) and (11) of the paper on the constraints (2) and (5), in `nutate_reduced_equations`; the projection
-!> is built in, since a torque is all that enters. The same trajectory as the 8×8 system to round-off. Where nothing
-!> depends on the attitude it can be left out: then only the body momentum is integrated.
+!> The same discrete (9a) and (11) of the paper on the constraints (2) and (5), in `nutate_reduced_equations`; the
+!> projection is built in, since a torque is all that enters. The same trajectory as the 8×8 system to round-off. Where
+!> nothing depends on the attitude it can be left out: then only the body momentum is integrated.
 module nutate_reduced
    use nutate_archive, only: archive_t
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
