@@ -37,7 +37,7 @@ module nutate_run_plan
       integer(long) :: steps = -1
       !> Time between rows, s, where steps are chosen by their error; 0: a row every so many steps.
       real(wp) :: interval = 0.0_wp
-      type(run_goal_t) :: goal
+      type(run_goal_t) :: goal = run_goal_t()
    end type run_plan_t
 
 contains

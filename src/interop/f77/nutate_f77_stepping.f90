@@ -108,8 +108,10 @@ contains
       !> Body, solver and order count.
       type(setup_t), intent(in) :: setup
       class(stepper_t), allocatable :: stepper
+      type(system_t) :: system
       type(status_t) :: status
-      call make_stepper(system_t(body=setup%body), settings_of(setup), stepper, status)
+      system%body = setup%body
+      call make_stepper(system, settings_of(setup), stepper, status)
       n = count_work(stepper)
    end function needed_size
 
@@ -119,8 +121,10 @@ contains
       !> Shape (as `needed_size` says).
       real(wp), intent(inout), target, contiguous :: work(:)
       class(stepper_t), allocatable :: stepper
+      type(system_t) :: system
       type(status_t) :: status
-      call make_stepper(system_t(body=setup%body), settings_of(setup), stepper, status)
+      system%body = setup%body
+      call make_stepper(system, settings_of(setup), stepper, status)
       call fill_work(setup, stepper, work)
    end subroutine start_work
 
