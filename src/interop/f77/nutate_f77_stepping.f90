@@ -47,7 +47,7 @@ module nutate_f77_stepping
       real(wp) :: dt = 0.0_wp
       !> Time, s; attitude and conjugate momentum, shape (4): moved by the steps.
       real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, p(4) = 0.0_wp
-      type(row_store_t) :: store
+      type(row_store_t) :: store = row_store_t()
    end type request_t
 
    !> What NUINV computes.
