@@ -118,6 +118,7 @@ contains
       trial = state
       self%iterations = 0
       self%continued = 0
+      self%unproved = 0
       self%residual = 0.0_wp
       self%work = 0.0_wp
       do i = 1, size(self%stages)
@@ -125,6 +126,7 @@ contains
             call stage%advance(system, trial, self%stages(i)%weight*dt, window_time, status)
             self%iterations = self%iterations + stage%iterations
             self%continued = self%continued + stage%continued
+            self%unproved = self%unproved + stage%unproved
             self%residual = max(self%residual, stage%residual)
             if (status%code /= 0) exit
             do k = 1, size(self%work)

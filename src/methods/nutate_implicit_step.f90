@@ -203,6 +203,7 @@ contains
 
       self%iterations = 0
       self%continued = 0
+      self%unproved = 0
       if (self%untested) call check_start(system, state, dt, status)
       if (status%code == 0) call self%start(system, state, dt, window_time, status)
       if (status%code == 0 .and. dt /= self%kept_dt) &
@@ -220,6 +221,7 @@ contains
          return
       end if
       self%untested = .false.
+      if (self%judge%forced) self%unproved = 1
       call self%finish(system, state, dt, z)
       call self%predictor%remember(dt, z)
       if (self%iterations > self%slow) then

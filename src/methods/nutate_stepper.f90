@@ -48,6 +48,8 @@ module nutate_stepper
       real(wp) :: residual = 0.0_wp
       !> Lengths that the last step tried by continuation in Δt (`nutate_continuation`): each costs as much as a step.
       integer :: continued = 0
+      !> Stages of the last step whose root is taken for the true one without a proof (`nutate_continuation`).
+      integer :: unproved = 0
       !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
       !> Work that each torque did in the last step, J; shape (number of torques).
@@ -139,6 +141,7 @@ contains
       self%iterations = 0
       self%residual = 0.0_wp
       self%continued = 0
+      self%unproved = 0
       self%error_estimate = 0.0_wp
       call self%set_up(system, settings, status)
    end subroutine prepare_stepper
