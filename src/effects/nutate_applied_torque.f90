@@ -4,11 +4,13 @@ module nutate_applied_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, torque_t
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
    use nutate_power_series, only: cosine_term
+   use nutate_small_products, only: times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -42,6 +44,8 @@ module nutate_applied_torque
       procedure :: derivatives => applied_derivatives
       procedure :: window => applied_window
       procedure :: needs_attitude => attitude_in_space
+      procedure :: bound => applied_bound
+      procedure :: time_derivative => applied_time_derivative
       procedure :: series_kind => harmonic_series
       procedure :: auxiliary_series => harmonic_auxiliary
       procedure :: series_direction => amplitude_in_space
@@ -124,6 +128,39 @@ contains
       class(applied_torque_t), intent(in) :: self
       attitude_in_space = self%in_space
    end function attitude_in_space
+
+   !> A torque τ in the body: T = (1+β)τ - 2b(b·τ). One in space, ν at the start of the step: T = (1-β)ν - 2b×ν.
+   pure subroutine applied_bound(self, map, radius, gamma, slack, bounds)
+      class(applied_torque_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      real(wp) :: whole, square, rate
+      whole = map%norm*norm2(self%amplitude)
+      square = radius*radius
+      if (self%in_space) then
+         bounds%force = (1 + square)*whole
+         bounds%slope = 2*sqrt(1 + square)*whole
+      else
+         bounds%force = norm2(times_vector(map%matrix, self%amplitude)) + square*whole
+         bounds%slope = 2*radius*whole
+      end if
+      bounds%curvature = 2*whole
+      rate = 2*pi*abs(self%frequency)
+      bounds%change = rate*bounds%force
+      bounds%change_slope = rate*bounds%slope
+      bounds%change_rate = rate*bounds%change
+   end subroutine applied_bound
+
+   !> -2πf τ₀ sin(2πft + phase)
+   pure function applied_time_derivative(self, t, q, omega, span) result(derivative)
+      class(applied_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3), span
+      real(wp) :: derivative(3)
+      derivative = self%amplitude
+      if (self%in_space) derivative = rotate_to_body(q, derivative)
+      derivative = (-2*pi*self%frequency*sin(phase_at(self, t)))*derivative
+   end function applied_time_derivative
 
    pure integer function harmonic_series(self)
       class(applied_torque_t), intent(in) :: self

@@ -2,6 +2,7 @@
 module nutate_damping
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, torque_t
+   use nutate_effect_bounds, only: bounds_of_drag, effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -23,6 +24,7 @@ module nutate_damping
       procedure :: is_moderate => damping_is_moderate
       procedure :: derivatives => damping_derivatives
       procedure :: needs_attitude => no_attitude
+      procedure :: bound => damping_bound
       procedure :: series_kind => linear_kind
       procedure :: series_drag => damping_drag
    end type damping_t
@@ -75,6 +77,14 @@ contains
       class(damping_t), intent(in) :: self
       no_attitude = .false.
    end function no_attitude
+
+   pure subroutine damping_bound(self, map, radius, gamma, slack, bounds)
+      class(damping_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      bounds = bounds_of_drag(map, radius, self%series_drag())
+   end subroutine damping_bound
 
    pure integer function linear_kind(self)
       class(damping_t), intent(in) :: self

@@ -9,7 +9,10 @@
 !> An effect may supply the power series in time of its torque, from the series of γ and Ω: then the method 'taylor' can
 !> integrate with it. All series are in `s = (t - t₀)/time_unit`; coefficient k is asked for when the coefficients 0..k
 !> of what it depends on are there, k = 0, 1, 2, ... in turn.
+!>
+!> An effect may bound what it does in a step: then the root of a step can be proved to be the true one.
 module nutate_effect
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: quat_product
@@ -35,6 +38,8 @@ module nutate_effect
       !> The effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a size that can be
       !> computed with, at every attitude; `.true.` unless overridden.
       procedure :: is_moderate => not_judged
+      !> Bounds of the torque in a step and of its derivatives; none unless overridden.
+      procedure :: bound => not_bounded
    end type effect_t
 
    !> V(q) = U(γ), γ = R(q)ᵀ n, the V of equation (8) of Nielsen & Krenk (2012).
@@ -69,6 +74,9 @@ module nutate_effect
       procedure :: window => always
       !> The torque acts at a time.
       procedure :: acts_at
+      !> ∂τ/∂t at fixed attitude and rate; by differences unless overridden. Asked only of a torque whose `bound` says
+      !> that it changes.
+      procedure :: time_derivative => difference_in_time
       !> The torque depends on the attitude; `.true.` unless overridden.
       procedure :: needs_attitude => attitude_needed
       !> D of a linear series: τ = DΩ; body axes, N m s.
@@ -126,6 +134,20 @@ contains
       class(effect_t), intent(in) :: self
       not_judged = .true.
    end function not_judged
+
+   !> An effect of which nothing is known.
+   pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
+      class(effect_t), intent(in) :: self
+      !> A, from body components.
+      type(linear_map_t), intent(in) :: map
+      !> ρ: the bounds hold for |b| ≤ ρ.
+      real(wp), intent(in) :: radius
+      !> γ = Rᵀn of a potential at the start of the step, body axes; shape (3). The bounds hold wherever γ at the start is
+      !> no farther from it than `slack` times |n|: at every attitude for a slack of 2.
+      real(wp), intent(in) :: gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      bounds%known = .false.
+   end subroutine not_bounded
 
    pure logical function rotor_is_moderate(self)
       class(rotor_t), intent(in) :: self
@@ -227,6 +249,24 @@ contains
          by_rate(:, i) = (self%torque(t, q, omega + shift) - self%torque(t, q, omega - shift))/(2*h)
       end do
    end subroutine difference_derivatives
+
+   !> Central difference of τ over ε^(1/3) of a time in which it may change much.
+   pure function difference_in_time(self, t, q, omega, span) result(derivative)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> Attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> s; not 0.
+      real(wp), intent(in) :: span
+      !> Body axes, N m/s; shape (3).
+      real(wp) :: derivative(3)
+      real(wp) :: h
+      h = eps**(1.0_wp/3)*span
+      derivative = (self%torque(t + h, q, omega) - self%torque(t - h, q, omega))/(2*h)
+   end function difference_in_time
 
    !> q∘(1, half) normalised: q turned by about the small body rotation 2 half.
    pure function turned(q, half) result(r)

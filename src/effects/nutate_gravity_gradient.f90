@@ -3,9 +3,12 @@ module nutate_gravity_gradient
    use nutate_admissible, only: ANY_DIRECTION
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, potential_t
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, projection_curvature, projection_part, &
+      projection_slope
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
+   use nutate_small_products, only: times_vector
    use nutate_status, only: status_t
    implicit none
    private
@@ -34,6 +37,7 @@ module nutate_gravity_gradient
       procedure :: hessian => quadratic_hessian
       procedure :: discrete_gradient => midpoint_gradient
       procedure :: discrete_hessian => half_hessian
+      procedure :: bound => quadratic_bound
       procedure :: series_kind => quadratic_series
       procedure :: auxiliary_series => quadratic_auxiliary
       procedure :: series_torque => quadratic_torque
@@ -119,6 +123,37 @@ contains
       real(wp) :: hessian(3, 3)
       hessian = 0.5_wp*self%stiffness
    end function half_hessian
+
+   !> γ½×Aγ̄, γ̄ the mean of γ at the ends, has in principal axes components (A_k - A_l)γ_kγ_l: none exceeds the larger
+   !> of |A_k|, |A_l|. With A they lie in a box, whose image under the map is farthest away at a corner. A change of b
+   !> turns γ½ and γ̄ by 2|δb| at most, in second order by 4 and 8 |δb|².
+   pure subroutine quadratic_bound(self, map, radius, gamma, slack, bounds)
+      class(gravity_gradient_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      real(wp) :: sides(3, 3), strength(3), square, direct, whole, part, change
+      integer :: i
+      do i = 1, 3
+         strength(i) = abs(dot_product(map%axes(:, i), times_vector(self%stiffness, map%axes(:, i))))
+      end do
+      do i = 1, 3
+         sides(:, i) = max(strength(1 + modulo(i, 3)), strength(1 + modulo(i + 1, 3)))*times_vector(map%matrix, map%axes(:, i))
+      end do
+      square = dot_product(self%direction, self%direction)
+      direct = 0.0_wp
+      do i = 0, 3
+         direct = max(direct, norm2(sides(:, 1) + sign(1.0_wp, 0.5_wp - mod(i, 2))*sides(:, 2) &
+                                    + sign(1.0_wp, 1.5_wp - i)*sides(:, 3)))
+      end do
+      direct = square*direct
+      whole = square*map%norm*maxval(strength)
+      part = projection_part(radius)
+      change = projection_slope(radius)
+      bounds%force = direct + part*whole
+      bounds%slope = 4*direct + (change + 4*part)*whole
+      bounds%curvature = 20*direct + (projection_curvature + 8*change + 20*part)*whole
+   end subroutine quadratic_bound
 
    pure integer function quadratic_series(self)
       class(gravity_gradient_t), intent(in) :: self

@@ -1,6 +1,7 @@
 !> Potentials linear in a direction, U = -m·γ: what weight and a magnetic dipole have in common.
 module nutate_linear_potential
    use nutate_effect, only: LINEAR_SERIES, potential_t
+   use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
    implicit none
@@ -20,6 +21,7 @@ module nutate_linear_potential
       procedure :: hessian => no_hessian
       procedure :: discrete_gradient => constant_discrete_gradient
       procedure :: discrete_hessian => no_discrete_hessian
+      procedure :: bound => linear_bound
       procedure :: series_kind => linear_kind
       procedure :: series_moment => constant_moment
    end type linear_potential_t
@@ -59,6 +61,14 @@ contains
       real(wp) :: hessian(3, 3)
       hessian = 0.0_wp
    end function no_discrete_hessian
+
+   pure subroutine linear_bound(self, map, radius, gamma, slack, bounds)
+      class(linear_potential_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      bounds = bounds_of_linear(map, radius, self%moment, norm2(self%direction))
+   end subroutine linear_bound
 
    pure integer function linear_kind(self)
       class(linear_potential_t), intent(in) :: self

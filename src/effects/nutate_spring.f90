@@ -3,6 +3,7 @@ module nutate_spring
    use nutate_admissible, only: NON_NEGATIVE
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, potential_t
+   use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: least_size, is_moderate
@@ -26,6 +27,9 @@ module nutate_spring
    !> Lengths below this fraction of l₀ have no direction: products with l₀/ℓ would leave the range of numbers.
    real(wp), parameter :: negligible = least_size
 
+   !> Lengths of which bounds are given, over |x| + |a|: below, their inverse is no bound that would prove anything.
+   real(wp), parameter :: least_bounded = 1e-4_wp
+
    !> U(γ) = ½k(ℓ - l₀)², γ = Rᵀa, with ℓ² = |x|² + |a|² - 2x·γ, the square of |x - γ| wherever |γ| = |a|.
    !>
    !> So written, the gradient has no part along γ, which turns nothing but would be felt at finite steps: a spring held
@@ -47,6 +51,7 @@ module nutate_spring
       procedure :: hessian => spring_hessian
       procedure :: discrete_gradient => spring_discrete_gradient
       procedure :: discrete_hessian => spring_discrete_hessian
+      procedure :: bound => spring_bound
       procedure :: series_kind => spring_series
       procedure :: auxiliary_series => spring_auxiliary
       procedure :: series_moment => spring_moment
@@ -227,6 +232,49 @@ contains
                 x(1)*shortened(2) - x(2)*shortened(1)]
       end associate
    end subroutine spring_torque
+
+   !> A uniform field of the moment kx along a, times φ = 1 - 2l₀/(ℓ0 + ℓ1). A change of b moves the end of length
+   !> min(|x|, |a|) by 4 times that at most. There are no bounds where the ends can meet.
+   pure subroutine spring_bound(self, map, radius, gamma, slack, bounds)
+      class(spring_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      type(effect_bounds_t) :: field
+      real(wp) :: x, a, reach, first, least, greatest, stretch, stretch_slope, stretch_curvature, by_b, by_b_twice
+      x = norm2(self%body_point)
+      a = norm2(self%direction)
+      field = bounds_of_linear(map, radius, self%stiffness*self%body_point, a)
+      if (self%closeness > 0.0_wp) call add_closeness(abs(self%stiffness)*map%norm*a*a, radius, field)
+      bounds = field
+      if (self%rest_length == 0.0_wp) return
+      reach = min(x, a)
+      first = max(abs(x - a), length(self, gamma) - slack*reach)
+      least = first + max(abs(x - a), first - 4*radius*reach)
+      greatest = min(x + a, length(self, gamma) + slack*reach)
+      greatest = greatest + min(x + a, greatest + 4*radius*reach)
+      bounds%known = least - first > least_bounded*(x + a)
+      if (.not. bounds%known) return
+      by_b = 4*reach/least
+      by_b_twice = (16*x*a + (4*reach)**2)/((least - first)*least)
+      stretch = max(abs(1 - 2*self%rest_length/least), abs(1 - 2*self%rest_length/greatest))
+      stretch_slope = 2*abs(self%rest_length)/least*by_b
+      stretch_curvature = 2*abs(self%rest_length)/least*(by_b_twice + 2*by_b*by_b)
+      bounds%force = stretch*field%force
+      bounds%slope = stretch*field%slope + stretch_slope*field%force
+      bounds%curvature = stretch*field%curvature + 2*stretch_slope*field%slope + stretch_curvature*field%force
+   end subroutine spring_bound
+
+   !> Where the ends can meet, x - γ̄ takes the place of x. γ̄ = ((1-β)γ½ + 2b(b·γ½))/(1+β), so that the torque has
+   !> k(2b·γ½/(1+β)) γ½×b beside that of the field.
+   pure subroutine add_closeness(strength, radius, field)
+      !> k|a|²‖A‖ and ρ.
+      real(wp), intent(in) :: strength, radius
+      type(effect_bounds_t), intent(inout) :: field
+      field%force = field%force + strength*radius**2
+      field%slope = field%slope + strength*radius*(4 + radius*(4 + 2*radius))
+      field%curvature = field%curvature + strength*(4 + radius*(16 + radius*(26 + 16*radius)))
+   end subroutine add_closeness
 
    !> All that it is given, and its energy where it is longest.
    pure logical function spring_is_moderate(self)

@@ -1,9 +1,10 @@
-!> Which root of a step continues the true motion, and continuation in Δt where that is not known beforehand.
+!> Which root of a step is taken where none can be proved to be the true one, and its continuation in Δt.
 !>
-!> The equations of a step have other roots, which conserve everything too. With |b| < 1 and a positive determinant of
-!> the Jacobian a root can still be a wrong one. So a root that is not surely the right one is found again by
-!> continuation: the step grows from a short one to its length, each root the prediction for the next. Both forms of the
-!> step's equations have their roots judged here.
+!> The equations of a step have other roots, which conserve everything too. Where effects dominate the step, or give no
+!> bounds, `nutate_root_proof` has no proof. There a root is taken that is near enough to that of a short step, or
+!> continues that of the last step; any other is found again by continuation: the step grows from a short one to its
+!> length, each root the prediction for the next. Such a step counts as not proved: with |b| < 1 and a positive
+!> determinant of the Jacobian a root can still be a wrong one.
 module nutate_continuation
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
@@ -15,10 +16,9 @@ module nutate_continuation
 
    public :: root_t, root_judge_t, continuation_t
 
-   !> |b|, b = ¼Δt Ω̄, below which a root with a positive determinant is the true one. On a free body's axis the branch
-   !> ends where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the
-   !> earliest. Off the axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
-   real(wp), parameter :: surely_true = 0.41_wp
+   !> |b|, b = ¼Δt Ω̄, below which a root may be taken: where that of a free body with a positive determinant is the true
+   !> one (`nutate_root_proof`).
+   real(wp), parameter :: near = 0.41_wp
    !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes
    !> it large and brings no other root near, forces that depend on the attitude do. No bound is proved with it: a
    !> factor of two in each direction is as far as a Jacobian can be taken for that of a short step.
@@ -26,7 +26,7 @@ module nutate_continuation
    !> |b| from which a root is refused. At |b| = 1, half a turn, the reduced equations are solved by what is no step.
    real(wp), parameter :: longest = 0.98_wp
    !> Largest change of an unknown from prediction to root, rad of half the turn, that is no jump to another root: an
-   !> eighth of `surely_true`, which is how near to each other two roots of one step were seen.
+   !> eighth of `near`, which is how near to each other two roots of one step were seen.
    real(wp), parameter :: farthest_jump = 0.05_wp
    !> Change of b that a continuation aims at from one length to the next: as far as the prediction by the secant is
    !> within `farthest_jump` where the branch bends with a radius of its own length.
@@ -52,8 +52,8 @@ module nutate_continuation
       logical :: forced = .false., by_attitude = .false.
    contains
       procedure :: set_up
-      !> The root is surely the true one.
-      procedure :: proves
+      !> The root is near that of a short step.
+      procedure :: accepts
       !> The root continues that of the last step.
       procedure :: continues
       !> Starts the continuation to a step.
@@ -90,14 +90,14 @@ contains
       self%by_attitude = system%effects%needs_attitude()
    end subroutine set_up
 
-   !> True if a root needs no continuation to be known as the true one.
-   pure logical function proves(self, root)
+   !> True if a root needs no continuation to be taken for the true one.
+   pure logical function accepts(self, root)
       class(root_judge_t), intent(in) :: self
       type(root_t), intent(in) :: root
-      proves = root%turn < surely_true .and. root%determinant > 0.0_wp
-      if (proves .and. self%forced) proves = root%determinant*mild > 1.0_wp
-      if (proves .and. self%by_attitude) proves = root%determinant < mild
-   end function proves
+      accepts = root%turn < near .and. root%determinant > 0.0_wp
+      if (accepts .and. self%forced) accepts = root%determinant*mild > 1.0_wp
+      if (accepts .and. self%by_attitude) accepts = root%determinant < mild
+   end function accepts
 
    !> True if a root continues that of the last step, which was true: in a step that effects dominate.
    pure logical function continues(self, root, last_determinant)
@@ -105,11 +105,11 @@ contains
       type(root_t), intent(in) :: root
       !> Of the last step of the same length; 0 where there is none.
       real(wp), intent(in) :: last_determinant
-      continues = self%forced .and. root%turn < surely_true .and. root%jump < farthest_jump .and. &
+      continues = self%forced .and. root%turn < near .and. root%jump < farthest_jump .and. &
                   root%determinant > 0.5_wp*last_determinant .and. root%determinant < 2*last_determinant
    end function continues
 
-   !> Starts the continuation to a step at a length whose root is surely the true one: b0 = ¼ΔtΩ0, the b of the step if
+   !> Starts the continuation to a step at a length whose root can be accepted: b0 = ¼ΔtΩ0, the b of the step if
    !> its rate stayed that of the start, tells how far.
    pure function begin(self, system, state, dt) result(path)
       class(root_judge_t), intent(in) :: self
@@ -124,7 +124,7 @@ contains
       b0(2:4) = (0.25_wp*dt)*angular_velocity(system, state)
       turn = quat_norm(b0)
       ! With a margin: effects may speed the body up in the step.
-      if (turn > 0.8_wp*surely_true) path%stride = 0.8_wp*surely_true/turn
+      if (turn > 0.8_wp*near) path%stride = 0.8_wp*near/turn
       path%next = path%stride
    end function begin
 
@@ -165,7 +165,7 @@ contains
          if (self%reached > 0.0_wp) then
             self%stride = self%stride*max(0.5_wp, min(2.0_wp, stride_aim/max(change, 0.1_wp*stride_aim)))
          else
-            self%stride = min(self%stride, stride_aim/surely_true*self%next)
+            self%stride = min(self%stride, stride_aim/near*self%next)
          end if
          self%before = self%reached
          self%reached = self%next

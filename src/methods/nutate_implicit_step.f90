@@ -1,5 +1,5 @@
 !> The implicit step, whatever form its equations have: prediction, modified Newton iteration, judgement of the root,
-!> continuation in Δt where the root is not surely that of the true motion.
+!> proof that it is that of the true motion (`nutate_root_proof`), or continuation in Δt where none can be had.
 !>
 !> The unknowns are predicted by continuing the increments of the last steps. The iteration is the modified (chord)
 !> Newton method: what is dear in the Jacobian is kept as long as the iteration converges fast with it, over many steps
@@ -12,6 +12,7 @@ module nutate_implicit_step
    use nutate_kinds, only: wp, eps
    use nutate_predictor, only: most_unknowns, predictor_t
    use nutate_range, only: check_start, check_system
+   use nutate_root_proof, only: BEYOND_PROOF, PROVED, root_proof_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -41,6 +42,8 @@ module nutate_implicit_step
    !> the second in a step gets no continuation.
    integer, parameter :: near = 12, fewest = 8
 
+   character(len=*), parameter :: too_long = 'the step is too long to follow the motion'
+
    !> What a Newton increment came to.
    type :: increment_t
       !> Largest entry of the increment, and of the unknowns.
@@ -57,6 +60,7 @@ module nutate_implicit_step
    type, abstract, extends(stepper_t) :: implicit_stepper_t
       type(integrator_settings_t) :: settings
       type(predictor_t) :: predictor
+      type(root_proof_t) :: proof
       type(root_judge_t) :: judge
       !> Determinant of the Jacobian last computed, over that of a very short step.
       real(wp) :: determinant = 0.0_wp
@@ -81,6 +85,12 @@ module nutate_implicit_step
       procedure(correct_unknowns), deferred :: correct
       !> A new Jacobian, with its determinant.
       procedure(linearize_equations), deferred :: linearize
+      !> The stage starts on the constraint manifold and stays there, as the proof of a root assumes.
+      procedure(is_provable), deferred :: is_on_manifold
+      !> b0 = ¼Δt J⁻¹(L0 - h), the b of a step whose momentum stays.
+      procedure(find_start_vector), deferred :: get_start_vector
+      !> The unknowns that belong to a b.
+      procedure(take_vector), deferred :: unknowns_of
       !> The b of a root: the vector of its Cayley map.
       procedure(find_cayley_vector), deferred :: get_cayley_vector
       !> Moves the state to the end of the step.
@@ -150,6 +160,29 @@ module nutate_implicit_step
          real(wp), intent(out) :: b(3)
       end subroutine find_cayley_vector
 
+      pure logical function is_provable(self, system)
+         import :: implicit_stepper_t, system_t
+         class(implicit_stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+      end function is_provable
+
+      pure subroutine find_start_vector(self, system, b)
+         import :: implicit_stepper_t, system_t, wp
+         class(implicit_stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         !> Body axes; shape (3).
+         real(wp), intent(out) :: b(3)
+      end subroutine find_start_vector
+
+      pure subroutine take_vector(self, system, b, z)
+         import :: implicit_stepper_t, system_t, most_unknowns, wp
+         class(implicit_stepper_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         !> b = ¼Δt Ω̄, body axes; shape (3).
+         real(wp), intent(in) :: b(3)
+         real(wp), intent(out) :: z(most_unknowns)
+      end subroutine take_vector
+
       subroutine move_state(self, system, state, dt, z)
          import :: implicit_stepper_t, system_t, state_t, most_unknowns, wp
          class(implicit_stepper_t), intent(inout) :: self
@@ -188,6 +221,7 @@ contains
       self%determinant = 0.0_wp
       call self%predictor%set_up(unknowns)
       call self%judge%set_up(system)
+      call self%proof%set_up(system)
    end subroutine begin
 
    !> One step. Errors, with the state as it was: `NUTATE_BAD_ARGUMENT` for a state that the form cannot move;
@@ -208,11 +242,7 @@ contains
       if (status%code == 0) call self%start(system, state, dt, window_time, status)
       if (status%code == 0 .and. dt /= self%kept_dt) &
          call self%scale_unknowns(system, state, dt, window_time, status)
-      if (status%code == 0) then
-         call find_root(self, system, dt, z, status)
-         if (status%code /= 0 .and. self%settings%max_iterations >= fewest) &
-            call continue_to_root(self, system, state, dt, window_time, z, status)
-      end if
+      if (status%code == 0) call find_true_root(self, system, state, dt, window_time, z, status)
       status%iterations = self%iterations
       status%residual = self%residual
       if (status%code /= 0) then
@@ -221,7 +251,6 @@ contains
          return
       end if
       self%untested = .false.
-      if (self%judge%forced) self%unproved = 1
       call self%finish(system, state, dt, z)
       call self%predictor%remember(dt, z)
       if (self%iterations > self%slow) then
@@ -230,19 +259,55 @@ contains
       end if
    end subroutine advance
 
-   !> The root next to the prediction, if it can be no other than the true one. Errors: those of `iterate`;
-   !> `NUTATE_OFF_BRANCH`.
+   !> The root that continues the true motion: proved, or by a rule where nothing can be proved. Errors: those of
+   !> `iterate`; `NUTATE_OFF_BRANCH`.
+   subroutine find_true_root(self, system, state, dt, window_time, z, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt, window_time
+      real(wp), intent(out) :: z(most_unknowns)
+      type(status_t), intent(inout) :: status
+      real(wp) :: start(3), b(3), last
+      integer :: verdict
+      last = 0.0_wp
+      if (dt == self%predictor%dt .and. self%predictor%known > 0) last = self%determinant
+      call find_root(self, system, dt, z, status)
+      b = huge(1.0_wp)
+      if (status%code == 0) call self%get_cayley_vector(z, b)
+      verdict = BEYOND_PROOF
+      if (self%is_on_manifold(system)) then
+         if (status%code == 0) then
+            if (self%proof%holds_free(b, self%determinant)) return
+         end if
+         call self%get_start_vector(system, start)
+         if (status%code == 0) then
+            if (self%proof%holds(system, dt, window_time, start, b)) return
+         end if
+         if (self%settings%max_iterations >= fewest) &
+            call self%proof%judge(system, state, dt, window_time, start, b, verdict)
+         self%continued = self%proof%tried
+      end if
+      select case (verdict)
+      case (PROVED)
+         if (status%code == 0 .and. self%proof%is_root(b)) return
+         call take_followed_root(self, system, z, status)
+      case (BEYOND_PROOF)
+         self%unproved = 1
+         call take_likely_root(self, system, state, dt, window_time, last, b, z, status)
+      case default
+         status = fail(NUTATE_OFF_BRANCH, too_long)
+      end select
+   end subroutine find_true_root
+
+   !> The root next to the prediction. Errors: those of `iterate`.
    subroutine find_root(self, system, dt, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
       real(wp), intent(out) :: z(most_unknowns)
       type(status_t), intent(inout) :: status
-      real(wp) :: b(3), last
-      type(root_t) :: root
-      last = 0.0_wp
       if (self%predictor%known > 0) then
-         if (dt == self%predictor%dt) last = self%determinant
          call self%predictor%predict(dt)
       else
          call self%explicit_guess(system, self%predictor%guess)
@@ -256,15 +321,49 @@ contains
          self%kept_dt = 0.0_wp
          call iterate(self, system, z, self%settings%max_iterations, status)
       end if
+   end subroutine find_root
+
+   !> The root to which the branch was followed, with all digits. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
+   subroutine take_followed_root(self, system, z, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(out) :: z(most_unknowns)
+      type(status_t), intent(inout) :: status
+      real(wp) :: b(3)
+      status = status_t()
+      call self%unknowns_of(system, self%proof%b, z)
+      self%kept_dt = 0.0_wp
+      call iterate(self, system, z, self%settings%max_iterations, status)
       if (status%code /= 0) return
       call self%get_cayley_vector(z, b)
-      root%turn = length_of(b)
-      root%determinant = self%determinant
-      if (self%judge%proves(root)) return
-      root%jump = maxval(abs(z - self%predictor%guess))
-      if (.not. self%judge%continues(root, last)) &
-         status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
-   end subroutine find_root
+      if (.not. self%proof%is_root(b)) status = fail(NUTATE_OFF_BRANCH, too_long)
+   end subroutine take_followed_root
+
+   !> The root found, if it is near that of a short step or continues that of the last step; else that of a continuation
+   !> in Δt. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
+   subroutine take_likely_root(self, system, state, dt, window_time, last, b, z, status)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt, window_time
+      !> Determinant of the last step of the same length; 0 where there is none. b of the root found.
+      real(wp), intent(in) :: last, b(3)
+      !> The root found on entry.
+      real(wp), intent(inout) :: z(most_unknowns)
+      !> Of the search for it.
+      type(status_t), intent(inout) :: status
+      type(root_t) :: root
+      if (status%code == 0) then
+         root%turn = length_of(b)
+         root%determinant = self%determinant
+         if (self%judge%accepts(root)) return
+         root%jump = maxval(abs(z - self%predictor%guess))
+         if (self%judge%continues(root, last)) return
+         status = fail(NUTATE_OFF_BRANCH, too_long)
+      end if
+      if (self%settings%max_iterations >= fewest) &
+         call continue_to_root(self, system, state, dt, window_time, z, status)
+   end subroutine take_likely_root
 
    !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
    subroutine continue_to_root(self, system, state, dt, window_time, z, status)
@@ -289,7 +388,7 @@ contains
          last = z
          last_b = b
       end do
-      self%continued = path%tried
+      self%continued = self%continued + path%tried
       if (path%reached >= 1.0_wp) status = status_t()
 
    contains
@@ -318,7 +417,7 @@ contains
          if (found .and. path%reached > 0.0_wp) then
             found = path%keeps_to(root)
          else if (found) then
-            found = self%judge%proves(root)
+            found = self%judge%accepts(root)
          end if
          call path%take(found, length_of(b - last_b), self%determinant)
       end subroutine try_length

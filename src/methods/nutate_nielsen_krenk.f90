@@ -9,6 +9,7 @@ module nutate_nielsen_krenk
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
    use nutate_limits, only: greatest_number, is_moderate
+   use nutate_small_products, only: times_vector
    use nutate_state, only: state_t, add_turned
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t
@@ -32,6 +33,8 @@ module nutate_nielsen_krenk
    !> Turns in a step, rad, and entries of the Jacobian that are larger belong to no step that could be taken; their
    !> products (of eight entries in the determinant, scaled) would overflow.
    real(wp), parameter :: greatest_turn = 1e40_wp, greatest_entry = 1e140_wp
+   !> |q| - 1, and ¼Δt times half the rate at which |q| grows, whose squares are round-off.
+   real(wp), parameter :: near_manifold = 1e-8_wp
    !> Bound of the exponent of the determinant, within the range of numbers and of a product of two.
    integer, parameter :: largest_power = 500
 
@@ -50,6 +53,9 @@ module nutate_nielsen_krenk
       procedure :: explicit_guess
       procedure :: correct
       procedure :: linearize
+      procedure :: is_on_manifold
+      procedure :: get_start_vector
+      procedure :: unknowns_of
       procedure :: get_cayley_vector
       procedure :: finish
       procedure :: transfer_form
@@ -203,6 +209,34 @@ contains
       call dgetrs('N', 8, 8, lu, 8, pivots, self%inverse, 8, info)
       self%kept_dt = self%equations%dt
    end subroutine linearize
+
+   !> True if |q| = 1 and |q| stays so: q·p = 0, or an auxiliary inertia so large that it turns nothing; and potentials
+   !> are projected.
+   pure logical function is_on_manifold(self, system)
+      class(nielsen_krenk_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      associate (equations => self%equations)
+         is_on_manifold = abs(equations%x0(1) - 1) <= near_manifold .and. &
+                          abs(0.125_wp*equations%dt*equations%inverse_j0*equations%w0(1)) <= near_manifold .and. &
+                          (equations%forces%projection .or. system%effects%n_potentials == 0)
+      end associate
+   end function is_on_manifold
+
+   pure subroutine get_start_vector(self, system, b)
+      class(nielsen_krenk_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(out) :: b(3)
+      b = (0.125_wp*self%equations%dt)*times_vector(self%equations%inverse_inertia, &
+                                                    self%equations%w0(2:4) - self%equations%rotor)
+   end subroutine get_start_vector
+
+   pure subroutine unknowns_of(self, system, b, z)
+      class(nielsen_krenk_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: b(3)
+      real(wp), intent(out) :: z(most_unknowns)
+      z = self%equations%increments_of(system, b)
+   end subroutine unknowns_of
 
    !> b = ⅛Δt J⁻¹(w̄ - 2h).
    pure subroutine get_cayley_vector(self, z, b)

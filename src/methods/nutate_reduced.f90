@@ -51,6 +51,9 @@ module nutate_reduced
       procedure :: explicit_guess
       procedure :: correct
       procedure :: linearize
+      procedure :: is_on_manifold
+      procedure :: get_start_vector
+      procedure :: unknowns_of
       procedure :: get_cayley_vector
       procedure :: finish
       procedure :: transfer_form
@@ -176,6 +179,29 @@ contains
       if (.not. abs(self%raw_determinant) > least_determinant) &
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
    end subroutine renew
+
+   !> Always: other states are refused.
+   pure logical function is_on_manifold(self, system)
+      class(reduced_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      is_on_manifold = .true.
+   end function is_on_manifold
+
+   pure subroutine get_start_vector(self, system, b)
+      class(reduced_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(out) :: b(3)
+      b = self%equations%explicit_guess(system)
+   end subroutine get_start_vector
+
+   pure subroutine unknowns_of(self, system, b, z)
+      class(reduced_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: b(3)
+      real(wp), intent(out) :: z(most_unknowns)
+      z = 0.0_wp
+      z(1:3) = b
+   end subroutine unknowns_of
 
    pure subroutine get_cayley_vector(self, z, b)
       class(reduced_t), intent(inout) :: self

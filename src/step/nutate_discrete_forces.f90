@@ -12,6 +12,7 @@
 !> place of s = [-γ(x̄)·∇̄U, τ]. Nothing is multiplied by a projector anywhere; `self%projection` keeps the scalar part
 !> out in `evaluate` and `add_potential_derivative`.
 module nutate_discrete_forces
+   use nutate_effect, only: LINEAR_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
@@ -58,6 +59,8 @@ module nutate_discrete_forces
       procedure :: turn
       !> The same and its derivatives.
       procedure :: linearize_turn
+      !> What of the torque resists the rotation, and how it changes with time.
+      procedure :: split_turn
       !> Work of each torque in the step.
       procedure :: get_work
    end type discrete_forces_t
@@ -317,6 +320,34 @@ contains
                                                                         + shrink*turned_back(b, turns(:, j))))))
       end do
    end subroutine add_turned_potential
+
+   !> What of the τ that `turn` gives is proportional to the rate, and ∂τ/∂t at fixed attitude and rate.
+   pure subroutine split_turn(self, effects, b, rate, span, drag, change)
+      class(discrete_forces_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> b = ¼Δt Ω̄; shape (3).
+      real(wp), intent(in) :: b(3)
+      !> 4/Δt, 1/s, and a time that is long for the torques' changes, s.
+      real(wp), intent(in) :: rate, span
+      !> Body axes, N m and N m/s; shape (3).
+      real(wp), intent(out) :: drag(3), change(3)
+      real(wp) :: attitude(4)
+      integer :: i
+      drag = 0.0_wp
+      change = 0.0_wp
+      if (effects%n_torques == 0) return
+      attitude = half_turned(self%frame, b, 1/(1 + dot_product(b, b)))
+      do i = 1, effects%n_torques
+         if (.not. self%acts(i)) cycle
+         associate (torque => effects%torques(i)%item)
+            if (torque%series_kind() == LINEAR_SERIES) then
+               drag = drag + times_vector(torque%series_drag(), rate*b)
+            else
+               change = change + torque%time_derivative(self%t, attitude, rate*b, span)
+            end if
+         end associate
+      end do
+   end subroutine split_turn
 
    !> Δt Ω̄·τ of each torque: the work it does in the step, to round-off.
    pure subroutine get_work(self, effects, dt, xm, omega, work)

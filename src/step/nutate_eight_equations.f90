@@ -65,6 +65,8 @@ module nutate_eight_equations
       procedure :: mean_rate
       !> The z of a step with the rates of its start.
       procedure :: explicit_increments
+      !> The z of a step that turns the body by a Cayley map.
+      procedure :: increments_of
       !> The increments of q and p that the root stands for.
       procedure :: increments
       !> The constraint (5), q·p = 0, holds but for rounding, and stays so.
@@ -133,6 +135,23 @@ contains
       z(1:4) = quat_product(self%x0, a)
       z(5:8) = -quat_product(self%y0, conjugation*a)
    end function explicit_increments
+
+   !> The z of a step that turns the body by the Cayley map of b, on the constraint manifold: x1 = x0∘c, and the end's w
+   !> from the mean w̄ = 2(4/Δt Jb + h); shape (8).
+   pure function increments_of(self, system, b) result(z)
+      class(eight_equations_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> b = ¼Δt Ω̄, body axes; shape (3).
+      real(wp), intent(in) :: b(3)
+      real(wp) :: z(8), c(4), w(4)
+      c(1) = -dot_product(b, b)
+      c(2:4) = b
+      z(1:4) = (2*self%x0(1)/(1 - c(1)))*c
+      w(1) = self%w0(1)
+      w(2:4) = (16/(self%dt*self%unit))*times_vector(system%body%inertia, b) + 2*self%rotor - self%w0(2:4)
+      c = self%x0 + z(1:4)
+      z(5:8) = quat_product(c, w)/dot_product(c, c) - self%y0
+   end function increments_of
 
    !> R(z) = (Δx - ¼Δt x̄∘a, Δy + ¼Δt ȳ∘Ca - Δt f/μ), f = 2x̄∘s/|x̄|²: the discrete (9a) and (11). s = [0, τ] without
    !> scalar part is the projection of (11).

@@ -1,0 +1,302 @@
+!> Continuation of the true root to a stage's length by Newton-Kantorovich tubes: each proves that the branch exists and
+!> is alone in a neighbourhood over a part of the stage, so that no other root can be taken for it.
+!>
+!> P(b,t) = 0 is the equation of `nutate_root_certificate`. From a root (b,t) the branch leaves along v = -B P_t, B =
+!> P_b⁻¹. In the ball of radius r about b + (t'-t)v the chord iteration with B contracts for each t' up to t+δ if
+!>
+!>     a(½Qδ²) + x r + aK r² ≤ r,   x = a(K|v| + K_t)δ,   a = ‖B‖,
+!>
+!> with K, K_t and Q bounds of the second derivatives by b, by b and t, and along v. The bounds of the effects are taken
+!> of B P itself, not of P, where that is less.
+module nutate_branch_tubes
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross
+   use nutate_reduced_equations, only: reduced_equations_t
+   use nutate_root_certificate, only: root_certificate_t
+   use nutate_small_products, only: times_columns, times_vector
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: branch_t
+
+   !> |b| from which a root is refused: at |b| = 1, half a turn, the equations are solved by what is no step. A tube
+   !> keeps below the second, and reaches as far as the third from its root: farther the bounds, of order |b|, would be
+   !> no tighter than the tube is long.
+   real(wp), parameter :: longest = 0.98_wp, outermost = 0.99_wp, widest = 0.15_wp
+   !> A tube reaches less far where effects have no bounds, down to this.
+   real(wp), parameter :: narrowest = 1e-3_wp
+   !> Shortest tube over the part reached, and most tubes: 60 end 769 of 7789 hard branches too early, the paper's box
+   !> needs 173 for a step of 3 s.
+   real(wp), parameter :: shortest = 1e-4_wp
+   integer, parameter :: most_tubes = 300
+   !> The longest tube that the bounds at its start admit is shortened by the first, since they grow along it; a radius
+   !> stays inside the largest by the second.
+   real(wp), parameter :: margin = 0.95_wp, inside = 0.999_wp
+   !> Increment over |b| after which Newton's next one is round-off, and most iterations: from within a tube it
+   !> converges quadratically.
+   real(wp), parameter :: converged = 1e-8_wp, at_rest = 1e-15_wp
+   integer, parameter :: most_iterations = 10
+
+   !> The branch of a stage, followed to a part of it.
+   type :: branch_t
+      !> Root at the part reached; shape (3).
+      real(wp) :: b(3) = 0.0_wp
+      !> Part of the stage that is reached.
+      real(wp) :: part = 0.0_wp
+      !> Lengths that were tried, and Newton iterations at them.
+      integer :: tried = 0, iterations = 0
+      !> An effect has no bounds near the root reached: what follows cannot be proved.
+      logical :: is_unbounded = .false.
+      !> Step, s, b0, and |b0|.
+      real(wp), private :: dt = 0.0_wp, start(3) = 0.0_wp, start_length = 0.0_wp
+   contains
+      !> Follows the branch of a stage from t = 0.
+      procedure :: follow
+   end type branch_t
+
+   !> Where a tube begins.
+   type :: tube_t
+      !> v, b - t b0; shape (3), and lengths: |b|, |v|, |v - b0|, and c, how far the tube may reach.
+      real(wp) :: direction(3) = 0.0_wp, change(3) = 0.0_wp
+      real(wp) :: turn = 0.0_wp, speed = 0.0_wp, drift = 0.0_wp, reach = 0.0_wp
+      !> a, and the bounds of B times the effects.
+      real(wp) :: inverse = 0.0_wp
+      type(effect_bounds_t) :: bounds
+   end type tube_t
+
+contains
+
+   !> Follows the branch of a stage from t = 0; the whole stage is reached if `part` is 1 afterwards.
+   subroutine follow(self, certificate, equations, system, state, dt, window_time)
+      class(branch_t), intent(inout) :: self
+      !> Which has taken the state.
+      type(root_certificate_t), intent(in) :: certificate
+      !> With forces prepared for the system. Its step is changed.
+      type(reduced_equations_t), intent(inout) :: equations
+      type(system_t), intent(in) :: system
+      !> At the start of the stage.
+      type(state_t), intent(in) :: state
+      !> s, and the time that decides which torques act.
+      real(wp), intent(in) :: dt, window_time
+      type(tube_t) :: tube
+      real(wp) :: last, delta, radius
+      logical :: found
+      self%dt = dt
+      call set_length(equations, system, state, dt, window_time)
+      self%start = equations%explicit_guess(system)
+      self%start_length = length_of(self%start)
+      call certificate%first_part(dt, self%start_length, self%part, radius)
+      if (.not. self%part > 0.0_wp) return
+      self%b = self%part*self%start
+      call find_root(self, equations, system, state, window_time, self%part, 2*radius, found)
+      if (.not. found .or. length_of(self%b) > radius) then
+         self%part = 0.0_wp
+         return
+      end if
+      last = self%part
+      do while (self%part < 1.0_wp)
+         call begin_tube(self, certificate, equations, system, tube, found)
+         if (.not. found) return
+         delta = min(1 - self%part, 2*last)
+         call pass_tube(self, certificate, equations, system, state, window_time, tube, delta)
+         if (.not. delta > 0.0_wp) return
+         last = delta
+      end do
+   end subroutine follow
+
+   !> Takes a part of the stage's length.
+   subroutine set_length(equations, system, state, length, window_time)
+      type(reduced_equations_t), intent(inout) :: equations
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: length, window_time
+      call equations%set_step(system, length)
+      call equations%start(system, state, window_time)
+   end subroutine set_length
+
+   !> Newton's iteration from b at a part of the stage; found if it ends within a distance of where it began, else b
+   !> stays.
+   subroutine find_root(self, equations, system, state, window_time, part, distance, found)
+      class(branch_t), intent(inout) :: self
+      type(reduced_equations_t), intent(inout) :: equations
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: window_time, part, distance
+      logical, intent(out) :: found
+      real(wp) :: b(3), f(3), d(3), rows(3, 3), determinant
+      integer :: i
+      found = .false.
+      self%tried = self%tried + 1
+      call set_length(equations, system, state, part*self%dt, window_time)
+      b = self%b
+      do i = 1, most_iterations
+         self%iterations = self%iterations + 1
+         call equations%residual(system, b, f)
+         if (equations%forces%active) call equations%linearize_forces(system, b)
+         call equations%invert(b, rows, determinant)
+         if (equations%too_strong .or. .not. abs(determinant) > tiny(determinant)) return
+         d = times_vector(transpose(rows), f)
+         b = b - d
+         if (.not. length_of(b - self%b) <= distance) return
+         found = length_of(d) <= converged*length_of(b) .or. length_of(d) <= at_rest
+         if (found) exit
+      end do
+      if (found) self%b = b
+   end subroutine find_root
+
+   !> What belongs to the root reached: direction of the branch and bounds. The equations are those of the part reached.
+   subroutine begin_tube(self, certificate, equations, system, tube, regular)
+      class(branch_t), intent(inout) :: self
+      type(root_certificate_t), intent(in) :: certificate
+      type(reduced_equations_t), intent(inout) :: equations
+      type(system_t), intent(in) :: system
+      type(tube_t), intent(out) :: tube
+      !> The branch goes on.
+      logical, intent(out) :: regular
+      type(linear_map_t) :: map
+      real(wp) :: rows(3, 3), determinant, f(3), largest
+      regular = .false.
+      tube%turn = length_of(self%b)
+      if (tube%turn > longest) return
+      call equations%residual(system, self%b, f)
+      if (equations%forces%active) call equations%linearize_forces(system, self%b)
+      call equations%invert(self%b, rows, determinant)
+      if (equations%too_strong .or. .not. abs(determinant) > tiny(determinant)) return
+      associate (j => system%body%inertia)
+         largest = max(j(1, 1), j(2, 2), j(3, 3))
+      end associate
+      ! F = J P/s: B = F_b⁻¹ J/s, and B J⁻¹ = F_b⁻¹/s.
+      map = map_of(transpose(rows)/largest, system%body%axes)
+      tube%inverse = spectral_norm(times_columns(transpose(rows), equations%inertia))
+      tube%direction = branch_direction(self, equations, system, map)
+      tube%change = self%b - self%part*self%start
+      tube%speed = length_of(tube%direction)
+      tube%drift = length_of(tube%direction - self%start)
+      tube%reach = min(widest, outermost - tube%turn)
+      do while (tube%reach > narrowest)
+         call certificate%bounds_of(system, map, tube%turn + tube%reach, 0.0_wp, tube%bounds)
+         regular = tube%bounds%known
+         if (regular) return
+         tube%reach = 0.5_wp*tube%reach
+      end do
+      self%is_unbounded = .true.
+   end subroutine begin_tube
+
+   !> v = -B P_t, with P_t = -(1-β)b0 + 2J⁻¹(b×sh/4) - (s²/8)J⁻¹(2tT + t²∂T/∂t) + (s/2)J⁻¹T_D. The equations hold the
+   !> torque of the root.
+   function branch_direction(self, equations, system, map) result(v)
+      class(branch_t), intent(in) :: self
+      type(reduced_equations_t), intent(in) :: equations
+      type(system_t), intent(in) :: system
+      !> B J⁻¹
+      type(linear_map_t), intent(in) :: map
+      real(wp) :: v(3)
+      real(wp) :: drag(3), change(3), load(3)
+      associate (b => self%b, dt => self%dt, t => self%part)
+         load = times_vector(system%body%inertia, (1 - dot_product(b, b))*self%start) &
+                - (0.5_wp*dt)*cross(b, system%effects%rotor_momentum)
+         if (equations%forces%active) then
+            call equations%forces%split_turn(system%effects, b, equations%rate, dt, drag, change)
+            load = load + (0.125_wp*dt*dt*t)*entering(b, 2*equations%torque - drag + (0.5_wp*dt*t)*change)
+         end if
+         v = times_vector(map%matrix, load)
+      end associate
+   end function branch_direction
+
+   !> T = (1+β)τ̄ - 2b(b·τ̄)
+   pure function entering(b, tau) result(t)
+      real(wp), intent(in) :: b(3), tau(3)
+      real(wp) :: t(3)
+      t = (1 + dot_product(b, b))*tau - (2*dot_product(b, tau))*b
+   end function entering
+
+   !> Goes to the end of the longest tube that is proved, no longer than δ. δ is 0 if there is none.
+   subroutine pass_tube(self, certificate, equations, system, state, window_time, tube, delta)
+      class(branch_t), intent(inout) :: self
+      type(root_certificate_t), intent(in) :: certificate
+      type(reduced_equations_t), intent(inout) :: equations
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: window_time
+      type(tube_t), intent(in) :: tube
+      real(wp), intent(inout) :: delta
+      real(wp) :: radius, root(3), part
+      logical :: found
+      root = self%b
+      do while (self%tried < most_tubes)
+         call shorten(self, certificate, tube, delta, radius)
+         if (.not. delta > 0.0_wp) return
+         part = self%part + delta
+         if (delta >= 1 - self%part) part = 1.0_wp
+         self%b = root + delta*tube%direction
+         call find_root(self, equations, system, state, window_time, part, radius, found)
+         if (found) then
+            self%part = part
+            return
+         end if
+         self%b = root
+         delta = 0.5_wp*delta
+      end do
+      delta = 0.0_wp
+   end subroutine pass_tube
+
+   !> Shortens a tube until it is proved, and gives its radius at the end; δ is 0 if that would be too short.
+   pure subroutine shorten(self, certificate, tube, delta, radius)
+      type(branch_t), intent(in) :: self
+      type(root_certificate_t), intent(in) :: certificate
+      type(tube_t), intent(in) :: tube
+      real(wp), intent(inout) :: delta
+      real(wp), intent(out) :: radius
+      real(wp) :: k, k_t, q, x, inner, outer, root
+      radius = 0.0_wp
+      do while (delta > shortest*self%part)
+         call bound_derivatives(self, certificate, tube, delta, k, k_t, q)
+         x = (k*tube%speed + k_t)*delta
+         root = (1 - x)**2 - 2*k*q*delta*delta
+         if (x >= 1.0_wp .or. root < 0.0_wp) then
+            delta = min(0.7_wp*delta, margin/(k*tube%speed + k_t + sqrt(2*k*q)))
+            cycle
+         end if
+         root = sqrt(root)
+         inner = (1 - x - root)/(2*k)
+         outer = (1 - x + root)/(2*k)
+         radius = min(inside*outer, tube%reach - delta*tube%speed)
+         if (radius > inner) return
+         delta = 0.7_wp*delta
+      end do
+      delta = 0.0_wp
+   end subroutine shorten
+
+   !> aK, aK_t and aQ of a tube of length δ.
+   pure subroutine bound_derivatives(self, certificate, tube, delta, k, k_t, q)
+      type(branch_t), intent(in) :: self
+      type(root_certificate_t), intent(in) :: certificate
+      type(tube_t), intent(in) :: tube
+      real(wp), intent(in) :: delta
+      real(wp), intent(out) :: k, k_t, q
+      real(wp) :: part, half, whole, distance
+      part = self%part + delta
+      half = 0.5_wp*abs(self%dt)
+      whole = 0.5_wp*half*half
+      distance = length_of(tube%change) + delta*tube%drift + tube%reach
+      associate (a => tube%inverse, bounds => tube%bounds)
+         k = a*(2*distance + 4*(tube%turn + tube%reach) + 2*certificate%gyration) &
+             + part*(part*whole*bounds%curvature + half*bounds%drag_curvature)
+         k_t = a*(2*(tube%turn + tube%reach)*self%start_length + half*certificate%rotor_rate) &
+               + part*whole*(2*bounds%slope + part*half*bounds%change_slope) + half*bounds%drag_slope
+         q = (k*tube%speed + 2*k_t)*tube%speed &
+             + whole*(2*bounds%force + part*half*(4*bounds%change + part*half*bounds%change_rate))
+      end associate
+   end subroutine bound_derivatives
+
+   !> |v|
+   pure real(wp) function length_of(v)
+      real(wp), intent(in) :: v(3)
+      length_of = sqrt(v(1)**2 + v(2)**2 + v(3)**2)
+   end function length_of
+
+end module nutate_branch_tubes

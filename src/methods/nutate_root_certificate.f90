@@ -1,0 +1,299 @@
+!> Proof that a root of the step's equations is the true one, the one that continues the motion from Δt = 0.
+!>
+!> A stage of length s, in the Cayley vector b = ¼s Ω̄, with β = |b|² and b0 = ¼s J⁻¹(L0 - h): t from 0 to 1 is the part
+!> of the stage that has passed, and
+!>
+!>     P(b,t) = (1-β)(b - t b0) + 2J⁻¹(b×(Jb + t s h/4)) - t²(s²/8) J⁻¹T + t(s/2) J⁻¹T_D = 0
+!>
+!> is the equation of `nutate_reduced_equations` times J⁻¹: T of the torque at mid step, T_D of what resists the
+!> rotation. Written as b = Φ(b), it is a contraction of the ball |b| ≤ ρ into itself if
+!>
+!>     E(ρ) = (κρ² + gρ + F)/(1-ρ²),   |b0| + E(ρ) ≤ ρ,   θ(ρ) = (2κρ + g + P)/(1-ρ²) + 2ρE/(1-ρ²) < 1,
+!>
+!> F and P the bounds of what the effects do and of its derivative (`nutate_effect_bounds`), κ that of the gyroscopic
+!> term and g that of rotors. All of them grow with t: so for each part of the stage there is one root in the ball, and
+!> the branch that starts at b = 0 never leaves it. That root is the true one. Where E admits a smaller ball than θ,
+!> the root is the only one in the larger ball too.
+module nutate_root_certificate
+   use nutate_body, only: body_t
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_small_products, only: times_vector
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: root_certificate_t
+
+   !> ρ: the finer the grid, the nearer to the largest b0 that can be proved; beyond the last θ < 1 for no body.
+   real(wp), parameter :: radii(16) = [0.02_wp, 0.04_wp, 0.06_wp, 0.08_wp, 0.1_wp, 0.125_wp, 0.15_wp, 0.175_wp, 0.2_wp, &
+                                       0.225_wp, 0.25_wp, 0.275_wp, 0.3_wp, 0.325_wp, 0.35_wp, 0.37_wp]
+   !> γ at any attitude is within this of γ at any other, over |n|.
+   real(wp), parameter :: anywhere = 2.0_wp
+   !> Bounds beyond this prove nothing, and their products would overflow.
+   real(wp), parameter :: greatest_bound = 1e150_wp
+   !> Norm of the effects' part of the Jacobian above which they dominate the step: its branch would take more Newton-
+   !> Kantorovich tubes than are worth their time.
+   real(wp), parameter :: dominating = 300.0_wp
+   !> Factor from one part of a stage to the next shorter one, in the search for one that can be proved at once.
+   real(wp), parameter :: shorter = 0.8_wp
+   integer, parameter :: most_parts = 200
+
+   !> What a system admits to be proved of its steps.
+   type :: root_certificate_t
+      !> Each effect that acts has bounds, and they do not dominate the step.
+      logical :: followable = .false.
+      !> κ, and ‖J⁻¹[h]×‖, 1/s.
+      real(wp) :: gyration = 0.0_wp, rotor_rate = 0.0_wp
+      !> The torques that act in the step; shape (number of torques).
+      logical, allocatable :: acts(:)
+      !> J⁻¹
+      type(linear_map_t), private :: inverse
+      !> Some torque acts within a window of time.
+      logical, private :: has_windows = .false.
+      !> Bounds of all effects for each radius: at any attitude, and in a stage from the state last asked for.
+      type(effect_bounds_t), private :: everywhere(size(radii)), here(size(radii))
+      !> γ of each potential at the start of that stage; shape (3, number of potentials).
+      real(wp), allocatable, private :: gamma(:, :)
+      !> Length of the stage, s, to which these belong: largest |b0| and largest |b| of a root that is the true one.
+      real(wp), private :: length = 0.0_wp, reach = -1.0_wp, radius = 0.0_wp
+   contains
+      !> Takes a system.
+      procedure :: set_up
+      !> The root is the true one.
+      procedure :: holds
+      !> Takes the state at the start of a stage, and tells whether the root is then proved.
+      procedure :: holds_here
+      !> The longest part of a stage whose root lies in a ball that contains no other.
+      procedure :: first_part
+      !> Bounds of all effects, in a stage from the state last taken.
+      procedure :: bounds_of
+   end type root_certificate_t
+
+contains
+
+   !> Takes a system: bounds at any attitude.
+   pure subroutine set_up(self, system)
+      class(root_certificate_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp) :: columns(3, 3), start, stop
+      integer :: i
+      associate (effects => system%effects, inverse => system%body%inverse_inertia)
+         self%inverse = map_of(inverse, system%body%axes)
+         self%gyration = gyration_of(system%body%moments)
+         do i = 1, 3
+            columns(:, i) = 0.0_wp
+            columns(i, i) = 1.0_wp
+            columns(:, i) = times_vector(inverse, product_of(effects%rotor_momentum, columns(:, i)))
+         end do
+         self%rotor_rate = spectral_norm(columns)
+         if (allocated(self%acts)) deallocate (self%acts)
+         allocate (self%acts(effects%n_torques), source=.true.)
+         if (allocated(self%gamma)) deallocate (self%gamma)
+         allocate (self%gamma(3, effects%n_potentials), source=0.0_wp)
+         self%has_windows = .false.
+         do i = 1, effects%n_torques
+            call effects%torques(i)%item%window(start, stop)
+            self%has_windows = self%has_windows .or. start > -huge(start) .or. stop < huge(stop)
+         end do
+      end associate
+      call bound_everywhere(self, system)
+   end subroutine set_up
+
+   !> True if the root is proved to be the true one, wherever the body was at the start of the stage.
+   logical function holds(self, system, dt, window_time, start, root)
+      class(root_certificate_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> s, and the time that decides which torques act.
+      real(wp), intent(in) :: dt, window_time
+      !> |b0|² and |b|².
+      real(wp), intent(in) :: start, root
+      if (self%has_windows) call take_windows(self, system, window_time)
+      if (dt /= self%length) then
+         self%length = dt
+         call find_ball(self, self%everywhere, dt, self%reach, self%radius)
+         ! Their squares are what is asked for.
+         self%reach = sign(self%reach**2, self%reach)
+         self%radius = self%radius**2
+      end if
+      holds = start <= self%reach .and. root <= self%radius
+   end function holds
+
+   !> Takes the state at the start of a stage. True if the root is proved by the bounds that belong to its attitude.
+   pure subroutine holds_here(self, system, state, dt, start, root, proved)
+      class(root_certificate_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> At the start of the stage.
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      !> |b0| and |b|; the second huge where no root is known.
+      real(wp), intent(in) :: start, root
+      logical, intent(out) :: proved
+      real(wp) :: reach, radius
+      integer :: i
+      do i = 1, system%effects%n_potentials
+         self%gamma(:, i) = rotate_to_body(state%q, system%effects%potentials(i)%item%direction)
+      end do
+      do i = 1, size(radii)
+         call self%bounds_of(system, self%inverse, radii(i), 0.0_wp, self%here(i))
+      end do
+      call find_ball(self, self%here, dt, reach, radius)
+      proved = start <= reach .and. root <= radius
+      self%followable = self%here(1)%known .and. strength_of(self%here(1), dt) <= dominating
+   end subroutine holds_here
+
+   !> The longest part of a stage from the state last taken, among the powers of 0.8, whose root lies in a ball that
+   !> contains no other; 0 where there is none.
+   pure subroutine first_part(self, dt, start, part, radius)
+      class(root_certificate_t), intent(in) :: self
+      !> s, and |b0|.
+      real(wp), intent(in) :: dt, start
+      real(wp), intent(out) :: part
+      !> The root's |b| is below.
+      real(wp), intent(out) :: radius
+      real(wp) :: reach
+      integer :: i
+      part = 1.0_wp
+      do i = 1, most_parts
+         call find_ball(self, self%here, part*dt, reach, radius)
+         if (part*start <= reach) return
+         part = shorter*part
+      end do
+      part = 0.0_wp
+   end subroutine first_part
+
+   !> Largest |b0| and |b| for which the root of a stage is proved; the first negative where none is.
+   pure subroutine find_ball(self, bounds, dt, reach, radius)
+      class(root_certificate_t), intent(in) :: self
+      !> For each radius.
+      type(effect_bounds_t), intent(in) :: bounds(:)
+      !> s.
+      real(wp), intent(in) :: dt
+      real(wp), intent(out) :: reach, radius
+      real(wp) :: rotor, rest, excess, contraction
+      integer :: k
+      reach = -1.0_wp
+      radius = 0.0_wp
+      rotor = 0.5_wp*abs(dt)*self%rotor_rate
+      do k = 1, size(radii)
+         if (.not. bounds(k)%known) exit
+         associate (rho => radii(k))
+            rest = 1/(1 - rho*rho)
+            excess = (rho*(self%gyration*rho + rotor) &
+                      + weighted(bounds(k)%force, bounds(k)%drag, dt))*rest
+            contraction = (2*self%gyration*rho + rotor &
+                           + weighted(bounds(k)%slope, bounds(k)%drag_slope, dt) + 2*rho*excess)*rest
+            if (.not. contraction < 1.0_wp) exit
+            radius = rho
+            reach = max(reach, rho - excess)
+         end associate
+      end do
+   end subroutine find_ball
+
+   !> (s²/8) of what does not resist the rotation and (s/2) of what does.
+   elemental real(wp) function weighted(force, drag, dt)
+      real(wp), intent(in) :: force, drag, dt
+      weighted = 0.125_wp*dt*dt*force + 0.5_wp*abs(dt)*drag
+   end function weighted
+
+   !> Norm of the effects' part of the Jacobian.
+   elemental real(wp) function strength_of(bounds, dt) result(strength)
+      type(effect_bounds_t), intent(in) :: bounds
+      real(wp), intent(in) :: dt
+      strength = weighted(bounds%slope, bounds%drag_slope, dt)
+   end function strength_of
+
+   !> Bounds of all effects for each radius at any attitude.
+   pure subroutine bound_everywhere(self, system)
+      class(root_certificate_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      integer :: i
+      do i = 1, system%effects%n_potentials
+         self%gamma(:, i) = system%effects%potentials(i)%item%direction
+      end do
+      do i = 1, size(radii)
+         call self%bounds_of(system, self%inverse, radii(i), anywhere, self%everywhere(i))
+      end do
+      self%length = 0.0_wp
+   end subroutine bound_everywhere
+
+   !> Bounds of all effects that act, in a stage from the state last taken.
+   pure subroutine bounds_of(self, system, map, radius, slack, bounds)
+      class(root_certificate_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> A
+      type(linear_map_t), intent(in) :: map
+      !> ρ, and how far γ at the start can be off, over |n|.
+      real(wp), intent(in) :: radius, slack
+      type(effect_bounds_t), intent(out) :: bounds
+      real(wp), parameter :: none(3) = 0.0_wp
+      type(effect_bounds_t) :: one
+      integer :: i
+      do i = 1, system%effects%n_potentials
+         call system%effects%potentials(i)%item%bound(map, radius, self%gamma(:, i), slack, one)
+         call bounds%add(one)
+      end do
+      do i = 1, system%effects%n_torques
+         if (.not. self%acts(i)) cycle
+         call system%effects%torques(i)%item%bound(map, radius, none, slack, one)
+         call bounds%add(one)
+      end do
+      bounds%known = bounds%known .and. max(bounds%force, bounds%slope, bounds%curvature, bounds%drag, &
+                                            bounds%drag_slope, bounds%drag_curvature) < greatest_bound
+   end subroutine bounds_of
+
+   !> Notes which torques act.
+   pure subroutine take_windows(self, system, window_time)
+      class(root_certificate_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: window_time
+      logical :: changed
+      integer :: i
+      changed = .false.
+      do i = 1, system%effects%n_torques
+         associate (acts => system%effects%torques(i)%item%acts_at(window_time))
+            changed = changed .or. (acts .neqv. self%acts(i))
+            self%acts(i) = acts
+         end associate
+      end do
+      if (changed) call bound_everywhere(self, system)
+   end subroutine take_windows
+
+   !> κ, for which |2J⁻¹(b×Jb)| ≤ κ|b|²: with α_i = |J_k - J_l|/J_i and x_i = b_i²/|b|² its square is the largest value
+   !> of 4(α1²x2x3 + α2²x3x1 + α3²x1x2), x1 + x2 + x3 = 1, on an edge or inside.
+   pure real(wp) function gyration_of(moments) result(kappa)
+      !> Principal moments, kg m²; shape (3).
+      real(wp), intent(in) :: moments(3)
+      real(wp) :: c(3), scale, x(3), below
+      integer :: i, k, l
+      do i = 1, 3
+         k = 1 + modulo(i, 3)
+         l = 1 + modulo(i + 1, 3)
+         c(i) = abs(moments(k)/moments(i) - moments(l)/moments(i))
+      end do
+      scale = maxval(c)
+      kappa = 0.0_wp
+      if (.not. scale > 0.0_wp) return
+      c = (c/scale)**2
+      ! On an edge x_k = x_l = ½; inside where the gradient is along (1, 1, 1).
+      kappa = 1.0_wp
+      below = 2*(c(1)*c(2) + c(2)*c(3) + c(3)*c(1)) - sum(c*c)
+      if (below > 0.0_wp) then
+         x = [c(1)*(c(2) + c(3) - c(1)), c(2)*(c(3) + c(1) - c(2)), c(3)*(c(1) + c(2) - c(3))]/below
+         if (all(x > 0.0_wp)) kappa = max(kappa, 4*(c(1)*x(2)*x(3) + c(2)*x(3)*x(1) + c(3)*x(1)*x(2)))
+      end if
+      kappa = scale*sqrt(kappa)
+   end function gyration_of
+
+   !> a×b; shape (3).
+   pure function product_of(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+   end function product_of
+
+end module nutate_root_certificate
