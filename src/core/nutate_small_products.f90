@@ -1,11 +1,11 @@
-!> Products of matrices of three rows. The compiler's `matmul` puts its result on the heap wherever it is not simply
+!> Products of matrices of three rows, and the length of a vector. The compiler's `matmul` puts its result on the heap wherever it is not simply
 !> assigned, which a step must not do.
 module nutate_small_products
    use nutate_kinds, only: wp
    implicit none
    private
 
-   public :: times_vector, times_columns
+   public :: times_vector, times_columns, vector_length
 
 contains
 
@@ -27,5 +27,12 @@ contains
          product(:, j) = times_vector(a, b(:, j))
       end do
    end function times_columns
+
+   !> |v|: the same digits in whatever unit of a power of two, where `norm2` rounds differently above and below 1. For
+   !> components whose squares are numbers.
+   pure real(wp) function vector_length(v)
+      real(wp), intent(in) :: v(3)
+      vector_length = sqrt(v(1)*v(1) + v(2)*v(2) + v(3)*v(3))
+   end function vector_length
 
 end module nutate_small_products

@@ -10,7 +10,7 @@ module nutate_applied_torque
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
    use nutate_power_series, only: cosine_term
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: times_vector, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -136,13 +136,13 @@ contains
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
       real(wp) :: whole, square, rate
-      whole = map%norm*norm2(self%amplitude)
+      whole = map%norm*vector_length(self%amplitude)
       square = radius*radius
       if (self%in_space) then
          bounds%force = (1 + square)*whole
          bounds%slope = 2*sqrt(1 + square)*whole
       else
-         bounds%force = norm2(times_vector(map%matrix, self%amplitude)) + square*whole
+         bounds%force = vector_length(times_vector(map%matrix, self%amplitude)) + square*whole
          bounds%slope = 2*radius*whole
       end if
       bounds%curvature = 2*whole

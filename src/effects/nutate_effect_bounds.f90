@@ -7,7 +7,7 @@
 !> Every bound grows with ρ. Lengths are Euclidean, norms spectral.
 module nutate_effect_bounds
    use nutate_kinds, only: wp, eps
-   use nutate_small_products, only: times_columns, times_vector
+   use nutate_small_products, only: times_columns, vector_length
    implicit none
    private
 
@@ -79,7 +79,7 @@ contains
       real(wp), intent(in) :: moment(3), length
       real(wp) :: direct, whole
       direct = spectral_norm(times_cross(map%matrix, moment))*length
-      whole = map%norm*norm2(moment)*length
+      whole = map%norm*vector_length(moment)*length
       bounds%force = min(direct + projection_part(radius)*whole, whole)
       bounds%slope = 2*direct + projection_slope(radius)*whole
       bounds%curvature = 4*direct + projection_curvature*whole

@@ -8,7 +8,7 @@ module nutate_gravity_gradient
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: times_vector, vector_length
    use nutate_status, only: status_t
    implicit none
    private
@@ -143,7 +143,7 @@ contains
       square = dot_product(self%direction, self%direction)
       direct = 0.0_wp
       do i = 0, 3
-         direct = max(direct, norm2(sides(:, 1) + sign(1.0_wp, 0.5_wp - mod(i, 2))*sides(:, 2) &
+         direct = max(direct, vector_length(sides(:, 1) + sign(1.0_wp, 0.5_wp - mod(i, 2))*sides(:, 2) &
                                     + sign(1.0_wp, 1.5_wp - i)*sides(:, 3)))
       end do
       direct = square*direct

@@ -4,6 +4,7 @@ module nutate_linear_potential
    use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
+   use nutate_small_products, only: vector_length
    implicit none
    private
 
@@ -67,7 +68,7 @@ contains
       type(linear_map_t), intent(in) :: map
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
-      bounds = bounds_of_linear(map, radius, self%moment, norm2(self%direction))
+      bounds = bounds_of_linear(map, radius, self%moment, vector_length(self%direction))
    end subroutine linear_bound
 
    pure integer function linear_kind(self)

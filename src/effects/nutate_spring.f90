@@ -8,6 +8,7 @@ module nutate_spring
    use nutate_kinds, only: wp
    use nutate_limits, only: least_size, is_moderate
    use nutate_power_series, only: power_term
+   use nutate_small_products, only: vector_length
    use nutate_status, only: status_t
    implicit none
    private
@@ -242,8 +243,8 @@ contains
       type(effect_bounds_t), intent(out) :: bounds
       type(effect_bounds_t) :: field
       real(wp) :: x, a, reach, first, least, greatest, stretch, stretch_slope, stretch_curvature, by_b, by_b_twice
-      x = norm2(self%body_point)
-      a = norm2(self%direction)
+      x = vector_length(self%body_point)
+      a = vector_length(self%direction)
       field = bounds_of_linear(map, radius, self%stiffness*self%body_point, a)
       if (self%closeness > 0.0_wp) call add_closeness(abs(self%stiffness)*map%norm*a*a, radius, field)
       bounds = field

@@ -14,7 +14,7 @@ module nutate_branch_tubes
    use nutate_quaternion, only: cross
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_root_certificate, only: root_certificate_t
-   use nutate_small_products, only: times_columns, times_vector
+   use nutate_small_products, only: times_columns, times_vector, vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -88,12 +88,12 @@ contains
       self%dt = dt
       call set_length(equations, system, state, dt, window_time)
       self%start = equations%explicit_guess(system)
-      self%start_length = length_of(self%start)
+      self%start_length = vector_length(self%start)
       call certificate%first_part(dt, self%start_length, self%part, radius)
       if (.not. self%part > 0.0_wp) return
       self%b = self%part*self%start
       call find_root(self, equations, system, state, window_time, self%part, 2*radius, found)
-      if (.not. found .or. length_of(self%b) > radius) then
+      if (.not. found .or. vector_length(self%b) > radius) then
          self%part = 0.0_wp
          return
       end if
@@ -139,10 +139,10 @@ contains
          if (equations%forces%active) call equations%linearize_forces(system, b)
          call equations%invert(b, rows, determinant)
          if (equations%too_strong .or. .not. abs(determinant) > tiny(determinant)) return
-         d = times_vector(transpose(rows), f)
+         d = [dot_product(rows(:, 1), f), dot_product(rows(:, 2), f), dot_product(rows(:, 3), f)]
          b = b - d
-         if (.not. length_of(b - self%b) <= distance) return
-         found = length_of(d) <= converged*length_of(b) .or. length_of(d) <= at_rest
+         if (.not. vector_length(b - self%b) <= distance) return
+         found = vector_length(d) <= converged*vector_length(b) .or. vector_length(d) <= at_rest
          if (found) exit
       end do
       if (found) self%b = b
@@ -158,9 +158,10 @@ contains
       !> The branch goes on.
       logical, intent(out) :: regular
       type(linear_map_t) :: map
-      real(wp) :: rows(3, 3), determinant, f(3), largest
+      real(wp) :: rows(3, 3), inverse(3, 3), determinant, f(3), largest
+      integer :: i
       regular = .false.
-      tube%turn = length_of(self%b)
+      tube%turn = vector_length(self%b)
       if (tube%turn > longest) return
       call equations%residual(system, self%b, f)
       if (equations%forces%active) call equations%linearize_forces(system, self%b)
@@ -170,12 +171,15 @@ contains
          largest = max(j(1, 1), j(2, 2), j(3, 3))
       end associate
       ! F = J P/s: B = F_b⁻¹ J/s, and B J⁻¹ = F_b⁻¹/s.
-      map = map_of(transpose(rows)/largest, system%body%axes)
-      tube%inverse = spectral_norm(times_columns(transpose(rows), equations%inertia))
+      do i = 1, 3
+         inverse(i, :) = rows(:, i)
+      end do
+      map = map_of(inverse/largest, system%body%axes)
+      tube%inverse = spectral_norm(times_columns(inverse, equations%inertia))
       tube%direction = branch_direction(self, equations, system, map)
       tube%change = self%b - self%part*self%start
-      tube%speed = length_of(tube%direction)
-      tube%drift = length_of(tube%direction - self%start)
+      tube%speed = vector_length(tube%direction)
+      tube%drift = vector_length(tube%direction - self%start)
       tube%reach = min(widest, outermost - tube%turn)
       do while (tube%reach > narrowest)
          call certificate%bounds_of(system, map, tube%turn + tube%reach, 0.0_wp, tube%bounds)
@@ -282,7 +286,7 @@ contains
       part = self%part + delta
       half = 0.5_wp*abs(self%dt)
       whole = 0.5_wp*half*half
-      distance = length_of(tube%change) + delta*tube%drift + tube%reach
+      distance = vector_length(tube%change) + delta*tube%drift + tube%reach
       associate (a => tube%inverse, bounds => tube%bounds)
          k = a*(2*distance + 4*(tube%turn + tube%reach) + 2*certificate%gyration) &
              + part*(part*whole*bounds%curvature + half*bounds%drag_curvature)
@@ -292,11 +296,5 @@ contains
              + whole*(2*bounds%force + part*half*(4*bounds%change + part*half*bounds%change_rate))
       end associate
    end subroutine bound_derivatives
-
-   !> |v|
-   pure real(wp) function length_of(v)
-      real(wp), intent(in) :: v(3)
-      length_of = sqrt(v(1)**2 + v(2)**2 + v(3)**2)
-   end function length_of
 
 end module nutate_branch_tubes

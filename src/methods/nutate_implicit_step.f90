@@ -13,6 +13,7 @@ module nutate_implicit_step
    use nutate_predictor, only: most_unknowns, predictor_t
    use nutate_range, only: check_start, check_system
    use nutate_root_proof, only: BEYOND_PROOF, PROVED, root_proof_t
+   use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -354,7 +355,7 @@ contains
       type(status_t), intent(inout) :: status
       type(root_t) :: root
       if (status%code == 0) then
-         root%turn = length_of(b)
+         root%turn = vector_length(b)
          root%determinant = self%determinant
          if (self%judge%accepts(root)) return
          root%jump = maxval(abs(z - self%predictor%guess))
@@ -412,14 +413,14 @@ contains
          ! The determinant counts at the root itself.
          if (trial%code == 0) call self%linearize(system, z, trial)
          call self%get_cayley_vector(z, b)
-         root = root_t(length_of(b), self%determinant, maxval(abs(z - predicted)))
+         root = root_t(vector_length(b), self%determinant, maxval(abs(z - predicted)))
          found = trial%code == 0
          if (found .and. path%reached > 0.0_wp) then
             found = path%keeps_to(root)
          else if (found) then
             found = self%judge%accepts(root)
          end if
-         call path%take(found, length_of(b - last_b), self%determinant)
+         call path%take(found, vector_length(b - last_b), self%determinant)
       end subroutine try_length
 
    end subroutine continue_to_root
@@ -479,12 +480,6 @@ contains
          end if
       end associate
    end function has_converged
-
-   !> |v|, for vectors that no power of two overflows.
-   pure real(wp) function length_of(v)
-      real(wp), intent(in) :: v(3)
-      length_of = sqrt(v(1)**2 + v(2)**2 + v(3)**2)
-   end function length_of
 
    !> What it remembers of its steps.
    subroutine transfer(self, archive)
