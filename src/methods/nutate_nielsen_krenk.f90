@@ -53,7 +53,6 @@ module nutate_nielsen_krenk
       procedure :: explicit_guess
       procedure :: correct
       procedure :: linearize
-      procedure :: is_on_manifold
       procedure :: get_start_vector
       procedure :: unknowns_of
       procedure :: get_cayley_vector
@@ -104,8 +103,17 @@ contains
          if (.not. self%equations%scaled) &
             call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, self%equations%unit)
          call self%equations%start(system, state, dt, window_time)
+         self%on_manifold = stays_on_manifold(self%equations)
       end if
    end subroutine start
+
+   !> True if |q| = 1 and |q| stays so: q·p = 0, or an auxiliary inertia so large that it turns nothing; and potentials
+   !> are projected.
+   pure logical function stays_on_manifold(equations)
+      type(eight_equations_t), intent(in) :: equations
+      stays_on_manifold = abs(equations%x0(1) - 1) <= near_manifold .and. equations%forces%projection .and. &
+                          abs(0.125_wp*equations%dt*equations%inverse_j0*equations%w0(1)) <= near_manifold
+   end function stays_on_manifold
 
    !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p in a step by the forces
    !> on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest without forces,
@@ -209,18 +217,6 @@ contains
       call dgetrs('N', 8, 8, lu, 8, pivots, self%inverse, 8, info)
       self%kept_dt = self%equations%dt
    end subroutine linearize
-
-   !> True if |q| = 1 and |q| stays so: q·p = 0, or an auxiliary inertia so large that it turns nothing; and potentials
-   !> are projected.
-   pure logical function is_on_manifold(self, system)
-      class(nielsen_krenk_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      associate (equations => self%equations)
-         is_on_manifold = abs(equations%x0(1) - 1) <= near_manifold .and. &
-                          abs(0.125_wp*equations%dt*equations%inverse_j0*equations%w0(1)) <= near_manifold .and. &
-                          (equations%forces%projection .or. system%effects%n_potentials == 0)
-      end associate
-   end function is_on_manifold
 
    pure subroutine get_start_vector(self, system, b)
       class(nielsen_krenk_t), intent(in) :: self

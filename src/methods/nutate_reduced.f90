@@ -51,7 +51,6 @@ module nutate_reduced
       procedure :: explicit_guess
       procedure :: correct
       procedure :: linearize
-      procedure :: is_on_manifold
       procedure :: get_start_vector
       procedure :: unknowns_of
       procedure :: get_cayley_vector
@@ -179,13 +178,6 @@ contains
       if (.not. abs(self%raw_determinant) > least_determinant) &
          status = fail(NUTATE_SINGULAR, 'the linear system of the step is singular')
    end subroutine renew
-
-   !> Always: other states are refused.
-   pure logical function is_on_manifold(self, system)
-      class(reduced_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      is_on_manifold = .true.
-   end function is_on_manifold
 
    pure subroutine get_start_vector(self, system, b)
       class(reduced_t), intent(in) :: self

@@ -45,20 +45,22 @@ module nutate_root_certificate
    type :: root_certificate_t
       !> Each effect that acts has bounds, and they do not dominate the step.
       logical :: followable = .false.
+      !> Length of the stage, s, to which `near` belongs: a root with |b|² below is the true one.
+      real(wp) :: length = 0.0_wp, near = 0.0_wp
+      !> Between these times no torque starts or stops to act, s.
+      real(wp) :: steady_from = -huge(1.0_wp), steady_to = huge(1.0_wp)
       !> κ, and ‖J⁻¹[h]×‖, 1/s.
       real(wp) :: gyration = 0.0_wp, rotor_rate = 0.0_wp
       !> The torques that act in the step; shape (number of torques).
       logical, allocatable :: acts(:)
       !> J⁻¹
       type(linear_map_t), private :: inverse
-      !> Some torque acts within a window of time.
-      logical, private :: has_windows = .false.
       !> Bounds of all effects for each radius: at any attitude, and in a stage from the state last asked for.
       type(effect_bounds_t), private :: everywhere(size(radii)), here(size(radii))
       !> γ of each potential at the start of that stage; shape (3, number of potentials).
       real(wp), allocatable, private :: gamma(:, :)
-      !> Length of the stage, s, to which these belong: largest |b0| and largest |b| of a root that is the true one.
-      real(wp), private :: length = 0.0_wp, reach = -1.0_wp, radius = 0.0_wp
+      !> Largest |b0| and largest |b| of a root that is the true one.
+      real(wp), private :: reach = -1.0_wp, radius = 0.0_wp
    contains
       !> Takes a system.
       procedure :: set_up
@@ -78,7 +80,7 @@ contains
    pure subroutine set_up(self, system)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp) :: columns(3, 3), start, stop
+      real(wp) :: columns(3, 3)
       integer :: i
       associate (effects => system%effects, inverse => system%body%inverse_inertia)
          self%inverse = map_of(inverse, system%body%axes)
@@ -93,13 +95,10 @@ contains
          allocate (self%acts(effects%n_torques), source=.true.)
          if (allocated(self%gamma)) deallocate (self%gamma)
          allocate (self%gamma(3, effects%n_potentials), source=0.0_wp)
-         self%has_windows = .false.
-         do i = 1, effects%n_torques
-            call effects%torques(i)%item%window(start, stop)
-            self%has_windows = self%has_windows .or. start > -huge(start) .or. stop < huge(stop)
-         end do
       end associate
-      call bound_everywhere(self, system)
+      ! Which torques act is known in a step only.
+      self%steady_from = huge(1.0_wp)
+      self%steady_to = -huge(1.0_wp)
    end subroutine set_up
 
    !> True if the root is proved to be the true one, wherever the body was at the start of the stage.
@@ -108,15 +107,15 @@ contains
       type(system_t), intent(in) :: system
       !> s, and the time that decides which torques act.
       real(wp), intent(in) :: dt, window_time
-      !> |b0|² and |b|².
+      !> |b0| and |b|.
       real(wp), intent(in) :: start, root
-      if (self%has_windows) call take_windows(self, system, window_time)
+      real(wp) :: near
+      if (.not. (window_time > self%steady_from .and. window_time < self%steady_to)) &
+         call take_windows(self, system, window_time)
       if (dt /= self%length) then
          self%length = dt
-         call find_ball(self, self%everywhere, dt, self%reach, self%radius)
-         ! Their squares are what is asked for.
-         self%reach = sign(self%reach**2, self%reach)
-         self%radius = self%radius**2
+         call find_ball(self, self%everywhere, dt, self%reach, self%radius, near)
+         self%near = max(near, 0.0_wp)**2
       end if
       holds = start <= self%reach .and. root <= self%radius
    end function holds
@@ -132,7 +131,7 @@ contains
       !> |b0| and |b|; the second huge where no root is known.
       real(wp), intent(in) :: start, root
       logical, intent(out) :: proved
-      real(wp) :: reach, radius
+      real(wp) :: reach, radius, near
       integer :: i
       do i = 1, system%effects%n_potentials
          self%gamma(:, i) = rotate_to_body(state%q, system%effects%potentials(i)%item%direction)
@@ -140,7 +139,7 @@ contains
       do i = 1, size(radii)
          call self%bounds_of(system, self%inverse, radii(i), 0.0_wp, self%here(i))
       end do
-      call find_ball(self, self%here, dt, reach, radius)
+      call find_ball(self, self%here, dt, reach, radius, near)
       proved = start <= reach .and. root <= radius
       self%followable = self%here(1)%known .and. strength_of(self%here(1), dt) <= dominating
    end subroutine holds_here
@@ -154,28 +153,30 @@ contains
       real(wp), intent(out) :: part
       !> The root's |b| is below.
       real(wp), intent(out) :: radius
-      real(wp) :: reach
+      real(wp) :: reach, near
       integer :: i
       part = 1.0_wp
       do i = 1, most_parts
-         call find_ball(self, self%here, part*dt, reach, radius)
+         call find_ball(self, self%here, part*dt, reach, radius, near)
          if (part*start <= reach) return
          part = shorter*part
       end do
       part = 0.0_wp
    end subroutine first_part
 
-   !> Largest |b0| and |b| for which the root of a stage is proved; the first negative where none is.
-   pure subroutine find_ball(self, bounds, dt, reach, radius)
+   !> Largest |b0| and |b| for which the root of a stage is proved, and the |b| up to which it is whatever b0; the first
+   !> and the last negative where none is.
+   pure subroutine find_ball(self, bounds, dt, reach, radius, near)
       class(root_certificate_t), intent(in) :: self
       !> For each radius.
       type(effect_bounds_t), intent(in) :: bounds(:)
       !> s.
       real(wp), intent(in) :: dt
-      real(wp), intent(out) :: reach, radius
+      real(wp), intent(out) :: reach, radius, near
       real(wp) :: rotor, rest, excess, contraction
       integer :: k
       reach = -1.0_wp
+      near = -1.0_wp
       radius = 0.0_wp
       rotor = 0.5_wp*abs(dt)*self%rotor_rate
       do k = 1, size(radii)
@@ -189,6 +190,7 @@ contains
             if (.not. contraction < 1.0_wp) exit
             radius = rho
             reach = max(reach, rho - excess)
+            near = max(near, rho - 2*excess)
          end associate
       end do
    end subroutine find_ball
@@ -245,22 +247,27 @@ contains
                                             bounds%drag_slope, bounds%drag_curvature) < greatest_bound
    end subroutine bounds_of
 
-   !> Notes which torques act.
+   !> Notes which torques act, and between which times these and no others do.
    pure subroutine take_windows(self, system, window_time)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> s.
       real(wp), intent(in) :: window_time
-      logical :: changed
-      integer :: i
-      changed = .false.
+      real(wp) :: window(2)
+      integer :: i, k
+      self%steady_from = -huge(1.0_wp)
+      self%steady_to = huge(1.0_wp)
       do i = 1, system%effects%n_torques
-         associate (acts => system%effects%torques(i)%item%acts_at(window_time))
-            changed = changed .or. (acts .neqv. self%acts(i))
-            self%acts(i) = acts
+         associate (torque => system%effects%torques(i)%item)
+            self%acts(i) = torque%acts_at(window_time)
+            call torque%window(window(1), window(2))
          end associate
+         do k = 1, 2
+            if (window(k) <= window_time) self%steady_from = max(self%steady_from, window(k))
+            if (window(k) >= window_time) self%steady_to = min(self%steady_to, window(k))
+         end do
       end do
-      if (changed) call bound_everywhere(self, system)
+      call bound_everywhere(self, system)
    end subroutine take_windows
 
    !> κ, for which |2J⁻¹(b×Jb)| ≤ κ|b|²: with α_i = |J_k - J_l|/J_i and x_i = b_i²/|b|² its square is the largest value

@@ -29,6 +29,11 @@ module nutate_root_proof
       real(wp) :: b(3) = 0.0_wp
       !> Lengths that were tried to find it, and Newton iterations at them.
       integer :: tried = 0, iterations = 0
+      !> Length of a stage, s, and |b|² below which its root is the true one if the determinant of the Jacobian is
+      !> positive: all that is asked in most steps.
+      real(wp) :: length = 0.0_wp, near = 0.0_wp
+      !> Times between which they hold, s.
+      real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> No effects and no rotors.
       logical, private :: is_free = .true.
       type(root_certificate_t), private :: certificate
@@ -36,8 +41,6 @@ module nutate_root_proof
    contains
       !> Takes a system.
       procedure :: set_up
-      !> The root of a free body is the true one.
-      procedure :: holds_free
       !> The root is the true one, as bounds show that belong to the step's length.
       procedure :: holds
       !> Looks for a proof in the attitude at the start, then along the branch.
@@ -56,34 +59,28 @@ contains
       call self%certificate%set_up(system)
       call self%equations%forces%prepare(system%effects, .true.)
       self%equations%dt = 0.0_wp
+      self%length = 0.0_wp
    end subroutine set_up
 
-   !> True if there are neither effects nor rotors, and the root is near and regular.
-   pure logical function holds_free(self, root, determinant)
-      class(root_proof_t), intent(in) :: self
-      !> b; shape (3).
-      real(wp), intent(in) :: root(3)
-      !> Of the Jacobian at the root, over that of a very short step.
-      real(wp), intent(in) :: determinant
-      holds_free = self%is_free .and. determinant > 0.0_wp .and. square_of(root) < surely_true**2
-   end function holds_free
-
-   !> True if bounds that belong to the step's length prove the root.
-   logical function holds(self, system, dt, window_time, start, root)
+   !> True if bounds that belong to the step's length prove the root. They stay for steps of the same length.
+   logical function holds(self, system, dt, window_time, start, root, determinant)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> s, and the time that decides which torques act, s.
       real(wp), intent(in) :: dt, window_time
       !> b0 = ¼Δt J⁻¹(L0 - h) and b; shape (3).
       real(wp), intent(in) :: start(3), root(3)
-      holds = self%certificate%holds(system, dt, window_time, square_of(start), square_of(root))
+      !> Of the Jacobian at the root, over that of a very short step.
+      real(wp), intent(in) :: determinant
+      holds = self%certificate%holds(system, dt, window_time, length_of(start), length_of(root))
+      self%length = self%certificate%length
+      self%near = self%certificate%near
+      self%from = self%certificate%steady_from
+      self%to = self%certificate%steady_to
+      if (.not. self%is_free) return
+      self%near = max(self%near, surely_true**2)
+      holds = holds .or. (determinant > 0.0_wp .and. length_of(root) < surely_true)
    end function holds
-
-   !> |v|²
-   pure real(wp) function square_of(v)
-      real(wp), intent(in) :: v(3)
-      square_of = v(1)*v(1) + v(2)*v(2) + v(3)*v(3)
-   end function square_of
 
    !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `PROVED` leaves the root in b
    !> unless the given one is proved already.
