@@ -1,4 +1,4 @@
-!> What the attack on the true root draws: bodies, effects, states and steps, each case from a seed and its number alone.
+!> What the attack on the true root draws: bodies, effects, states and steps, each case from its seed and number alone.
 !>
 !> A case is kept as plain numbers, from which the library's system is made, and from which `test_attack_oracle` writes
 !> its own equations.
@@ -136,7 +136,8 @@ contains
       case (0, 1)
          item%moments = [b + c, c + a, a + b]
       case (2)
-         item%moments = [a, b, (a + b)*(1 - 10.0_wp**between(state, -12.0_wp, -1.0_wp))]
+         ! The third is between the difference and the sum of the others, next to the sum.
+         item%moments = [a, b, a + b - 2*min(a, b)*10.0_wp**between(state, -12.0_wp, -0.1_wp)]
       case (3)
          item%moments = [a, a*(1 + 1e-4_wp*int(2*random_unit(state))), 2*a*between(state, 1e-3_wp, 1.0_wp)]
       case (4)
@@ -195,7 +196,7 @@ contains
       case (BODY_TORQUE, SPACE_TORQUE)
          effect%n = size*effect%n
          call draw_time(state, item, rate, effect)
-      case (DAMPING)
+      case default
          effect%m = (size/rate)*[random_unit(state), random_unit(state), random_unit(state)]
       end select
    end subroutine draw_effect
@@ -287,7 +288,7 @@ contains
                call system%effects%add(applied_torque_t(amplitude=effect%n, in_space=effect%kind == SPACE_TORQUE, &
                                                         frequency=effect%frequency, phase=effect%phase, &
                                                         start=effect%start, stop=effect%stop))
-            case (DAMPING)
+            case default
                call system%effects%add(damping_t(effect%m))
             end select
          end associate

@@ -5,12 +5,12 @@
 !>     P = (1 - β)(b - t b0) + 2J⁻¹(b×(Jb + ¼ts h)) - ⅛t²s² J⁻¹T + ½ts J⁻¹T_D,   b0 = ¼sΩ0, β = |b|²
 !>     T = (1 + β)τ̄ - 2b(b·τ̄),   T_D = (1 + β)Db - 2b(b·Db)
 !>
-!> τ̄ is the torque at mid step without damping, in the frame there; D the coefficients of damping. The branch is followed
-!> from t = 0 in increments so small that the Jacobian hardly changes in each, seen from the root before: then no other
-!> root lies near.
+!> τ̄ is the torque at mid step without damping, in the frame there; D the coefficients of damping. The branch is
+!> followed from t = 0 in increments so small that the Jacobian hardly changes in each, seen from the root before: then
+!> no other root lies near.
 module test_attack_oracle
    use nutate_kinds, only: wp, eps, pi
-   use test_attack_case, only: attack_case_t, attack_effect_t, most_effects, GRAVITY, DIPOLE, GRADIENT, SPRING, POLYNOMIAL, &
+   use test_attack_case, only: attack_case_t, attack_effect_t, most_effects, GRADIENT, SPRING, POLYNOMIAL, &
       BODY_TORQUE, SPACE_TORQUE, DAMPING
    implicit none
    private

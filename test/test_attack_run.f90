@@ -19,7 +19,7 @@ module test_attack_run
    implicit none
    private
 
-   public :: attack_case, attack_cases, tally_t, counts_t, kinds, solvers, verdict_text
+   public :: attack_case, attack_cases, judge, tally_t, counts_t, outcome_t, kinds, solvers, verdict_text
 
    !> Kinds of stages by Δt|Ω| at the start of the stage and by the size of the effects' torques.
    character(len=32), parameter :: kinds(6) = [character(len=32) :: &
@@ -58,8 +58,8 @@ module test_attack_run
       integer :: disagreements = 0, composed = 0, broken = 0
       !> First failure, and how to see it again; blank where there is none.
       character(len=200) :: first = ''
-      !> Each failure is written to standard error.
-      logical :: loud = .false.
+      !> Each failure is written to standard error; each stage too.
+      logical :: loud = .false., traced = .false.
       !> The case that is run: what repeats it; its step and stage.
       character(len=64), private :: command = ''
       integer, private :: step = 0, stage = 0
@@ -67,6 +67,15 @@ module test_attack_run
       procedure :: total
       procedure, private :: note
    end type tally_t
+
+   !> What a solver made of a stage.
+   type :: outcome_t
+      logical :: accepted = .false.
+      !> b of the stage taken; shape (3).
+      real(wp) :: b(3) = 0.0_wp
+      !> Lengths tried by continuation; 1 where the root is not proved.
+      integer :: continued = 0, unproved = 0
+   end type outcome_t
 
    !> One way to step a case: the order-2 steppers of the stages, and the whole method beside them.
    type :: stage_stepper_t
@@ -234,8 +243,8 @@ contains
             walker%accepted = status%ok()
             walker%b = 0.0_wp
             if (walker%accepted) walker%b = turn_between(before%q, walker%state%q)
-            call judge(oracle, branch, walker%stages(stage)%item, walker%accepted, walker%b, solvers(k), &
-                       tally%counts(kind, k), tally)
+            if (tally%traced) call trace(tally, length, branch, outcome_of(walker, stage), solvers(k))
+            call judge(oracle, branch, outcome_of(walker, stage), solvers(k), kind, k, tally)
          end associate
       end do
       if ((walkers(1)%accepted .neqv. walkers(2)%accepted) .or. &
@@ -250,6 +259,25 @@ contains
       end if
    end subroutine take_stage
 
+   !> Writes what was made of a stage to standard error.
+   subroutine trace(tally, length, branch, outcome, solver)
+      type(tally_t), intent(in) :: tally
+      !> s
+      real(wp), intent(in) :: length
+      type(branch_t), intent(in) :: branch
+      type(outcome_t), intent(in) :: outcome
+      character(len=*), intent(in) :: solver
+      character(len=8), parameter :: words(3) = [character(len=8) :: 'reached', 'ended', 'lost']
+      write (error_unit, '("step ",i0,", stage ",i0,", ",es11.4," s: branch ",a," at part ",f8.6,", b =",3f13.9)') &
+         tally%step, tally%stage, length, trim(words(branch%outcome)), branch%t, branch%b
+      if (outcome%accepted) then
+         write (error_unit, '(3x,a," accepts b =",3f13.9,", lengths of continuation: ",i0,", not proved: ",i0)') &
+            solver, outcome%b, outcome%continued, outcome%unproved
+      else
+         write (error_unit, '(3x,a," refuses")') solver
+      end if
+   end subroutine trace
+
    !> Follows a branch in increments of a third; what does not come out the same is lost.
    subroutine follow_again(oracle, branch)
       type(oracle_t), intent(in) :: oracle
@@ -261,53 +289,53 @@ contains
       if (branch%outcome == ENDED .and. .not. abs(finer%t - branch%t) <= 1e-3_wp) branch%outcome = LOST
    end subroutine follow_again
 
+   !> What a solver made of a stage.
+   pure type(outcome_t) function outcome_of(walker, stage)
+      type(walker_t), intent(in) :: walker
+      integer, intent(in) :: stage
+      associate (stepper => walker%stages(stage)%item)
+         outcome_of = outcome_t(walker%accepted, walker%b, stepper%continued, stepper%unproved)
+      end associate
+   end function outcome_of
+
    !> Counts a stage. What looks like a fault of the library is followed once more before it counts.
-   subroutine judge(oracle, branch, stepper, accepted, b, solver, counts, tally)
+   subroutine judge(oracle, branch, outcome, solver, kind, k, tally)
       type(oracle_t), intent(in) :: oracle
       type(branch_t), intent(in) :: branch
-      class(stepper_t), intent(in) :: stepper
-      logical, intent(in) :: accepted
-      !> Of the stage taken.
-      real(wp), intent(in) :: b(3)
+      type(outcome_t), intent(in) :: outcome
       character(len=*), intent(in) :: solver
-      type(counts_t), intent(inout) :: counts
+      !> Row and column of the counts.
+      integer, intent(in) :: kind, k
       type(tally_t), intent(inout) :: tally
       type(branch_t) :: checked
       logical :: right
-      counts%stages = counts%stages + 1
-      right = accepted .eqv. branch%outcome == REACHED
-      if (right .and. accepted) right = norm2(b - branch%b) <= same_root
+      right = outcome%accepted .eqv. branch%outcome == REACHED
+      if (right .and. outcome%accepted) right = norm2(outcome%b - branch%b) <= same_root
       checked = branch
       if (.not. right .and. branch%outcome /= LOST) call follow_again(oracle, checked)
       ! The ends of a branch next to the end of the stage are a matter of round-off.
       if (checked%outcome == ENDED .and. checked%t > 1 - 1e-5_wp) checked%outcome = LOST
-      if (checked%outcome == LOST) then
-         counts%unclear = counts%unclear + 1
-         if (accepted) call count_accepted()
-      else if (accepted) then
-         call count_accepted()
-         if (right) return
-         if (stepper%unproved > 0) then
+      associate (counts => tally%counts(kind, k))
+         counts%stages = counts%stages + 1
+         if (outcome%accepted) then
+            if (outcome%continued == 0) counts%at_once = counts%at_once + 1
+            if (outcome%continued > 0) counts%continued = counts%continued + 1
+            if (outcome%unproved > 0) counts%unproved = counts%unproved + 1
+         end if
+         if (checked%outcome == LOST) then
+            counts%unclear = counts%unclear + 1
+         else if (outcome%accepted .and. .not. right .and. outcome%unproved > 0) then
             counts%wrong_unproved = counts%wrong_unproved + 1
             call tally%note(trim(solver)//' accepts, without a proof, a wrong root')
-         else
+         else if (outcome%accepted .and. .not. right) then
             counts%wrong = counts%wrong + 1
             call tally%note(trim(solver)//' accepts a wrong root as proved')
+         else if (.not. outcome%accepted .and. (right .or. branch%turn > longest)) then
+            counts%refused = counts%refused + 1
+         else if (.not. outcome%accepted) then
+            counts%too_careful = counts%too_careful + 1
          end if
-      else if (right .or. branch%turn > longest) then
-         counts%refused = counts%refused + 1
-      else
-         counts%too_careful = counts%too_careful + 1
-      end if
-
-   contains
-
-      subroutine count_accepted()
-         if (stepper%continued == 0) counts%at_once = counts%at_once + 1
-         if (stepper%continued > 0) counts%continued = counts%continued + 1
-         if (stepper%unproved > 0) counts%unproved = counts%unproved + 1
-      end subroutine count_accepted
-
+      end associate
    end subroutine judge
 
    !> A step of the whole method must be its stages, to the last bit, and be refused with them.
