@@ -72,6 +72,7 @@ program unit
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
+   use test_unproved, only: collect_unproved
    use test_work_precision, only: collect_work_precision
    implicit none
 
@@ -181,6 +182,7 @@ contains
          new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &
          new_testsuite("torque_physics", collect_torque_physics), &
+         new_testsuite("unproved", collect_unproved), &
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function other_suites

@@ -20,7 +20,7 @@ module test_attack_case
    implicit none
    private
 
-   public :: attack_effect_t, attack_case_t, draw_case, make_system, most_effects
+   public :: attack_effect_t, attack_case_t, custom_potential_t, draw_case, make_system, most_effects
    public :: GRAVITY, DIPOLE, GRADIENT, SPRING, POLYNOMIAL, BODY_TORQUE, SPACE_TORQUE, DAMPING
 
    !> Kinds of effects; a rotor is the body's `rotor`.
