@@ -137,7 +137,7 @@ contains
    subroutine write_line(text, values)
       character(len=*), intent(in) :: text
       real(wp), intent(in) :: values(:)
-      write (error_unit, '(a,*(1x,es24.17e3))') text, values
+      write (error_unit, '(a,*(1x,es26.17e3))') text, values
    end subroutine write_line
 
    !> A line that ends its group.
