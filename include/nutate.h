@@ -302,8 +302,7 @@ int nutate_history_column(const nutate_history *history, const char *name, doubl
  *   ==>  size     numbers that fit into values, at least rows*columns */
 int nutate_history_values(const nutate_history *history, double *values, size_t size);
 
-/* Steps of the run in which a root was taken for that of the true motion without a proof (docs/stability.md).
- *   <==  steps   0: each step was proved to continue the true motion, or its method has no roots */
+/* Steps with a root that is taken for that of the true motion without a proof (docs/stability.md).   <==  steps */
 int nutate_history_unproved(const nutate_history *history, int64_t *steps);
 
 /* Frees a history.   <=>  history */
@@ -440,8 +439,7 @@ int nutate_stepper_conserved(const nutate_stepper *stepper, int *components, dou
  *   <==  residual    last increment over that of the step; or NULL */
 int nutate_stepper_solver(const nutate_stepper *stepper, int *iterations, double *residual);
 
-/* Steps since the state was set in which a root was taken for that of the true motion without a proof
- * (docs/stability.md).   <==  steps */
+/* Steps since the state was set with a root that is taken for the true one without a proof.   <==  steps */
 int nutate_stepper_unproved(const nutate_stepper *stepper, int64_t *steps);
 
 /* ---- Attitudes -------------------------------------------------------------------------------------------------- */

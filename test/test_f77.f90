@@ -6,7 +6,8 @@ module test_f77
    use nutate_kinds, only: eps, wp
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_FINITE, status_t
-   use test_f77_routines, only: nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, tormot, tornan
+   use test_f77_routines, only: nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, tormot, &
+      tornan
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
    use test_problems, only: box
