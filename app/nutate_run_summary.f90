@@ -65,6 +65,9 @@ contains
          if (summary%cut_steps > 0) call page%item('cut steps', count_text(summary%cut_steps)//', '// &
                                                    count_text(summary%parts)//' steps and parts in all')
       end if
+      if (summary%unproved_steps > 0) &
+         call page%item('not proved', count_text(summary%unproved_steps)//' of the steps rest on a root that is '// &
+                        'taken for that of the true motion without a proof (docs/stability.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
                      ' s for the rows')
       call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')

@@ -302,6 +302,9 @@ int nutate_history_column(const nutate_history *history, const char *name, doubl
  *   ==>  size     numbers that fit into values, at least rows*columns */
 int nutate_history_values(const nutate_history *history, double *values, size_t size);
 
+/* Steps with a root that is taken for that of the true motion without a proof (docs/stability.md).   <==  steps */
+int nutate_history_unproved(const nutate_history *history, int64_t *steps);
+
 /* Frees a history.   <=>  history */
 int nutate_history_destroy(nutate_history **history);
 
@@ -435,6 +438,9 @@ int nutate_stepper_conserved(const nutate_stepper *stepper, int *components, dou
  *   <==  iterations  Newton iterations; or NULL
  *   <==  residual    last increment over that of the step; or NULL */
 int nutate_stepper_solver(const nutate_stepper *stepper, int *iterations, double *residual);
+
+/* Steps since the state was set with a root that is taken for the true one without a proof.   <==  steps */
+int nutate_stepper_unproved(const nutate_stepper *stepper, int64_t *steps);
 
 /* ---- Attitudes -------------------------------------------------------------------------------------------------- */
 

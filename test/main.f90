@@ -4,11 +4,15 @@
 !>
 !> `--stress GROUP` runs the stability cases of a group at full length instead and writes their part of
 !> docs/stability.md, the total to standard error; `--stress` alone names the groups (see tools/stress.sh).
+!> `--attack SEED STAGES` does so with the attack on the true root, `--attack SEED case NUMBER` repeats one case of it
+!> (see tools/attack.sh).
 program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
       unittest_type
    use test_archive, only: collect_archive
+   use test_attack, only: collect_attack
+   use test_attack_report, only: repeat_case, report_attack
    use test_attitude, only: collect_attitude
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
@@ -68,6 +72,7 @@ program unit
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
+   use test_unproved, only: collect_unproved
    use test_work_precision, only: collect_work_precision
    implicit none
 
@@ -93,6 +98,7 @@ contains
       call get_argument(2, test_name)
       if (allocated(suite_name)) then
          if (suite_name == '--stress') call run_stress(test_name)
+         if (suite_name == '--attack') call run_attack()
       end if
       if (.not. allocated(suite_name)) then
          do i = 1, size(suites)
@@ -125,6 +131,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("archive", collect_archive), &
+         new_testsuite("attack", collect_attack), &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("baselines", collect_baselines), &
          new_testsuite("body", collect_body), &
@@ -175,6 +182,7 @@ contains
          new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &
          new_testsuite("torque_physics", collect_torque_physics), &
+         new_testsuite("unproved", collect_unproved), &
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function other_suites
@@ -219,6 +227,28 @@ contains
       if (misses > 0) call stop_with("stability cases failed")
       stop
    end subroutine run_stress
+
+   !> Runs the attack on the true root at full length, or one case of it; does not return.
+   subroutine run_attack()
+      character(len=:), allocatable :: text, what, which
+      integer :: seed, number, io
+      logical :: passed
+      call get_argument(2, text)
+      call get_argument(3, what)
+      call get_argument(4, which)
+      if (.not. (allocated(text) .and. allocated(what))) call stop_with("--attack SEED STAGES | SEED case NUMBER")
+      if (.not. allocated(which)) which = what
+      read (text, *, iostat=io) seed
+      if (io == 0) read (which, *, iostat=io) number
+      if (io /= 0) call stop_with("the attack needs whole numbers")
+      if (what == 'case') then
+         call repeat_case(seed, number, passed)
+      else
+         call report_attack(seed, number, passed)
+      end if
+      if (.not. passed) call stop_with("the attack found what must not be")
+      stop
+   end subroutine run_attack
 
    subroutine stop_listing(suites, name)
       type(testsuite_type), intent(in) :: suites(:)

@@ -91,6 +91,9 @@ module test_c_interface
       integer(c_int) function test_c_account_of_a_new_state() bind(C)
          import :: c_int
       end function test_c_account_of_a_new_state
+      integer(c_int) function test_c_unproved_steps() bind(C)
+         import :: c_int
+      end function test_c_unproved_steps
       integer(c_int) function test_c_exact_motion() bind(C)
          import :: c_int
       end function test_c_exact_motion
@@ -127,6 +130,7 @@ contains
                   new_unittest("a potential of one's own is as good as a built-in one", own_gravity), &
                   new_unittest("a torque of one's own is as good as a built-in one", own_damping), &
                   new_unittest("work and energy count from the state that was set", account_of_a_new_state), &
+                  new_unittest("steps without a proof are counted", unproved_steps), &
                   new_unittest("the exact motion is that of short steps", exact_motion), &
                   new_unittest("eight threads have the bits of one", threads), &
                   new_unittest("handles made and freed", many_handles)]
@@ -220,6 +224,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_line(error, test_c_account_of_a_new_state(), 'test_c_programs.c')
    end subroutine account_of_a_new_state
+
+   subroutine unproved_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_unproved_steps(), 'test_c_programs.c')
+   end subroutine unproved_steps
 
    subroutine exact_motion(error)
       type(error_type), allocatable, intent(out) :: error

@@ -6,7 +6,8 @@ module test_f77
    use nutate_kinds, only: eps, wp
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_FINITE, status_t
-   use test_f77_routines, only: nuinv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, tormot, tornan
+   use test_f77_routines, only: nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, tormot, &
+      tornan
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
    use test_problems, only: box
@@ -139,6 +140,9 @@ contains
       if (.not. allocated(error)) call check_close(error, [t, q, p], [state%t, state%q, state%p], 0.0_wp)
       call nustat(istat, t, work, most, info)
       if (.not. allocated(error)) call check(error, istat(1) == 100 .and. istat(2) >= 1000 .and. istat(3) == 0)
+      ! Of a potential of one's own nothing is known.
+      call nunprv(nrows, work, most, info)
+      if (.not. allocated(error)) call check(error, info == 0 .and. nrows == 100, 'NUNPRV')
    end subroutine rows_have_the_digits
 
    subroutine interleaved_motions_are_alone(error)

@@ -5,7 +5,7 @@ module test_f77_routines
    implicit none
    private
 
-   public :: nuinit, nustep, nurun, nustat, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, nufree, nutext, &
+   public :: nuinit, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, nufree, nutext, &
       potential, torque, potspr, tormot, tornan, potnan
 
    abstract interface
@@ -94,6 +94,15 @@ module test_f77_routines
          integer, intent(in) :: lwork
          integer, intent(out) :: info
       end subroutine nustat
+
+      subroutine nunprv(num, work, lwork, info)
+         import :: wp
+         implicit none
+         integer, intent(inout) :: num
+         real(wp), intent(in) :: work(*)
+         integer, intent(in) :: lwork
+         integer, intent(out) :: info
+      end subroutine nunprv
 
       subroutine nusetp(q, omega, p, work, lwork, info)
          import :: wp

@@ -79,3 +79,14 @@ has_fpm() { has fpm && fpm --version 2>/dev/null | grep -qi fortran; }
 
 # fpm_path run|test [--example] NAME: builds that program with $FFLAGS and prints its path.
 fpm_path() { fpm_with_flags "$@" --runner echo 2>/dev/null | sed -n "s:^build/.*/${!#}\$:&:p" | tail -n 1; }
+
+# insert_part COMMAND DOCUMENT NAME FOLDER: FOLDER/NAME.md in place of what stands between the markers of NAME.
+insert_part() {
+   local document=$2 begin="<!-- begin $3 -->" end="<!-- end $3 -->" folder=$4
+   grep -qxF "$begin" "$document" && grep -qxF "$end" "$document" || die "$1: $document lacks the markers of '$3'"
+   awk -v begin="$begin" -v end="$end" -v part="$folder/$3.md" '
+      $0 == end {inside = 0}
+      !inside {print}
+      $0 == begin {inside = 1; while ((getline line < part) > 0) print line}
+   ' "$document" >"$folder/document" && cat "$folder/document" >"$document"
+}

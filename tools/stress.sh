@@ -8,17 +8,6 @@ set -u
 document=docs/stability.md
 parts=build/stress
 
-# insert GROUP: the part of the group in place of what stands between its markers.
-insert() {
-   local begin="<!-- begin $1 -->" end="<!-- end $1 -->"
-   grep -qxF "$begin" "$document" && grep -qxF "$end" "$document" || die "stress: $document lacks the markers of '$1'"
-   awk -v begin="$begin" -v end="$end" -v part="$parts/$1.md" '
-      $0 == end {inside = 0}
-      !inside {print}
-      $0 == begin {inside = 1; while ((getline line < part) > 0) print line}
-   ' "$document" >"$parts/document" && cat "$parts/document" >"$document"
-}
-
 quietly build-stress build build-stress --tests || exit 1
 path=$(fpm_path test unit)
 mkdir -p "$parts"
@@ -30,6 +19,6 @@ for group; do rm -f "$parts/$group.md"; done
 status=0
 printf '%s\n' "$@" | xargs -P "$(nproc)" -I '{}' sh -c '"$0" --stress "$1" >"$2/$1.md"' "$path" '{}' "$parts" || status=1
 for group; do
-   [ -s "$parts/$group.md" ] && insert "$group"
+   [ -s "$parts/$group.md" ] && insert_part stress "$document" "$group" "$parts"
 done
 exit $status

@@ -50,6 +50,7 @@ SIGNATURES = {
     "nutate_history_size": (Handle, Sizes, Sizes),
     "nutate_history_name": (Handle, Size, Text, Size),
     "nutate_history_values": (Handle, Doubles, Size),
+    "nutate_history_unproved": (Handle, ctypes.POINTER(Long)),
     "nutate_history_destroy": (HandlePointer,),
     "nutate_stepper_create": (Handle, HandlePointer, Text, Size),
     "nutate_stepper_create_scene": (Handle, HandlePointer, Text, Size),
@@ -73,6 +74,7 @@ SIGNATURES = {
     "nutate_stepper_euler": (Handle, Doubles),
     "nutate_stepper_energy": (Handle, Doubles),
     "nutate_stepper_constraints": (Handle, Doubles),
+    "nutate_stepper_unproved": (Handle, ctypes.POINTER(Long)),
 }
 
 

@@ -22,6 +22,12 @@ class Scene(Owner):
         else:
             handle = create(library.nutate_scene_parse, encoded(text), None, array, len(overrides))
         super().__init__(handle)
+        self._unproved_steps = 0
+
+    @property
+    def unproved_steps(self):
+        """Steps of the last `run` in which a root was taken for that of the true motion without a proof."""
+        return self._unproved_steps
 
     @property
     def title(self):
@@ -47,6 +53,9 @@ class Scene(Owner):
         try:
             if handle:
                 columns = take_history(handle)
+                steps = ctypes.c_int64()
+                check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
+                self._unproved_steps = steps.value
         finally:
             library.nutate_history_destroy(ctypes.byref(handle))
         if status:

@@ -127,6 +127,13 @@ class Stepper(Owner):
         return self._read("nutate_stepper_energy", 5)
 
     @property
+    def unproved_steps(self):
+        """Steps since the state was set in which a root was taken for that of the true motion without a proof."""
+        steps = ctypes.c_int64()
+        self._call("nutate_stepper_unproved", ctypes.byref(steps))
+        return steps.value
+
+    @property
     def constraints(self):
         """q.q - 1 and q.p (kg m2/s); shape (2,)."""
         return self._read("nutate_stepper_constraints", 2)

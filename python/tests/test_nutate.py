@@ -148,6 +148,25 @@ class CallbackTest(unittest.TestCase):
         self.assertLess(abs(stepper.energy[4]), 1e-13)
         self.assertAlmostEqual(stepper.angular_momentum_space[2], momentum, delta=1e-13)
 
+    def test_steps_without_a_proof_are_counted(self):
+        free = nutate.Stepper(nutate.System(moments=(1, 2, 2.5)))
+        free.set_state(q=(0.8, 0.6, 0, 0), omega=(1, 2, 3))
+        free.steps(0.1, 5)
+        self.assertEqual(free.unproved_steps, 0)
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_potential((0, 0, 1), lambda gamma: (gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)))
+        stepper = nutate.Stepper(system)
+        stepper.set_state(q=(0.8, 0.6, 0, 0), omega=(1, 2, 3))
+        stepper.steps(0.1, 5)
+        self.assertEqual(stepper.unproved_steps, 5)
+        scene = nutate.Scene(text="&body inertia = 1, 2, 2.5 /\n&initial angular_velocity = 1, 2, 3 /\n"
+                                  "&integrator time_step = 0.1, end_time = 0.7 /")
+        scene.run()
+        self.assertEqual(scene.unproved_steps, 0)
+        scene.add_potential((0, 0, 1), lambda gamma: (gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)))
+        scene.run()
+        self.assertEqual(scene.unproved_steps, 7)
+
     def test_an_exception_of_a_callback_comes_out_and_leaves_the_state(self):
         system = nutate.System(moments=(1, 2, 2.5))
 

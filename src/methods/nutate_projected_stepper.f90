@@ -67,6 +67,8 @@ contains
       call self%base%advance(system, state, dt, window_time, status)
       self%iterations = self%base%iterations
       self%residual = self%base%residual
+      self%continued = self%base%continued
+      self%unproved = self%base%unproved
       if (status%code /= 0) return
       work = 0.0_wp
       do i = 1, size(self%work)

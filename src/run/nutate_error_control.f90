@@ -165,6 +165,7 @@ contains
 
       next = progress%state
       progress%record%iterations = 0
+      progress%record%unproved = 0
       if (allocated(self%whole)) then
          call go_halves(self, system, progress%record, next, step, error, status)
       else
@@ -250,6 +251,8 @@ contains
       call stepper%advance(system, state, dt, middle, status)
       record%continued = record%continued + stepper%continued
       record%iterations = record%iterations + stepper%iterations
+      ! A whole step says how good the halves are: its root counts like theirs.
+      record%unproved = record%unproved + stepper%unproved
       record%residual = stepper%residual
    end subroutine take_part
 
@@ -345,6 +348,7 @@ contains
       state%t = t
       record%iterations = progress%record%iterations
       record%residual = progress%record%residual
+      record%unproved = progress%record%unproved
    end subroutine state_inside
 
    !> Shows what the next steps depend on, under the name of this policy.

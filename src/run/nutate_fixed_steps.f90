@@ -122,6 +122,7 @@ contains
       margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
       progress%record%iterations = 0
       progress%record%residual = 0.0_wp
+      progress%record%unproved = 0
       ! Parts that there would be if none had to be cut.
       parts = progress%summary%parts + 1
       do while (progress%next_break <= size(progress%breaks))

@@ -18,6 +18,8 @@ module nutate_observer
       !> Newton iterations of the last step, and its largest last relative increment.
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp
+      !> Stages of the last step, in all its parts, whose root is taken for the true one without a proof.
+      integer :: unproved = 0
       !> Work of all torques so far, J.
       real(wp) :: work = 0.0_wp
       !> Lengths tried so far by continuation in Δt (`nutate_continuation`): each counts as a step where steps are
@@ -70,6 +72,7 @@ contains
       call archive%transfer(self%step)
       call archive%transfer(self%iterations)
       call archive%transfer(self%residual)
+      call archive%transfer(self%unproved)
       call archive%transfer(self%work)
       call archive%transfer(self%continued)
    end subroutine transfer_record

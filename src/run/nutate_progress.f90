@@ -25,6 +25,8 @@ module nutate_progress
       !> Newton iterations, all and the most in one step.
       integer(long) :: iterations = 0
       integer :: most_iterations = 0
+      !> Steps in which a root was taken for that of the true motion without a proof (`nutate_continuation`).
+      integer(long) :: unproved_steps = 0
       !> Work of each torque, J; shape (number of torques).
       real(wp), allocatable :: work(:)
       !> Estimated attitude error at the end time, rad, where the plan asks for an accuracy. Round-off or instability
@@ -115,6 +117,7 @@ contains
       integer :: i
       self%summary%parts = self%summary%parts + 1
       self%record%iterations = self%record%iterations + stepper%iterations
+      self%record%unproved = self%record%unproved + stepper%unproved
       self%record%residual = max(self%record%residual, stepper%residual)
       do i = 1, size(stepper%work)
          call add_increment(self%summary%work(i), self%work_compensation(i), stepper%work(i))
@@ -127,6 +130,7 @@ contains
       self%summary%steps = self%summary%steps + 1
       self%summary%iterations = self%summary%iterations + self%record%iterations
       self%summary%most_iterations = max(self%summary%most_iterations, self%record%iterations)
+      if (self%record%unproved > 0) self%summary%unproved_steps = self%summary%unproved_steps + 1
       self%record%step = self%summary%steps
    end subroutine count_step
 
@@ -170,6 +174,7 @@ contains
       call archive%transfer(self%parts)
       call archive%transfer(self%iterations)
       call archive%transfer(self%most_iterations)
+      call archive%transfer(self%unproved_steps)
       call archive%transfer(self%work)
       call archive%transfer(self%estimate)
    end subroutine transfer_summary

@@ -93,6 +93,15 @@ class History(CommandLineTest):
         for number, row in enumerate(self.history("spin.csv")[1]):
             self.assertAlmostEqual(row[1] + row[3], number*16*math.atan(0.625), delta=1e-13)
 
+    def test_steps_without_a_proof_are_said(self):
+        # The ends of the spring meet at the start, where its force has no bound on its derivatives.
+        self.write("meeting.nml", "&body inertia = 1.0, 2.0, 2.5 /\n&initial angular_velocity = 0.3, 1.0, 0.2 /\n"
+                                  "&spring body_point = 0.3, 0.0, 0.1, anchor = 0.3, 0.0, 0.1, stiffness = 4.0, "
+                                  "rest_length = 0.2 /\n&integrator time_step = 0.01, end_time = 0.1 /\n")
+        done = self.succeed("run", "meeting.nml")
+        self.assertRegex(done.stderr, r"not proved +([1-9]|10) of the steps rest on a root")
+        self.assertNotIn("not proved", self.succeed("run", "box.nml").stderr)
+
     def test_numbers_are_short_and_read_back_exactly(self):
         self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")
         text = self.read("top.csv")

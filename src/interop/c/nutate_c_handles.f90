@@ -8,7 +8,7 @@ module nutate_c_handles
    use nutate_c_text, only: message_to_c
    use nutate_columns, only: columns_t
    use nutate_keys, only: group_t, name_length
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, long
    use nutate_progress, only: progress_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
@@ -56,6 +56,8 @@ module nutate_c_handles
       character(len=:), allocatable :: names
       integer :: width = 0
       integer(c_size_t) :: rows = 0
+      !> Steps of the run in which a root was taken for the true one without a proof.
+      integer(long) :: unproved_steps = 0
       !> Shape (width, room for rows).
       real(wp), allocatable :: values(:, :)
    end type history_handle_t
@@ -93,6 +95,8 @@ module nutate_c_handles
       type(run_plan_t) :: plan
       !> Work of all torques from before the run under way, J, and the digits that its sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
+      !> Steps from before the run under way in which a root was taken for the true one without a proof.
+      integer(long) :: unproved_steps = 0
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first
       real(wp) :: first_energy = 0.0_wp

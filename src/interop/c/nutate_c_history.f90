@@ -1,7 +1,8 @@
 !> C interface: runs of scenes, in memory and into files. What each function does stands in `include/nutate.h`.
 module nutate_c_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, &
+      c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
       open_slot, report, scene_handle_t, HISTORY_MARK
@@ -11,6 +12,7 @@ module nutate_c_history
    use nutate_history, only: history_t
    use nutate_kinds, only: wp
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_FINITE, &
@@ -20,7 +22,7 @@ module nutate_c_history
    private
 
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
-      nutate_history_values, nutate_history_destroy
+      nutate_history_values, nutate_history_unproved, nutate_history_destroy
 
    !> Room for rows at the start.
    integer(c_size_t), parameter :: first_room = 1024
@@ -159,6 +161,19 @@ contains
       code = NUTATE_OK
    end function nutate_history_values
 
+   integer(c_int) function nutate_history_unproved(history, steps) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history
+      integer(c_int64_t), intent(inout), optional :: steps
+      type(history_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(history)
+      if (.not. associated(handle)) return
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. present(steps)) return
+      steps = handle%unproved_steps
+      code = NUTATE_OK
+   end function nutate_history_unproved
+
    integer(c_int) function nutate_history_destroy(history) result(code) bind(C)
       type(c_ptr), intent(in), value :: history
       type(c_ptr), pointer :: slot
@@ -185,6 +200,7 @@ contains
       type(collector_t) :: collector
       type(system_t) :: system
       type(state_t) :: state
+      type(run_summary_t) :: summary
       integer(c_int), target :: failure(2)
       failure = 0
       call lock_texts()
@@ -202,7 +218,8 @@ contains
       call add_failure(failure, status)
       if (.not. status%ok()) return
       state = from%scene%initial
-      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector)
+      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector, summary)
+      handle%unproved_steps = summary%unproved_steps
    end subroutine collect
 
    !> Runs a scene and writes its rows.

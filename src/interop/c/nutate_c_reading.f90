@@ -1,6 +1,6 @@
 !> C interface: what a stepper's state is. What each function does stands in `include/nutate.h`.
 module nutate_c_reading
-   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
@@ -19,7 +19,7 @@ module nutate_c_reading
    public :: nutate_stepper_time, nutate_stepper_quaternion, nutate_stepper_conjugate_momentum, &
       nutate_stepper_angular_velocity, nutate_stepper_angular_velocity_space, nutate_stepper_angular_momentum, &
       nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
-      nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver
+      nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver, nutate_stepper_unproved
    public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_row
 
 contains
@@ -152,6 +152,16 @@ contains
       if (present(iterations)) iterations = handle%stepper%iterations
       if (present(residual)) residual = handle%stepper%residual
    end function nutate_stepper_solver
+
+   integer(c_int) function nutate_stepper_unproved(stepper, steps) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_int64_t), intent(inout), optional :: steps
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(steps), .false., handle, code)
+      if (code /= NUTATE_OK) return
+      steps = handle%unproved_steps
+      if (allocated(handle%run%summary%work)) steps = steps + handle%run%summary%unproved_steps
+   end function nutate_stepper_unproved
 
    integer(c_int) function nutate_stepper_set_columns(stepper, sets) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, sets

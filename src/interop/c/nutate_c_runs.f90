@@ -134,7 +134,7 @@ contains
       handle%t_reached = state%t
    end subroutine start_grid
 
-   !> Adds the work of the run under way to that of earlier ones.
+   !> Adds the work of the run under way, and its steps without a proof, to those of earlier ones.
    subroutine keep_work(handle)
       type(stepper_handle_t), intent(inout) :: handle
       integer :: i
@@ -143,6 +143,7 @@ contains
          call add_increment(handle%work, handle%work_compensation, handle%run%summary%work(i))
       end do
       deallocate (handle%run%summary%work)
+      handle%unproved_steps = handle%unproved_steps + handle%run%summary%unproved_steps
    end subroutine keep_work
 
    !> Nominal steps of the run under way, the last of which ends the run if it is that of its plan: then it is a row in
@@ -156,7 +157,7 @@ contains
       type(state_t) :: before
       type(columns_t) :: columns
       real(wp) :: work
-      integer(long) :: i
+      integer(long) :: i, unproved
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
       handle%failure = 0
@@ -165,6 +166,7 @@ contains
             before = handle%run%state
             if (taker%sees_every_step) columns = handle%columns
             work = sum(handle%run%summary%work)
+            unproved = handle%run%summary%unproved_steps
          end if
          call take_nominal_step(handle%stepper, handle%system, handle%run, status, taker)
          if (handle%failure(1) /= 0) then
@@ -172,6 +174,7 @@ contains
             call take_back(handle, before, status)
             deallocate (handle%run%summary%work)
             call add_increment(handle%work, handle%work_compensation, work)
+            handle%unproved_steps = handle%unproved_steps + unproved
             handle%under_way = .false.
          end if
          if (status%code /= 0) exit
@@ -289,6 +292,7 @@ contains
       handle%ready = .false.
       handle%plain = .false.
       if (.not. allocated(summary%work)) return
+      handle%unproved_steps = handle%unproved_steps + summary%unproved_steps
       do i = 1, size(summary%work)
          call add_increment(handle%work, handle%work_compensation, summary%work(i))
       end do

@@ -274,6 +274,7 @@ contains
       if (allocated(handle%run%summary%work)) deallocate (handle%run%summary%work)
       handle%work = 0.0_wp
       handle%work_compensation = 0.0_wp
+      handle%unproved_steps = 0
       handle%under_way = .false.
       handle%plain = .false.
       handle%ready = .false.

@@ -30,6 +30,8 @@ contains
          call step_with_care(handle, dt, handle%status)
       end if
       code = handle%status%code
+      if (code /= NUTATE_OK) return
+      if (handle%stepper%unproved > 0) handle%unproved_steps = handle%unproved_steps + 1
    end function nutate_stepper_step
 
    integer(c_int) function nutate_stepper_steps(stepper, dt, n, done) result(code) bind(C)
@@ -57,6 +59,7 @@ contains
          end if
          code = handle%status%code
          if (code /= NUTATE_OK) return
+         if (handle%stepper%unproved > 0) handle%unproved_steps = handle%unproved_steps + 1
          if (present(done)) done = i
       end do
    end function nutate_stepper_steps

@@ -204,6 +204,30 @@ subroutine nustat(istat, w, work, lwork, info)
    w = place%work
 end subroutine nustat
 
+!> NUNPRV tells in how many of the steps since NUINIT a root was taken for that of the true motion without a proof.
+subroutine nunprv(num, work, lwork, info)
+   use nutate_f77_check, only: is_ready
+   use nutate_f77_work, only: get_place, place_t
+   use nutate_kinds, only: wp, long
+   implicit none
+   !> (output) Steps, at most HUGE(0).
+   integer, intent(inout) :: num
+   !> (input) From NUINIT; dimension (LWORK).
+   real(wp), intent(in) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong.
+   integer, intent(out) :: info
+   type(place_t) :: place
+   info = is_ready(work, lwork)
+   if (info /= 0) then
+      info = -1 - info
+      return
+   end if
+   call get_place(work(1:int(work(1))), place)
+   num = int(min(place%unproved_steps, int(huge(0), long)))
+end subroutine nunprv
+
 !> NUNONE does nothing: to be passed where a subroutine of yours is not wanted.
 pure subroutine nunone()
    implicit none

@@ -45,8 +45,9 @@ module nutate_f77_work
       type(state_t) :: state
       !> Work of damping and TOR since NUINIT, J, and the digits that this sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
-      !> Since NUINIT: steps, Newton iterations, steps that had to be cut into parts.
-      integer(long) :: all_steps = 0, iterations = 0, cut_steps = 0
+      !> Since NUINIT: steps, Newton iterations, steps that had to be cut into parts, steps with a root that is taken
+      !> for the true one without a proof.
+      integer(long) :: all_steps = 0, iterations = 0, cut_steps = 0, unproved_steps = 0
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_place
@@ -54,8 +55,8 @@ module nutate_f77_work
       procedure :: continues_at
    end type place_t
 
-   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 2` in ASCII.
-   integer(int64), parameter :: mark = int(z'4E55544154452032', int64)
+   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 3` in ASCII.
+   integer(int64), parameter :: mark = int(z'4E55544154452033', int64)
    !> First number of the first part.
    integer, parameter :: setup_at = 5
 
@@ -189,6 +190,7 @@ contains
       call archive%transfer(self%all_steps)
       call archive%transfer(self%iterations)
       call archive%transfer(self%cut_steps)
+      call archive%transfer(self%unproved_steps)
    end subroutine transfer_place
 
    !> True if a call starts where the last one stopped.

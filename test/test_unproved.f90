@@ -1,0 +1,212 @@
+!> The count of steps whose root is taken for that of the true motion without a proof, from the stepper to the summary.
+module test_unproved
+   use nutate_byte_archive, only: byte_archive_t
+   use nutate_hamiltonian, only: make_state
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: run_summary_t
+   use nutate_projected_stepper, only: projected_stepper_t
+   use nutate_run, only: integrate, run_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use test_attack_case, only: custom_potential_t
+   use test_problems, only: box, problem_t
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_unproved
+
+   !> Takes steps that are not proved where they start from 0.35 to 0.65 s, fails, which leaves a count, for steps
+   !> above 0.06 s that start from 0.55 s on.
+   type, extends(stepper_t) :: marked_t
+   contains
+      procedure :: set_up => set_up_nothing
+      procedure :: advance => advance_time
+   end type marked_t
+
+   !> Keeps the last archive of a run.
+   type, extends(observer_t) :: keeper_t
+      character(len=:), allocatable :: archive
+   contains
+      procedure :: observe => ignore_row
+      procedure :: keep => keep_archive
+   end type keeper_t
+
+contains
+
+   subroutine collect_unproved(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("a step counts once, whatever its parts", steps_count_once), &
+                  new_unittest("a stepper that is projected counts like it", projection_passes_it_on), &
+                  new_unittest("an effect without bounds leaves every step unproved", effect_without_bounds), &
+                  new_unittest("a free body has proved steps only", free_body_is_proved), &
+                  new_unittest("rows between steps count nothing", rows_count_nothing), &
+                  new_unittest("a resumed run ends with the same count", resumed_runs_agree)]
+   end subroutine collect_unproved
+
+   subroutine set_up_nothing(self, system, settings, status)
+      class(marked_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(inout) :: status
+   end subroutine set_up_nothing
+
+   subroutine advance_time(self, system, state, dt, window_time, status)
+      class(marked_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      self%unproved = merge(3, 0, state%t > 0.35_wp .and. state%t < 0.65_wp)
+      if (state%t > 0.55_wp .and. dt > 0.06_wp) then
+         self%unproved = 5
+         status = fail(NUTATE_NOT_CONVERGED, 'as wanted')
+         return
+      end if
+      state%t = state%t + dt
+   end subroutine advance_time
+
+   subroutine ignore_row(self, system, state, record, status)
+      class(keeper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+   end subroutine ignore_row
+
+   subroutine keep_archive(self, archive, status)
+      class(keeper_t), intent(inout) :: self
+      type(byte_archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      self%archive = archive%content()
+   end subroutine keep_archive
+
+   !> The body of the box under a potential that says nothing of its bounds.
+   type(problem_t) function unbounded() result(problem)
+      type(custom_potential_t) :: custom
+      problem = box()
+      custom%name = 'custom'
+      custom%axis = [0.6_wp, 0.0_wp, 0.8_wp]
+      custom%size = 20.0_wp
+      call problem%system%effects%add(custom)
+      problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 0.5_wp, -0.3_wp])
+   end function unbounded
+
+   !> Of ten steps three are marked, the last of these cut; four more are cut that are not marked.
+   subroutine steps_count_once(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(marked_t) :: stepper
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      problem = box()
+      call stepper%prepare(problem%system, integrator_settings_t(), status)
+      call integrate(problem%system, stepper, problem%start, run_plan_t(time_step=0.1_wp, end_time=1.0_wp), status, &
+                     summary=summary)
+      call check(error, status%ok() .and. summary%steps == 10 .and. summary%cut_steps == 4, trim(status%message))
+      if (.not. allocated(error)) call check(error, int(summary%unproved_steps), 3)
+   end subroutine steps_count_once
+
+   subroutine projection_passes_it_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(projected_stepper_t) :: projected
+      class(stepper_t), allocatable :: base
+      type(status_t) :: status
+      problem = box()
+      allocate (marked_t :: base)
+      call projected%wrap(base)
+      call projected%prepare(problem%system, integrator_settings_t(), status)
+      problem%start%t = 0.4_wp
+      call projected%step(problem%system, problem%start, 0.01_wp, status)
+      call check(error, status%ok(), trim(status%message))
+      if (.not. allocated(error)) call check(error, projected%unproved, 3)
+   end subroutine projection_passes_it_on
+
+   subroutine effect_without_bounds(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_summary_t) :: fixed, chosen
+      call take(unbounded(), run_plan_t(time_step=0.05_wp, end_time=2.0_wp), fixed)
+      call check(error, fixed%steps == 40 .and. fixed%unproved_steps == 40, 'steps of one length')
+      if (allocated(error)) return
+      call take(unbounded(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), chosen)
+      call check(error, chosen%steps > 5 .and. chosen%unproved_steps == chosen%steps, 'steps chosen by their error')
+   end subroutine effect_without_bounds
+
+   subroutine free_body_is_proved(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_summary_t) :: fixed, chosen
+      call take(box(), run_plan_t(time_step=0.3_wp, end_time=9.0_wp), fixed)
+      call check(error, fixed%steps == 30 .and. fixed%unproved_steps == 0, 'steps of one length')
+      if (allocated(error)) return
+      call take(box(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), chosen)
+      call check(error, chosen%steps > 5 .and. chosen%unproved_steps == 0, 'steps chosen by their error')
+   end subroutine free_body_is_proved
+
+   !> Rows at intervals shorter than the steps are reached by a branch.
+   subroutine rows_count_nothing(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_summary_t) :: without, with
+      call take(unbounded(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), without)
+      call take(unbounded(), run_plan_t(end_time=2.0_wp, interval=1e-3_wp, &
+                                        goal=run_goal_t(local_tolerance=1e-5_wp)), with)
+      call check(error, with%steps == without%steps .and. with%unproved_steps == without%unproved_steps)
+   end subroutine rows_count_nothing
+
+   !> A run by order 4 of the eight equations.
+   subroutine take(problem, plan, summary)
+      type(problem_t), intent(in) :: problem
+      type(run_plan_t), intent(in) :: plan
+      type(run_summary_t), intent(out) :: summary
+      type(keeper_t) :: keeper
+      type(state_t) :: state
+      type(status_t) :: status
+      state = problem%start
+      call integrate(problem%system, integrator_settings_t(order=4), state, plan, status, keeper, summary)
+      if (.not. status%ok()) summary%steps = -1
+   end subroutine take
+
+   subroutine resumed_runs_agree(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_resumed(error, run_plan_t(time_step=0.05_wp, end_time=2.0_wp))
+      if (allocated(error)) return
+      call check_resumed(error, run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)))
+   end subroutine resumed_runs_agree
+
+   !> A run that ends after seven steps and goes on counts what one without interruption does.
+   subroutine check_resumed(error, plan)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_plan_t), intent(in) :: plan
+      type(problem_t) :: problem
+      type(run_plan_t) :: limited
+      type(run_summary_t) :: whole
+      type(run_t) :: begun, resumed
+      type(keeper_t) :: keeper
+      type(byte_archive_t) :: archive
+      type(status_t) :: status
+      problem = unbounded()
+      call take(problem, plan, whole)
+      limited = plan
+      limited%max_steps = 7_long
+      keeper%keeps_archives = .true.
+      call begun%begin(problem%system, integrator_settings_t(order=4), problem%start, limited, status)
+      if (status%ok()) call begun%go(problem%system, status, keeper)
+      call check(error, status%code == NUTATE_STEP_LIMIT .and. allocated(keeper%archive), 'no archive')
+      if (allocated(error)) return
+      call archive%begin_reading(keeper%archive)
+      call resumed%begin(problem%system, integrator_settings_t(order=4), problem%start, plan, status)
+      if (status%ok()) call resumed%resume(archive, status)
+      if (status%ok()) call resumed%go(problem%system, status, keeper)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check(error, begun%summary%unproved_steps > 0 .and. whole%unproved_steps == whole%steps, 'nothing to count')
+      if (allocated(error)) return
+      call check(error, resumed%summary%unproved_steps == whole%unproved_steps, 'the count of the resumed run')
+   end subroutine check_resumed
+
+end module test_unproved

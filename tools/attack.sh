@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Tries to make the steppers accept another root than that of the true motion: 100 000 stages drawn at random, each judged by
+# an oracle of the tests. Without arguments the table goes into docs/stability.md. Fails if a wrong root is accepted.
+#    tools/attack.sh [--seed S] [--stages N | --case K]      K repeats one case of a seed, stage by stage
+set -u
+. "$(dirname "$0")/environment.sh"
+
+seed=1 stages=100000 case='' whole=yes
+while [ $# -gt 0 ]; do
+   [ $# -gt 1 ] || die "attack: $1 needs a value"
+   case $1 in
+      --seed) seed=$2 ;;
+      --stages) stages=$2 ;;
+      --case) case=$2 ;;
+      *) die "attack: unknown argument '$1'" ;;
+   esac
+   whole=no
+   shift 2
+done
+
+quietly build-attack build build-attack --tests || exit 1
+path=$(fpm_path test unit)
+[ -n "$path" ] || die "fpm does not say where it put the tests"
+[ -z "$case" ] || exec "$path" --attack "$seed" case "$case"
+[ "$whole" = yes ] || exec "$path" --attack "$seed" "$stages"
+
+parts=build/attack
+mkdir -p "$parts"
+status=0
+"$path" --attack "$seed" "$stages" >"$parts/attack.md" || status=1
+[ -s "$parts/attack.md" ] && insert_part attack docs/stability.md attack "$parts"
+exit $status
