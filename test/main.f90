@@ -50,6 +50,7 @@ program unit
    use test_quaternion, only: collect_quaternion
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
+   use test_root_proof, only: collect_root_proof
    use test_rotation, only: collect_rotation
    use test_round_off, only: collect_round_off
    use test_run, only: collect_run
@@ -169,6 +170,7 @@ contains
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("resume", collect_resume), &
+         new_testsuite("root_proof", collect_root_proof), &
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &

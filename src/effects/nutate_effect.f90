@@ -12,24 +12,37 @@
 !>
 !> An effect may bound what it does in a step: then the root of a step can be proved to be the true one.
 module nutate_effect
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_effect_bounds, only: bounds_of_potential, bounds_of_torque, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: quat_product
+   use nutate_small_products, only: vector_length
    implicit none
    private
 
-   public :: effect_t, potential_t, torque_t, rotor_t
+   public :: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ
    !> or Ω; coefficient by coefficient.
    integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2
 
+   !> What the writer of an effect knows of it, for proofs: of a potential the largest |∇U|, ‖∇²U‖ and norm of the third
+   !> derivative for all γ up to |n| long; of a torque that depends on attitude and time alone the largest |τ|,
+   !> ‖∂τ/∂θ‖ (θ a small rotation) and norm of the second derivative along a rotation, N m, at all times.
+   type :: given_bounds_t
+      logical :: known = .false.
+      real(wp) :: first = 0.0_wp, second = 0.0_wp, third = 0.0_wp
+      !> Of a torque: each derivative by time is bounded by this times what is differentiated, 1/s.
+      real(wp) :: rate = 0.0_wp
+   end type given_bounds_t
+
    !> Anything a scene can contain beside the body.
    type, abstract :: effect_t
       !> Name of the effect: the scene's group name for the built-in ones.
       character(len=24) :: name = ''
+      !> Bounds, where they are known and `bound` is not overridden.
+      type(given_bounds_t) :: given
    contains
       !> `NO_SERIES` unless overridden, `LINEAR_SERIES` or `GENERAL_SERIES`.
       procedure :: series_kind => no_kind
@@ -38,7 +51,7 @@ module nutate_effect
       !> The effect's numbers, its energy (J), torque (N m) and momentum (N m s) are finite and of a size that can be
       !> computed with, at every attitude; `.true.` unless overridden.
       procedure :: is_moderate => not_judged
-      !> Bounds of the torque in a step and of its derivatives; none unless overridden.
+      !> Bounds of the torque in a step and of its derivatives; those that are given unless overridden.
       procedure :: bound => not_bounded
    end type effect_t
 
@@ -57,6 +70,7 @@ module nutate_effect
       procedure :: discrete_gradient => gonzalez_gradient
       !> ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
       procedure :: discrete_hessian => gonzalez_hessian
+      procedure :: bound => bound_potential
       !> m of a linear series: the torque γ×∇U is m×γ; body axes.
       procedure :: series_moment => no_moment
       !> Coefficient of a general series of γ×∇U.
@@ -74,6 +88,7 @@ module nutate_effect
       procedure :: window => always
       !> The torque acts at a time.
       procedure :: acts_at
+      procedure :: bound => bound_torque
       !> ∂τ/∂t at fixed attitude and rate; by differences unless overridden. Asked only of a torque whose `bound` says
       !> that it changes.
       procedure :: time_derivative => difference_in_time
@@ -148,6 +163,36 @@ contains
       type(effect_bounds_t), intent(out) :: bounds
       bounds%known = .false.
    end subroutine not_bounded
+
+   !> A potential with Gonzalez's discrete gradient, by the bounds that are given.
+   pure subroutine bound_potential(self, map, radius, gamma, slack, bounds)
+      class(potential_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      associate (given => self%given)
+         if (given%known) then
+            bounds = bounds_of_potential(map, radius, vector_length(self%direction), given%first, given%second, given%third)
+         else
+            bounds%known = .false.
+         end if
+      end associate
+   end subroutine bound_potential
+
+   !> A torque by the bounds that are given.
+   pure subroutine bound_torque(self, map, radius, gamma, slack, bounds)
+      class(torque_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      associate (given => self%given)
+         if (given%known) then
+            bounds = bounds_of_torque(map, radius, given%first, given%second, given%third, given%rate)
+         else
+            bounds%known = .false.
+         end if
+      end associate
+   end subroutine bound_torque
 
    pure logical function rotor_is_moderate(self)
       class(rotor_t), intent(in) :: self
