@@ -13,7 +13,7 @@ module test_attack
    public :: collect_attack
 
    !> Seed of the shortened attack, and its stages; fewer in slow builds.
-   integer, parameter :: seed = 1, short = 10000, shortest = 400
+   integer, parameter :: seed = 1, short = 10000, shortest = 1000
 
 contains
 

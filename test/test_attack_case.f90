@@ -94,6 +94,7 @@ contains
       integer, intent(in) :: seed, number
       type(attack_case_t), intent(out) :: item
       integer(int64) :: state
+      type(attack_effect_t) :: effect
       real(wp) :: rate, part, size
       integer :: i
       state = ieor(ieor(ishft(int(seed, int64), 32), int(number, int64)), 88172645463325252_int64)
@@ -119,7 +120,8 @@ contains
          if (random_unit(state) < 0.33_wp) size = 0.03_wp*33.0_wp**random_unit(state)
          part = max(0.0_wp, between(state, -1.0_wp, 1.0_wp))
          size = size*rate**2*minval(item%moments)**(1 - part)*middle_of(item%moments)**part
-         call draw_effect(state, item, size, rate, item%effects(i))
+         call draw_effect(state, item, size, rate, effect)
+         item%effects(i) = effect
       end do
    end subroutine draw_case
 
@@ -181,6 +183,8 @@ contains
       case (GRAVITY, DIPOLE)
          effect%n = 9.8_wp*effect%n
          effect%m = (size/9.8_wp)*effect%m
+         ! A body has one weight.
+         if (any(item%effects(:item%n_effects)%kind == GRAVITY)) effect%kind = DIPOLE
       case (GRADIENT)
          spread = max(maxval(item%moments) - minval(item%moments), 1e-3_wp*minval(item%moments))
          effect%strength = sign(size/(3*spread), random_unit(state) - 0.2_wp)

@@ -319,7 +319,7 @@ contains
             end select
          end associate
       end do
-      strength = strength/(least*omega**2)
+      strength = strength/max(least*omega**2, tiny(omega)**0.5_wp)
    end function strength
 
    !> R(w + v)ᵀa for a quaternion of scalar w and vector v of any length.
@@ -345,9 +345,10 @@ contains
    !> The inverse by cofactors; huge where there is none.
    pure function inverse_of(a) result(inverse)
       real(wp), intent(in) :: a(3, 3)
+      real(wp), parameter :: least_determinant = 1e-60_wp
       real(wp) :: inverse(3, 3), determinant
       determinant = determinant_of(a)
-      if (.not. abs(determinant) > tiny(determinant)**0.5_wp) determinant = tiny(determinant)**0.5_wp
+      if (.not. abs(determinant) > least_determinant) determinant = least_determinant
       inverse(1, :) = cross(a(:, 2), a(:, 3))/determinant
       inverse(2, :) = cross(a(:, 3), a(:, 1))/determinant
       inverse(3, :) = cross(a(:, 1), a(:, 2))/determinant

@@ -81,7 +81,9 @@ contains
       end if
       write (error_unit, '(a,l1)') '   check_triangle = ', item%check_triangle
       do i = 1, item%n_effects
-         if (item%effects(i)%kind == GRAVITY) call write_line('   mass = 1 center_of_mass =', item%effects(i)%m)
+         if (item%effects(i)%kind /= GRAVITY) cycle
+         call write_line('   mass = 1 center_of_mass =', item%effects(i)%m)
+         exit
       end do
       write (error_unit, '(a)') '/'
       if (any(abs(item%rotor) > 0.0_wp)) call write_group('&rotor momentum =', item%rotor)

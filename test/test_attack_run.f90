@@ -87,6 +87,8 @@ module test_attack_run
       !> At the last end of a stage; at the last end of a step.
       type(state_t) :: state, step_end
       logical :: accepted = .true.
+      !> The walk goes on; not where one of the solvers refuses or both differ.
+      logical :: goes_on = .true.
       !> b of the stage last taken.
       real(wp) :: b(3) = 0.0_wp
    end type walker_t
@@ -147,10 +149,10 @@ contains
             tally%step = step
             tally%stage = stage
             call take_stage(item, system, walkers, stage, weights(stage)*item%dt, tally)
-            if (.not. all(walkers%accepted)) exit
+            if (.not. all(walkers%goes_on)) exit
          end do
          call compare_whole(item, system, walkers, n, tally)
-         if (.not. all(walkers%accepted)) return
+         if (.not. all(walkers%goes_on)) return
       end do
    end subroutine attack_case
 
@@ -241,6 +243,7 @@ contains
             status = status_t()
             call walker%stages(stage)%item%advance(system, walker%state, length, window_time, status)
             walker%accepted = status%ok()
+            walker%goes_on = status%ok()
             walker%b = 0.0_wp
             if (walker%accepted) walker%b = turn_between(before%q, walker%state%q)
             if (tally%traced) call trace(tally, length, branch, outcome_of(walker, stage), solvers(k))
@@ -255,7 +258,7 @@ contains
          else
             call tally%note('the solvers take different roots')
          end if
-         walkers%accepted = .false.
+         walkers%goes_on = .false.
       end if
    end subroutine take_stage
 
@@ -351,13 +354,14 @@ contains
       do k = 1, size(walkers)
          associate (walker => walkers(k))
             ! The walk ends where the solvers differ, which may be inside a step.
-            if (.not. all(walkers%accepted) .and. walker%accepted) cycle
+            if (.not. all(walkers%goes_on) .and. walker%accepted) cycle
             call walker%whole%step(system, walker%step_end, item%dt, status)
-            if (.not. walker%accepted) cycle
             walker%state%t = walker%step_end%t
-            same = status%ok() .and. all(walker%state%q == walker%step_end%q) .and. &
-                   all(walker%state%p == walker%step_end%p) .and. &
-                   walker%whole%unproved == unproved_stages(walker, n)
+            same = .not. status%ok()
+            if (walker%accepted) &
+               same = status%ok() .and. all(walker%state%q == walker%step_end%q) .and. &
+                      all(walker%state%p == walker%step_end%p) .and. &
+                      walker%whole%unproved == unproved_stages(walker, n)
             if (same) cycle
             tally%composed = tally%composed + 1
             call tally%note('a composed step is not its stages')
