@@ -2,6 +2,7 @@
 !> exactly at the end time. A step that fails is cut into parts as short as need be.
 module nutate_fixed_steps
    use nutate_archive, only: archive_t
+   use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, eps, long
    use nutate_observer, only: observer_t
    use nutate_progress, only: count_part, count_step, progress_t
@@ -212,6 +213,7 @@ contains
             if (level == deepest_cut) then
                write (parts, '(i0)') 2**deepest_cut
                status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
+               call add_cause(stepper, system, status)
                return
             end if
             level = level + 1
