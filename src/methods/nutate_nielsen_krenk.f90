@@ -8,7 +8,7 @@ module nutate_nielsen_krenk
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
-   use nutate_limits, only: greatest_number, is_moderate
+   use nutate_limits, only: greatest_number, is_moderate, in_words, least_size
    use nutate_state, only: state_t, add_turned
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t
@@ -70,8 +70,8 @@ contains
       end if
       if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &
           settings%inverse_auxiliary_inertia < 0.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or not within 1e-100 to '// &
-                       '1e100 kg m2', 'auxiliary_inertia')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or not within '// &
+                       in_words(least_size, greatest_number)//' kg m2', 'auxiliary_inertia')
          return
       end if
       call self%begin(system, settings, most_unknowns, slow, status)
