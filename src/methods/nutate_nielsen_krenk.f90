@@ -94,9 +94,10 @@ contains
       else if (.not. abs(state%t + dt) <= huge(dt)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
       else
-         if (maxval(abs(state%p)) > outgrown*self%equations%unit) self%kept_dt = 0.0_wp
+         if (maxval(abs(state%p)) > outgrown*self%equations%momentum_unit) self%kept_dt = 0.0_wp
          if (.not. self%equations%scaled) &
-            call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, self%equations%unit)
+            call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, &
+                                                   self%equations%momentum_unit)
          call self%equations%start(system, state, dt, window_time)
       end if
    end subroutine start
@@ -120,13 +121,13 @@ contains
       end if
       if (size <= 0.0_wp) size = natural
       size = max(size, least_share*natural, least_unit)
-      old = self%equations%unit
-      call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
+      old = self%equations%momentum_unit
+      call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
       call self%equations%start(system, state, dt, window_time)
       if (.not. max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
                     maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest_turn) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
-      call self%predictor%change_unit(5, old/self%equations%unit)
+      call self%predictor%change_unit(5, old/self%equations%momentum_unit)
       self%kept_dt = 0.0_wp
    end subroutine scale_unknowns
 
