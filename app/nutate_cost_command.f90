@@ -46,7 +46,7 @@ contains
       call open_outputs(command, scene, outputs, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       problem = problem_t(scene%system, scene%initial, scene%plan%end_time, scene%integrator)
-      allocate (stop_watcher_t :: problem%onlooker)
+      allocate (stop_watcher_t :: problem%observer)
       call watch_signals()
       call measure(problem, scene%plan%time_step, command%seconds, study)
       if (caught_signal() /= 0) then

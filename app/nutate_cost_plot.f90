@@ -64,7 +64,8 @@ contains
       self%is_svg = name(len(name) - 3:) == '.svg'
       call self%picture%open(name, status)
       if (.not. status%ok()) return
-      call self%script%open(name//'.gp', status)
+      ! As long as the picture's name, which may be as long as names can be.
+      call self%script%open(name(1:len(name) - 4)//'.gp'//name(len(name) - 2:len(name) - 2), status)
       if (.not. status%ok()) call discard_file(self%picture)
    end subroutine open
 

@@ -137,6 +137,7 @@ contains
       type(byte_archive_t), allocatable, intent(inout) :: archive
       integer, intent(inout) :: exit_code
       type(status_t) :: status
+      character(len=:), allocatable :: rows
       watcher%history%file%stop_flag = signal_flag()
       associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
          if (allocated(archive)) then
@@ -147,8 +148,10 @@ contains
       end associate
       if (status%ok()) return
       if (allocated(archive)) then
-         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '// &
-                        printable_path(scene%output%file//'.partial')//': '//trim(status%message))
+         rows = scene%output%file
+         if (allocated(watcher%history%file%partial)) rows = watcher%history%file%partial
+         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(rows)// &
+                        ': '//trim(status%message))
          exit_code = EXIT_INPUT
       else if (caught_signal() /= 0) then
          call report_signal(scene)

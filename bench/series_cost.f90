@@ -9,7 +9,7 @@ program bench_series
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: follower_t, outcome_t, problem_t, run_once, run_to_tolerance
+   use nutate_measured_run, only: run_monitor_t, outcome_t, problem_t, run_once, run_to_tolerance
    implicit none
 
    !> A way to integrate, and its time at a series of steps or tolerances.
@@ -110,16 +110,16 @@ contains
       real(wp), intent(in), optional :: exact(4)
       class(stepper_t), allocatable :: stepper
       type(problem_t) :: own
-      type(follower_t) :: follower
+      type(run_monitor_t) :: monitor
       type(outcome_t) :: outcome
       type(status_t) :: status
       own = problem
       own%settings = one%settings
       if (one%chosen) then
-         call run_to_tolerance(own, one%settings, one%setting(k), follower, outcome, status)
+         call run_to_tolerance(own, one%settings, one%setting(k), monitor, outcome, status)
       else
          call make_stepper(own%system, one%settings, stepper, status)
-         call run_once(own, stepper, one%setting(k), follower, outcome, status)
+         call run_once(own, stepper, one%setting(k), monitor, outcome, status)
       end if
       if (present(exact)) then
          one%seconds(k) = outcome%seconds
@@ -256,7 +256,7 @@ contains
       integer, parameter :: orders(6) = [8, 12, 16, 20, 24, 28]
       real(wp), parameter :: tolerances(3) = [1e-4_wp, 1e-8_wp, 1e-12_wp]
       type(integrator_settings_t) :: settings
-      type(follower_t) :: follower
+      type(run_monitor_t) :: monitor
       type(outcome_t) :: outcome
       type(status_t) :: status
       real(wp) :: shortest
@@ -269,7 +269,7 @@ contains
             settings%series_order = orders(k)
             shortest = huge(shortest)
             do round = 1, rounds
-               call run_to_tolerance(problem, settings, tolerances(i), follower, outcome, status)
+               call run_to_tolerance(problem, settings, tolerances(i), monitor, outcome, status)
                if (status%ok()) shortest = min(shortest, outcome%seconds)
             end do
             write (*, '(f10.4)', advance='no') 1e3_wp*shortest

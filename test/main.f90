@@ -42,6 +42,7 @@ program unit
    use test_hamiltonian, only: collect_hamiltonian
    use test_heap, only: collect_heap
    use test_history, only: collect_history
+   use test_jumps, only: collect_jumps
    use test_limits, only: collect_limits
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
@@ -162,6 +163,7 @@ contains
          new_testsuite("hamiltonian", collect_hamiltonian), &
          new_testsuite("heap", collect_heap), &
          new_testsuite("history", collect_history), &
+         new_testsuite("jumps", collect_jumps), &
          new_testsuite("limits", collect_limits), &
          new_testsuite("literature", collect_literature), &
          new_testsuite("paper", collect_paper), &

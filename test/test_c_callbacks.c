@@ -3,6 +3,7 @@
 
 int test_c_bad_callbacks(void);
 int test_c_bad_callbacks_in_runs(void);
+int test_c_jumping_torque(void);
 int test_c_texts(void);
 int test_c_attitudes(void);
 
@@ -115,6 +116,45 @@ int test_c_bad_callbacks_in_runs(void)
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
         EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
     }
+    return 0;
+}
+
+static int rub(double t, const double q[4], const double omega[3], void *user, double tau[3])
+{
+    (void)t, (void)q, (void)user;
+    for (int i = 0; i < 3; ++i) tau[i] = omega[i] > 0.0 ? -20.0 : omega[i] < 0.0 ? 20.0 : 0.0;
+    return 0;
+}
+
+/* A torque that jumps ends steps, runs and scenes of the implicit method with words on what may be wrong and what runs:
+ * that it does, from the same state on. */
+int test_c_jumping_torque(void)
+{
+    nutate_scene *scene = NULL;
+    nutate_history *history = NULL;
+    nutate_stepper *stepper = NULL;
+    char text[256];
+    double t, before;
+    int way;
+    EXPECT(NUTATE_OK, make_scene(scene_text, &scene));
+    EXPECT(NUTATE_OK, nutate_scene_add_user_torque(scene, rub, NULL));
+    EXPECT(NUTATE_NOT_CONVERGED, nutate_scene_run(scene, &history, text, sizeof text));
+    CHECK(strstr(text, "'callback' jumps") && strstr(text, "'dop853'"));
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_OK, nutate_stepper_create_scene(scene, &stepper, NULL, 0));
+    for (way = 0; way < 2; ++way) {
+        if (way == 0) EXPECT(NUTATE_NOT_CONVERGED, nutate_stepper_run(stepper, 100, 1, NULL, 0, NULL));
+        else EXPECT(NUTATE_NOT_CONVERGED, nutate_stepper_step(stepper, 0.01));
+        EXPECT(NUTATE_OK, nutate_last_message(stepper, text, sizeof text));
+        CHECK(strstr(text, "'callback' jumps") && strstr(text, "'dop853'"));
+    }
+    EXPECT(NUTATE_OK, nutate_stepper_time(stepper, &before));
+    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "method", "dop853"));
+    EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 100, 1, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_time(stepper, &t));
+    CHECK(fabs(t - before - 1.0) < 1e-12);
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
     return 0;
 }
 

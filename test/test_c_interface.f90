@@ -73,6 +73,9 @@ module test_c_interface
       integer(c_int) function test_c_bad_callbacks_in_runs() bind(C)
          import :: c_int
       end function test_c_bad_callbacks_in_runs
+      integer(c_int) function test_c_jumping_torque() bind(C)
+         import :: c_int
+      end function test_c_jumping_torque
       integer(c_int) function test_c_texts() bind(C)
          import :: c_int
       end function test_c_texts
@@ -125,6 +128,7 @@ contains
                   new_unittest("settings that do not fit, steps without preparation", unprepared), &
                   new_unittest("callbacks that fail, NaN and extreme results", bad_callbacks), &
                   new_unittest("callbacks that fail in runs", bad_callbacks_in_runs), &
+                  new_unittest("a torque that jumps is named, and dop853 runs", jumping_torque), &
                   new_unittest("texts are cut and ended", texts), &
                   new_unittest("attitudes there and back", attitudes), &
                   new_unittest("a potential of one's own is as good as a built-in one", own_gravity), &
@@ -190,6 +194,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_line(error, test_c_bad_callbacks(), 'test_c_callbacks.c')
    end subroutine bad_callbacks
+
+   subroutine jumping_torque(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_line(error, test_c_jumping_torque(), 'test_c_callbacks.c')
+   end subroutine jumping_torque
 
    subroutine bad_callbacks_in_runs(error)
       type(error_type), allocatable, intent(out) :: error

@@ -33,7 +33,7 @@ contains
       state%q = 1.05_wp*state%q
       state%p = state%p + 0.5_wp*random_unit_quaternion(seed)
       call equations%forces%prepare(system%effects, projection)
-      call equations%set_unit(system, inverse_j0, 8.0_wp)
+      call equations%set_momentum_unit(system, inverse_j0, 8.0_wp)
       call equations%start(system, state, 0.2_wp)
       z = 0.2_wp*[random_unit_quaternion(seed), random_unit_quaternion(seed)]
       call equations%jacobian(system, z, matrix)

@@ -5,7 +5,7 @@ module test_quaternion
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp, pi, eps
    use nutate_quaternion, only: cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, quat_log, quat_norm, &
-                                quat_normalized, quat_product, quat_right_matrix
+                                quat_normalized, quat_product, quat_right_matrix, quat_vector_product
    use test_support, only: check_below, check_close, random_unit_quaternion, random_vector
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -134,6 +134,8 @@ contains
          q = random_unit_quaternion(seed)
          x = random_unit_quaternion(seed)
          call check_close(error, matmul(quat_left_matrix(q), x), quat_product(q, x), 2*eps, "Q(q) x")
+         if (allocated(error)) return
+         call check_close(error, quat_vector_product(q, x(2:4)), quat_product(q, [0.0_wp, x(2:4)]), 2*eps, "q∘[0, v]")
          if (allocated(error)) return
          call check_close(error, matmul(quat_right_matrix(q), x), quat_product(x, q), 2*eps, "x∘q")
          if (allocated(error)) return

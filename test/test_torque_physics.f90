@@ -27,11 +27,11 @@ module test_torque_physics
    public :: collect_torque_physics
 
    !> Sees the rows and keeps nothing but the last work.
-   type, extends(observer_t) :: onlooker_t
+   type, extends(observer_t) :: work_recorder_t
       real(wp) :: work = 0.0_wp
    contains
       procedure :: observe => note_work
-   end type onlooker_t
+   end type work_recorder_t
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], axis3(3) = [0.0_wp, 0.0_wp, 1.0_wp]
 
@@ -52,7 +52,7 @@ contains
    end subroutine collect_torque_physics
 
    subroutine note_work(self, system, state, record, status)
-      class(onlooker_t), intent(inout) :: self
+      class(work_recorder_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -61,18 +61,18 @@ contains
    end subroutine note_work
 
    !> Runs a problem to a time through `integrate`.
-   subroutine run_to(error, problem, dt, t, state, summary, onlooker)
+   subroutine run_to(error, problem, dt, t, state, summary, recorder)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: dt, t
       type(state_t), intent(out) :: state
       type(run_summary_t), intent(out) :: summary
-      type(onlooker_t), intent(out) :: onlooker
+      type(work_recorder_t), intent(out) :: recorder
       type(nielsen_krenk_t) :: stepper
       type(status_t) :: status
       state = problem%start
       call stepper%prepare(problem%system, integrator_settings_t(), status)
-      call integrate(problem%system, stepper, state, run_plan_t(time_step=dt, end_time=t), status, onlooker, summary)
+      call integrate(problem%system, stepper, state, run_plan_t(time_step=dt, end_time=t), status, recorder, summary)
       call check(error, status%ok(), trim(status%message))
    end subroutine run_to
 
@@ -103,26 +103,26 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
-      type(onlooker_t) :: onlooker
+      type(work_recorder_t) :: recorder
       real(wp) :: gain
       problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
       call problem%system%effects%add(applied_torque_t(amplitude=2*axis3))
-      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, onlooker)
+      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, recorder)
       if (allocated(error)) return
       call check_close(error, angular_velocity(problem%system, state), 1.2_wp*axis3, 32*eps, "rate")
       if (allocated(error)) return
-      call check_close(error, onlooker%work, 3.6_wp, 64*eps, "work from rest")
+      call check_close(error, recorder%work, 3.6_wp, 64*eps, "work from rest")
       if (allocated(error)) return
 
       problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
       call problem%system%effects%add(applied_torque_t(amplitude=[1.0_wp, -2.0_wp, 0.5_wp]))
       problem%start = make_state(problem%system, identity, [0.3_wp, 0.8_wp, -0.5_wp])
-      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, onlooker)
+      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, recorder)
       if (allocated(error)) return
       gain = kinetic_energy(problem%system, state) - kinetic_energy(problem%system, problem%start)
       call check(error, gain > 1.0_wp, "the torque does no work")
       if (allocated(error)) return
-      call check_close(error, onlooker%work, gain, 30*8*eps*gain, "work in any motion")
+      call check_close(error, recorder%work, gain, 30*8*eps*gain, "work in any motion")
    end subroutine constant_torque_does_work
 
    !> J Ω̇ = τ cos(2πft + phase): Ω gains τ/(2πfJ) (sin(2πft + phase) - sin(phase)). A step takes the torque at its
@@ -151,13 +151,13 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
-      type(onlooker_t) :: onlooker
+      type(work_recorder_t) :: recorder
       real(wp), parameter :: steps(5) = [0.01_wp, 0.07_wp, 0.25_wp, 0.6_wp, 3.0_wp]
       integer :: i
       problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.1_wp)
       call problem%system%effects%add(applied_torque_t(amplitude=2*axis3, start=0.5_wp, stop=1.37_wp))
       do i = 1, size(steps)
-         call run_to(error, problem, steps(i), 3.0_wp, state, summary, onlooker)
+         call run_to(error, problem, steps(i), 3.0_wp, state, summary, recorder)
          if (allocated(error)) return
          call check_close(error, body_momentum(state), (0.5_wp + 2*0.87_wp)*axis3, 1e-14_wp, "momentum")
          if (allocated(error)) return
@@ -165,7 +165,7 @@ contains
          if (allocated(error)) return
       end do
       problem%start%t = 3.0_wp
-      call run_to(error, problem, -0.07_wp, 0.0_wp, state, summary, onlooker)
+      call run_to(error, problem, -0.07_wp, 0.0_wp, state, summary, recorder)
       if (allocated(error)) return
       call check_close(error, body_momentum(state), (0.5_wp - 2*0.87_wp)*axis3, 1e-14_wp, "momentum, backwards")
    end subroutine torque_acts_from_start_to_stop
@@ -176,12 +176,12 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
-      type(onlooker_t) :: onlooker
+      type(work_recorder_t) :: recorder
       real(wp), parameter :: tau(3) = [1.0_wp, -2.0_wp, 0.5_wp]
       problem%system = sample_body()
       call problem%system%effects%add(applied_torque_t(amplitude=tau, in_space=.true., start=0.33_wp))
       problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.1_wp, 0.7_wp], [0.7_wp, -1.1_wp, 0.9_wp])
-      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, onlooker)
+      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, recorder)
       if (allocated(error)) return
       call check_close(error, space_momentum(state) - space_momentum(problem%start), 2.67_wp*tau, 1e-13_wp, "momentum")
    end subroutine space_torque_turns_the_momentum
@@ -192,18 +192,18 @@ contains
       type(problem_t) :: problem
       type(state_t) :: state
       type(run_summary_t) :: summary
-      type(onlooker_t) :: onlooker
+      type(work_recorder_t) :: recorder
       real(wp) :: gain
       problem = spinner([3.0_wp, 4.0_wp, 5.0_wp], 0.0_wp)
       call problem%system%effects%add(damping_t([0.0_wp, 0.0_wp, 0.7_wp]))
       call problem%system%effects%add(applied_torque_t(amplitude=2*axis3))
       call problem%system%effects%add(applied_torque_t(amplitude=0.5_wp*axis3, in_space=.true.))
-      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, onlooker)
+      call run_to(error, problem, 0.1_wp, 3.0_wp, state, summary, recorder)
       if (allocated(error)) return
       gain = kinetic_energy(problem%system, state)
       call check_close(error, sum(summary%work), gain, 64*eps*gain, "sum")
       if (allocated(error)) return
-      call check_close(error, onlooker%work, gain, 64*eps*gain, "row")
+      call check_close(error, recorder%work, gain, 64*eps*gain, "row")
       if (allocated(error)) return
       call check_close(error, summary%work(3), summary%work(2)/4, 64*eps*gain, "share")
       if (allocated(error)) return

@@ -1,17 +1,17 @@
 !> Work-precision studies: references, measured runs, series of steps, interpolated points.
 module test_work_precision
-   use nutate_kinds, only: wp, eps
+   use nutate_kinds, only: wp, eps, long
    use nutate_methods, only: methods
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_methods, reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP, NO_REFERENCE
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t
-   use nutate_stopwatch, only: stopwatch_t
+   use nutate_stopwatch, only: clock_t, stopwatch_t
    use nutate_measured_run, only: fastest_rate, problem_t
    use nutate_work_point, only: measure_point, median, point_at_error, work_point_t
-   use nutate_work_precision, only: longest_step, work_precision_t, UNDER_WAY
-   use test_support, only: check_below, check_close, is_slow_build
-   use testdrive, only: check, error_type, new_unittest, skip_test, unittest_type
+   use nutate_work_precision, only: longest_step, work_precision_t, OUT_OF_TIME, UNDER_WAY
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -26,6 +26,15 @@ module test_work_precision
                                   '&integrator time_step = 0.01, end_time = 1 /'//newline// &
                                   '&gravity acceleration = 1, 2, -9 /'//newline
 
+   !> A clock that goes by its readings. Runs read it every 1024 steps: it goes by the work done, on any machine.
+   type, extends(clock_t) :: counting_clock_t
+      !> Time from one reading to the next, s.
+      real(wp) :: tick = 0.0_wp
+      integer :: readings = 0
+   contains
+      procedure :: time => count_reading
+   end type counting_clock_t
+
 contains
 
    subroutine collect_work_precision(testsuite)
@@ -35,7 +44,9 @@ contains
                   new_unittest("what two methods agree on is the exact attitude", agreement_is_exact), &
                   new_unittest("a motion too long to be followed has no reference", chaos_has_no_reference), &
                   new_unittest("errors fall with the order of the method", errors_fall_with_the_order), &
+                  new_unittest("a stopwatch goes by wall time", stopwatch_goes_by_wall_time), &
                   new_unittest("a study ends in time with runs of every method", study_ends_in_time), &
+                  new_unittest("runs that are too long are ended in time", runs_end_in_time), &
                   new_unittest("the user's step is among those of a study", longest_step_leads_to_the_users), &
                   new_unittest("points between runs follow from power laws", points_follow_from_power_laws), &
                   new_unittest("a hopeless step does not make the next look better", no_better_than_the_order), &
@@ -159,20 +170,41 @@ contains
       end do
    end subroutine errors_fall_with_the_order
 
+   real(wp) function count_reading(self)
+      class(counting_clock_t), intent(inout) :: self
+      self%readings = self%readings + 1
+      count_reading = self%tick*self%readings
+   end function count_reading
+
+   !> What it shows lies between the times of readings within and around it, however long they take.
+   subroutine stopwatch_goes_by_wall_time(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(stopwatch_t) :: clock
+      integer(long) :: before, begun, now, rate
+      real(wp) :: seconds
+      call system_clock(before, rate)
+      call clock%start()
+      call system_clock(begun)
+      do
+         call system_clock(now)
+         if (now - begun > rate/50) exit
+      end do
+      clock%deadline = 0.01_wp
+      seconds = clock%seconds()
+      call check(error, seconds >= real(now - begun, wp)/real(rate, wp) .and. clock%is_over(), 'it is slow')
+      if (allocated(error)) return
+      call system_clock(now)
+      call check_below(error, seconds, real(now - before, wp)/real(rate, wp), 'seconds')
+   end subroutine stopwatch_goes_by_wall_time
+
    subroutine study_ends_in_time(error)
       type(error_type), allocatable, intent(out) :: error
       type(work_precision_t) :: study
       type(work_point_t), allocatable :: points(:)
       integer :: m
-      if (is_slow_build()) then
-         call skip_test(error, "times say nothing in this build")
-         return
-      end if
-      call study%begin(problem_of(box), 0.01_wp, 1.0_wp)
-      do while (.not. study%done)
-         call study%advance()
-      end do
-      call check_below(error, study%clock%seconds(), 2.0_wp, 'time')
+      call make_study(error, problem_of(box), 2e-4_wp, study)
+      if (allocated(error)) return
+      call check(error, count(study%ending == OUT_OF_TIME) > 0, 'there was time for everything')
       if (allocated(error)) return
       do m = 1, size(methods)
          call check(error, study%ending(m) /= UNDER_WAY, 'a method is under way')
@@ -190,6 +222,37 @@ contains
          if (allocated(error)) return
       end do
    end subroutine study_ends_in_time
+
+   !> Runs of the box for 1e5 s take so long that hardly one of them ends: the clock ends them.
+   subroutine runs_end_in_time(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(work_precision_t) :: study
+      type(problem_t) :: problem
+      problem = problem_of(box)
+      problem%end_time = 1e5_wp
+      call make_study(error, problem, 2e-2_wp, study)
+      if (allocated(error)) return
+      call check(error, all(study%ending == OUT_OF_TIME .or. methods%order < 1), 'a run was ended by something else')
+   end subroutine runs_end_in_time
+
+   !> A study of 1 s by a clock that goes by the work: it may be late by the readings that find out that the time is
+   !> over, by every method and in a run, but not by more steps.
+   subroutine make_study(error, problem, tick, study)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      !> Time from one reading of the clock to the next, s.
+      real(wp), intent(in) :: tick
+      type(work_precision_t), intent(out) :: study
+      type(counting_clock_t), target :: clock
+      clock%tick = tick
+      study%clock%clock => clock
+      call study%begin(problem, 0.01_wp, 1.0_wp)
+      do while (.not. study%done)
+         call study%advance()
+      end do
+      study%clock%clock => null()
+      call check_below(error, tick*clock%readings, 1.0_wp + (size(methods) + 4)*tick, 'time')
+   end subroutine make_study
 
    subroutine longest_step_leads_to_the_users(error)
       type(error_type), allocatable, intent(out) :: error

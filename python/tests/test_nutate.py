@@ -186,6 +186,20 @@ class CallbackTest(unittest.TestCase):
             stepper.step(0.1)
         np.testing.assert_array_equal(stepper.quaternion, before)
 
+    def test_a_torque_that_jumps_is_named_and_dop853_runs(self):
+        scene = nutate.Scene(BOX, "integrator.end_time=1")
+        scene.add_user_torque(lambda t, q, omega: -20 * np.sign(omega))
+        with self.assertRaisesRegex(nutate.NutateError, "effect 'callback' jumps: method 'dop853'"):
+            scene.run()
+        stepper = nutate.Stepper(scene)
+        for function, arguments in ((stepper.run, (100,)), (stepper.steps, (0.01, 100))):
+            with self.assertRaisesRegex(nutate.NutateError, "effect 'callback' jumps: method 'dop853'"):
+                function(*arguments)
+        stepper.set(method="dop853")
+        before = stepper.time
+        stepper.run(100)
+        self.assertAlmostEqual(stepper.time, before + 1, delta=1e-12)
+
     def test_results_that_are_no_torque_are_refused(self):
         for result, error in ((None, (TypeError, ValueError)), ((1, 2), ValueError), (("a", 0, 0), ValueError),
                               ((np.nan, 0, 0), nutate.NutateError), ((1e200, 0, 0), nutate.NutateError)):

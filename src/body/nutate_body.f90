@@ -3,7 +3,7 @@ module nutate_body
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, eps
    use nutate_lapack, only: symmetric_eigen
-   use nutate_limits, only: greatest_length, greatest_number, is_moderate, least_length, least_size
+   use nutate_limits, only: greatest_length, greatest_number, is_moderate, least_length, least_size, in_words
    use nutate_shapes, only: measure_shape
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    implicit none
@@ -36,9 +36,6 @@ module nutate_body
       !> The tensor about the centre of mass is that of no body: idealised tops.
       logical :: idealised = .false.
    end type body_t
-
-   character(len=*), parameter :: wrong_size = 'the inertia is too large or too small (expected principal moments '// &
-                                              'of 1e-100 to 1e100 kg m2)'
 
 contains
 
@@ -113,13 +110,14 @@ contains
       else if (any(lengths <= 0.0_wp)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'a length is not positive', 'size')
       else if (any(lengths < least_length .or. lengths > greatest_length)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a length is too large or too small (expected 1e-30 to 1e30 m)', 'size')
+         status = fail(NUTATE_BAD_ARGUMENT, 'a length is too large or too small (expected '// &
+                       in_words(least_length, greatest_length)//' m)', 'size')
       else if (present(density)) then
          if (.not. ieee_is_finite(density)) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the density is not a finite number', 'mass')
          else if (density < least_size .or. density > greatest_number) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the density is out of its range (expected 1e-100 to 1e100 kg/m3)', &
-                          'mass')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the density is out of its range (expected '// &
+                          in_words(least_size, greatest_number)//' kg/m3)', 'mass')
          end if
       end if
       if (.not. status%ok()) return
@@ -135,6 +133,12 @@ contains
       call make_body(diagonal(m*gyration), body, status, m, center_of_mass, about_center_of_mass=.true.)
    end subroutine make_shape_body
 
+   !> Says that the moments are too large or too small.
+   pure type(status_t) function wrong_size()
+      wrong_size = fail(NUTATE_BAD_BODY, 'the inertia is too large or too small (expected principal moments of '// &
+                        in_words(least_size, greatest_number)//' kg m2)', 'inertia')
+   end function wrong_size
+
    !> Stores mass and centre of mass after testing them.
    pure subroutine set_mass(body, status, mass, center_of_mass)
       type(body_t), intent(inout) :: body
@@ -146,8 +150,8 @@ contains
          else if (mass <= 0.0_wp) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the mass is not positive', 'mass')
          else if (mass < least_size .or. mass > greatest_number) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the mass is too large or too small (expected 1e-100 to 1e100 kg)', &
-                          'mass')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the mass is too large or too small (expected '// &
+                          in_words(least_size, greatest_number)//' kg)', 'mass')
          end if
          if (.not. status%ok()) return
          body%mass = mass
@@ -157,8 +161,8 @@ contains
          if (.not. all(ieee_is_finite(center_of_mass))) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is not finite', 'center_of_mass')
          else if (.not. all(is_moderate(center_of_mass))) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is too far away (expected up to 1e100 m)', &
-                          'center_of_mass')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the centre of mass is too far away (expected up to '// &
+                          in_words(greatest_number)//' m)', 'center_of_mass')
          end if
          if (status%ok()) body%center_of_mass = center_of_mass
       end if
@@ -189,7 +193,7 @@ contains
       if (.not. all(ieee_is_finite(tensor))) then
          status = fail(NUTATE_BAD_BODY, 'the inertia is not finite', 'inertia')
       else if (.not. all(is_moderate(tensor))) then
-         status = fail(NUTATE_BAD_BODY, wrong_size, 'inertia')
+         status = wrong_size()
       else if (maxval(abs(tensor - transpose(tensor))) > 8*eps*maxval(abs(tensor))) then
          status = fail(NUTATE_BAD_BODY, 'the inertia tensor is not symmetric', 'inertia')
       end if
@@ -262,7 +266,7 @@ contains
 
       largest = maxval(body%moments)
       if (largest > greatest_number .or. (largest > 0.0_wp .and. largest < least_size)) then
-         status = fail(NUTATE_BAD_BODY, wrong_size, 'inertia')
+         status = wrong_size()
          return
       end if
       if (largest <= 0.0_wp .or. any(body%moments < -8*eps*largest)) then
@@ -276,7 +280,7 @@ contains
          return
       end if
       if (any(body%moments < least_size)) then
-         status = fail(NUTATE_BAD_BODY, wrong_size, 'inertia')
+         status = wrong_size()
          return
       end if
       body%breaks_triangle = triangle_excess(body%moments) > triangle_tolerance

@@ -4,7 +4,7 @@ module nutate_admissible
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use nutate_kinds, only: wp
    use nutate_limits, only: greatest_length, greatest_number, greatest_step, least_length, least_number, least_size, &
-      least_step
+      least_step, in_words
    implicit none
    private
 
@@ -146,22 +146,12 @@ contains
    pure function sizes_in_words(range) result(words)
       type(range_t), intent(in) :: range
       character(len=:), allocatable :: words
-      words = power_in_words(range%least)//' to '
       if (range%greatest < 1.0_wp) then
-         words = words//'below 1'
+         words = in_words(range%least)//' to below 1'
       else
-         words = words//power_in_words(range%greatest)
+         words = in_words(range%least, range%greatest)
       end if
       if (range%negative) words = words//' in size'
    end function sizes_in_words
-
-   !> The power of ten that a limit is.
-   pure function power_in_words(limit) result(words)
-      real(wp), intent(in) :: limit
-      character(len=:), allocatable :: words
-      character(len=8) :: digits
-      write (digits, '("1e",i0)') nint(log10(limit))
-      words = trim(digits)
-   end function power_in_words
 
 end module nutate_admissible

@@ -8,9 +8,9 @@ module nutate_limits
    private
 
    public :: greatest_number, least_number, least_size, greatest_length, least_length, greatest_step, least_step, &
-      greatest_turn, most_steps, whole_tolerance, attitude_tolerance, manifold_tolerance, greatest_norm, least_norm, &
-      least_momentum, greatest_power, least_power
-   public :: is_moderate, is_direction, is_unit, is_step, is_countable
+      greatest_turn, most_steps, same_time, whole_tolerance, attitude_tolerance, manifold_tolerance, greatest_norm, &
+      least_norm, least_momentum, greatest_power, least_power
+   public :: is_moderate, is_direction, is_unit, is_step, is_countable, in_words
 
    !> Any number that is given, and the momentum, energy and torque that follow: the square of such a number and the
    !> product of three stay finite. The power of ten is for those who read decimals.
@@ -31,6 +31,10 @@ module nutate_limits
    real(wp), parameter :: greatest_turn = 1e8_wp
    !> Steps, or rows, of a run: a double counts them one by one up to here.
    real(wp), parameter :: most_steps = 2.0_wp**53
+   !> How far a time may be from the end of a step, in steps, or from a row, in intervals, and be meant to be the same:
+   !> far above what rounding leaves of times that were meant to be whole numbers of them, far below any part of a step
+   !> that makes a difference.
+   real(wp), parameter :: same_time = 1e-9_wp
    !> How far a quotient of two times may be from the whole number that is meant, relative to it: both are given with
    !> ten digits.
    real(wp), parameter :: whole_tolerance = 1e-9_wp
@@ -87,5 +91,18 @@ contains
       real(wp), intent(in) :: time, step
       is_countable = abs(time)/most_steps <= abs(step)
    end function is_countable
+
+   !> A limit that is a power of ten, or two of them, as messages have it: `1e100`, `1e-50 to 1e50`.
+   pure function in_words(limit, upper) result(words)
+      real(wp), intent(in) :: limit
+      real(wp), intent(in), optional :: upper
+      character(len=:), allocatable :: words
+      character(len=8) :: digits
+      write (digits, '("1e",i0)') nint(log10(limit))
+      words = trim(digits)
+      if (.not. present(upper)) return
+      write (digits, '("1e",i0)') nint(log10(upper))
+      words = words//' to '//trim(digits)
+   end function in_words
 
 end module nutate_limits

@@ -10,7 +10,7 @@ module nutate_quaternion
    private
 
    public :: cross
-   public :: quat_product, quat_conjugate, quat_norm, quat_normalized
+   public :: quat_product, quat_vector_product, quat_conjugate, quat_norm, quat_normalized
    public :: quat_left_matrix, quat_right_matrix
    public :: quat_exp, quat_log, cayley_map
    public :: rotate_to_space, rotate_to_body, rotation_matrix
@@ -45,6 +45,19 @@ contains
       c(3) = a(1)*b(3) - a(2)*b(4) + a(3)*b(1) + a(4)*b(2)
       c(4) = a(1)*b(4) + a(2)*b(3) - a(3)*b(2) + a(4)*b(1)
    end function quat_product
+
+   !> Hamilton product `q∘v` with a vector, the quaternion [0, v].
+   pure function quat_vector_product(q, v) result(c)
+      !> Left factor, scalar first. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      !> Right factor, any unit. Shape: (3).
+      real(wp), intent(in) :: v(3)
+      real(wp) :: c(4)
+      c(1) = -(q(2)*v(1) + q(3)*v(2) + q(4)*v(3))
+      c(2) = q(1)*v(1) + q(3)*v(3) - q(4)*v(2)
+      c(3) = q(1)*v(2) + q(4)*v(1) - q(2)*v(3)
+      c(4) = q(1)*v(3) + q(2)*v(2) - q(3)*v(1)
+   end function quat_vector_product
 
    !> Conjugate `q* = [q0, -u]`, the inverse of a unit quaternion.
    pure function quat_conjugate(q) result(c)

@@ -17,7 +17,7 @@ module nutate_method_choice
    implicit none
    private
 
-   public :: choose_method, AUTOMATIC_METHOD
+   public :: choose_method, effect_without_series, AUTOMATIC_METHOD
 
    !> What scenes call the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'

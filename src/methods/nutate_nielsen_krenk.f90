@@ -8,7 +8,7 @@ module nutate_nielsen_krenk
    use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
-   use nutate_limits, only: greatest_number, is_moderate
+   use nutate_limits, only: greatest_number, is_moderate, in_words, least_size
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t, add_turned
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
@@ -75,8 +75,8 @@ contains
       end if
       if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &
           settings%inverse_auxiliary_inertia < 0.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or not within 1e-100 to '// &
-                       '1e100 kg m2', 'auxiliary_inertia')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the auxiliary inertia is not positive, or not within '// &
+                       in_words(least_size, greatest_number)//' kg m2', 'auxiliary_inertia')
          return
       end if
       call self%begin(system, settings, most_unknowns, slow, status)
@@ -99,9 +99,10 @@ contains
       else if (.not. abs(state%t + dt) <= huge(dt)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
       else
-         if (maxval(abs(state%p)) > outgrown*self%equations%unit) self%kept_dt = 0.0_wp
+         if (maxval(abs(state%p)) > outgrown*self%equations%momentum_unit) self%kept_dt = 0.0_wp
          if (.not. self%equations%scaled) &
-            call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, self%equations%unit)
+            call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, &
+                                                   self%equations%momentum_unit)
          call self%equations%start(system, state, dt, window_time)
          self%on_manifold = stays_on_manifold(self%equations)
       end if
@@ -134,13 +135,13 @@ contains
       end if
       if (size <= 0.0_wp) size = natural
       size = max(size, least_share*natural, least_unit)
-      old = self%equations%unit
-      call self%equations%set_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
+      old = self%equations%momentum_unit
+      call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
       call self%equations%start(system, state, dt, window_time)
       if (.not. max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
                     maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest_turn) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
-      call self%predictor%change_unit(5, old/self%equations%unit)
+      call self%predictor%change_unit(5, old/self%equations%momentum_unit)
       self%kept_dt = 0.0_wp
    end subroutine scale_unknowns
 

@@ -7,6 +7,8 @@ module nutate_projection_point
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
+   use nutate_quaternion, only: cross, times => quat_vector_product
+   use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -158,19 +160,9 @@ contains
       type(projection_point_t), intent(inout) :: point
       if (self%components /= ALONG_AXIS) return
       associate (n => self%axis)
-         point%gamma = point%to_body(:, 1)*n(1) + point%to_body(:, 2)*n(2) + point%to_body(:, 3)*n(3)
+         point%gamma = times_vector(point%to_body, n)
       end associate
    end subroutine set_gamma
-
-   !> q∘[0, v]; shape (4).
-   pure function times(q, v) result(r)
-      real(wp), intent(in) :: q(4), v(3)
-      real(wp) :: r(4)
-      r(1) = -(q(2)*v(1) + q(3)*v(2) + q(4)*v(3))
-      r(2) = q(1)*v(1) + q(3)*v(3) - q(4)*v(2)
-      r(3) = q(1)*v(2) + q(4)*v(1) - q(2)*v(3)
-      r(4) = q(1)*v(3) + q(2)*v(2) - q(3)*v(1)
-   end function times
 
    !> Ω, L̇, T, H and the size of its terms.
    pure subroutine evaluate(self, effects, point)
@@ -186,17 +178,13 @@ contains
             w(2) = inverse(2, 2)*x(2)
             w(3) = inverse(3, 3)*x(3)
          else
-            w = inverse(:, 1)*x(1) + inverse(:, 2)*x(2) + inverse(:, 3)*x(3)
+            w = times_vector(inverse, x)
          end if
          point%twice_kinetic = x(1)*w(1) + x(2)*w(2) + x(3)*w(3)
          point%energy = 0.5_wp*point%twice_kinetic
          point%size = point%energy
          if (self%has_rotor) point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3))
-         associate (l => point%momentum, rate => point%rate)
-            rate(1) = l(2)*w(3) - l(3)*w(2)
-            rate(2) = l(3)*w(1) - l(1)*w(3)
-            rate(3) = l(1)*w(2) - l(2)*w(1)
-         end associate
+         point%rate = cross(point%momentum, w)
       end associate
       if (self%has_weight) call add_weight(self%weight, point)
       if (self%has_others) call add_others(self%others, effects, point)
@@ -212,9 +200,7 @@ contains
       type(projection_point_t), intent(inout) :: point
       point%energy = point%energy + energy
       point%size = point%size + abs(energy)
-      point%rate(1) = point%rate(1) + (gamma(2)*slope(3) - gamma(3)*slope(2))
-      point%rate(2) = point%rate(2) + (gamma(3)*slope(1) - gamma(1)*slope(3))
-      point%rate(3) = point%rate(3) + (gamma(1)*slope(2) - gamma(2)*slope(1))
+      point%rate = point%rate + cross(gamma, slope)
    end subroutine add_potential
 
    !> Adds U = -m·γ and γ×∇U = m×γ of the potentials linear in n.
@@ -237,8 +223,7 @@ contains
       integer :: i
       do i = 1, size(others)
          associate (potential => effects%potentials(others(i))%item, rows => point%to_body)
-            gamma = rows(:, 1)*potential%direction(1) + rows(:, 2)*potential%direction(2) &
-                    + rows(:, 3)*potential%direction(3)
+            gamma = times_vector(rows, potential%direction)
             slope = potential%gradient(gamma)
             call add_potential(potential%energy(gamma), slope, gamma, point)
          end associate

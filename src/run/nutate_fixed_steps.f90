@@ -2,7 +2,9 @@
 !> exactly at the end time. A step that fails is cut into parts as short as need be.
 module nutate_fixed_steps
    use nutate_archive, only: archive_t
+   use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, eps, long
+   use nutate_limits, only: same_time
    use nutate_observer, only: observer_t
    use nutate_progress, only: count_part, count_step, progress_t
    use nutate_run_loop, only: step_policy_t
@@ -17,9 +19,6 @@ module nutate_fixed_steps
 
    public :: fixed_steps_t, count_steps, take_nominal_step
 
-   !> A time within this part of a step of a step's end is that end: far above what rounding leaves of an end time that
-   !> was meant to be a whole number of steps away, far below any part of a step that makes a difference.
-   real(wp), parameter :: same_time = 1e-9_wp
    !> A step that fails is cut into up to 2**deepest_cut parts. A part can be followed where it turns the body by less
    !> than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be another step.
    integer, parameter :: deepest_cut = 10
@@ -213,6 +212,7 @@ contains
             if (level == deepest_cut) then
                write (parts, '(i0)') 2**deepest_cut
                status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
+               call add_cause(stepper, system, status)
                return
             end if
             level = level + 1

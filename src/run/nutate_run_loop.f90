@@ -5,6 +5,7 @@ module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: wp, long
+   use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: fraction_done, is_over, progress_t, transfer_progress
    use nutate_state, only: state_t
@@ -49,9 +50,6 @@ module nutate_run_loop
          class(archive_t), intent(inout) :: archive
       end subroutine show_memory
    end interface
-
-   !> A row within this part of an interval of the end is the last row: as for steps (`nutate_fixed_steps`).
-   real(wp), parameter :: same_row = 1e-9_wp
 
 contains
 
@@ -131,7 +129,7 @@ contains
          sense = sign(1.0_wp, plan%end_time - progress%t_first)
          do while (status%code == 0)
             t = progress%t_first + sense*plan%interval*real(progress%rows + 1, wp)
-            if (sense*(t - progress%state%t) > 0.0_wp .or. sense*(plan%end_time - t) <= same_row*plan%interval) exit
+            if (sense*(t - progress%state%t) > 0.0_wp .or. sense*(plan%end_time - t) <= same_time*plan%interval) exit
             progress%rows = progress%rows + 1
             if (progress%rows > plan%max_steps) then
                status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps were allowed')

@@ -168,7 +168,7 @@ contains
       real(wp), intent(out) :: by_x(4, 4)
       !> ∂τ/∂Ω̄; shape (3,3).
       real(wp), intent(out) :: by_rate(3, 3)
-      real(wp) :: attitude(4), rotation(3, 3), rate(3, 3), turn(4, 4)
+      real(wp) :: attitude(4), rotation(3, 3), rate(3, 3), angle_by_x(4, 4)
       integer :: i, j
       call self%evaluate(effects, x1, xm, omega, s)
       by_x = 0.0_wp
@@ -179,12 +179,12 @@ contains
       if (effects%n_torques == 0) return
       attitude = mid_attitude(self%frame, xm)
       ! The small rotation of x̄ + ½δx against x̄ is θ = vec(x̄*∘δx)/|x̄|², body axes.
-      turn = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
+      angle_by_x = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
       do i = 1, effects%n_torques
          if (.not. self%acts(i)) cycle
          call effects%torques(i)%item%derivatives(self%t, attitude, omega, rotation, rate)
          do j = 1, 4
-            by_x(2:4, j) = by_x(2:4, j) + times_vector(rotation, turn(2:4, j))
+            by_x(2:4, j) = by_x(2:4, j) + times_vector(rotation, angle_by_x(2:4, j))
          end do
          by_rate = by_rate + rate
       end do

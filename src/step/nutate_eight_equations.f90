@@ -43,7 +43,7 @@ module nutate_eight_equations
       !> u = q0/|q0|, body→space; shape (4).
       real(wp) :: frame(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> μ, the unit of momentum, kg m²/s; inertia and rotor are those of the system, in this unit.
-      real(wp) :: unit = 1.0_wp
+      real(wp) :: momentum_unit = 1.0_wp
       logical :: scaled = .false.
       !> x0 = (|q0|, 0, 0, 0), y0 = u*∘p0/μ and w0 = x0*∘y0; shape (4).
       real(wp) :: x0(4) = 0.0_wp, y0(4) = 0.0_wp, w0(4) = 0.0_wp
@@ -54,7 +54,7 @@ module nutate_eight_equations
       type(discrete_forces_t) :: forces
    contains
       !> Chooses the unit of momentum.
-      procedure :: set_unit
+      procedure :: set_momentum_unit
       !> Starts a step from a state.
       procedure :: start
       !> R(z)
@@ -80,19 +80,19 @@ module nutate_eight_equations
 contains
 
    !> Takes a power of two as the unit of momentum, and the inertia in it.
-   pure subroutine set_unit(self, system, inverse_j0, unit)
+   pure subroutine set_momentum_unit(self, system, inverse_j0, momentum_unit)
       class(eight_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), intent(in) :: inverse_j0
       !> μ, kg m²/s; a power of two.
-      real(wp), intent(in) :: unit
-      self%unit = unit
+      real(wp), intent(in) :: momentum_unit
+      self%momentum_unit = momentum_unit
       self%scaled = .true.
-      self%inverse_inertia = unit*system%body%inverse_inertia
-      self%inverse_j0 = unit*inverse_j0
-      self%rotor = 2*system%effects%rotor_momentum/unit
-   end subroutine set_unit
+      self%inverse_inertia = momentum_unit*system%body%inverse_inertia
+      self%inverse_j0 = momentum_unit*inverse_j0
+      self%rotor = 2*system%effects%rotor_momentum/momentum_unit
+   end subroutine set_momentum_unit
 
    !> Starts a step of `dt` seconds from a state.
    pure subroutine start(self, system, state, dt, window_time)
@@ -108,7 +108,7 @@ contains
       self%dt = dt
       self%frame = state%q/norm
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
-      self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%unit
+      self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%momentum_unit
       self%w0 = norm*self%y0
       if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, window_time)
    end subroutine start
@@ -148,7 +148,7 @@ contains
       c(2:4) = b
       z(1:4) = (2*self%x0(1)/(1 - c(1)))*c
       w(1) = self%w0(1)
-      w(2:4) = (16/(self%dt*self%unit))*times_vector(system%body%inertia, b) + 2*self%rotor - self%w0(2:4)
+      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia, b) + 2*self%rotor - self%w0(2:4)
       c = self%x0 + z(1:4)
       z(5:8) = quat_product(c, w)/dot_product(c, c) - self%y0
    end function increments_of
@@ -168,7 +168,7 @@ contains
       r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
       if (.not. self%forces%active) return
       call self%forces%evaluate(system%effects, self%x0 + z(1:4), xm, 0.5_wp*a(2:4), s)
-      r(5:8) = r(5:8) - (2*self%dt/(self%unit*dot_product(xm, xm)))*quat_product(xm, s)
+      r(5:8) = r(5:8) - (2*self%dt/(self%momentum_unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
 
    !> The update: q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a and κ = Cα
@@ -187,7 +187,7 @@ contains
       real(wp), intent(out) :: dq(4), dp(4)
       !> Part by which they make q1 and p1 too long.
       real(wp), intent(out) :: excess
-      real(wp) :: alpha(4), turn(4), beta, q_factor, p_factor, impulse(4), xm(4)
+      real(wp) :: alpha(4), cayley(4), beta, q_factor, p_factor, impulse(4), xm(4)
       alpha = (0.125_wp*self%dt)*a
       if (self%forces%projection) alpha(1) = (0.125_wp*self%dt*self%inverse_j0)*self%w0(1)
       if (self%is_tangent()) then
@@ -200,18 +200,18 @@ contains
          p_factor = 2/((1 + alpha(1))**2 + beta)
          excess = 0.0_wp
       end if
-      turn = [alpha(1)*(1 - alpha(1)) - beta, alpha(2:4)]
-      dq = q_factor*quat_product(state%q, turn)
-      turn(1) = -alpha(1)*(1 + alpha(1)) - beta
-      dp = quat_product(state%p, turn)
+      cayley = [alpha(1)*(1 - alpha(1)) - beta, alpha(2:4)]
+      dq = q_factor*quat_product(state%q, cayley)
+      cayley(1) = -alpha(1)*(1 + alpha(1)) - beta
+      dp = quat_product(state%p, cayley)
       if (self%forces%active) then
          impulse = z(5:8) + 2*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*alpha)
          if (self%forces%projection) then
             xm = self%x0 + 0.5_wp*z(1:4)
             impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
          end if
-         turn = quat_product(impulse, [1 + alpha(1), alpha(2:4)])
-         dp = dp + (0.5_wp*self%unit)*quat_product(self%frame, turn)
+         impulse = quat_product(impulse, [1 + alpha(1), alpha(2:4)])
+         dp = dp + (0.5_wp*self%momentum_unit)*quat_product(self%frame, impulse)
       end if
       dp = p_factor*dp
    end subroutine increments
@@ -230,7 +230,8 @@ contains
       !> At the end of the step.
       type(state_t), intent(inout) :: state
       if (.not. self%is_tangent()) return
-      state%p_compensation = state%p_compensation - (self%w0(1)*self%unit/dot_product(state%q, state%q))*state%q
+      state%p_compensation = state%p_compensation &
+                             - (self%w0(1)*self%momentum_unit/dot_product(state%q, state%q))*state%q
    end subroutine make_tangent
 
    !> ∂R/∂z, the Jacobian of the discrete (9a) and (11); shape (8,8).
@@ -285,7 +286,7 @@ contains
       integer :: i
       call self%forces%linearize(system%effects, self%x0 + z(1:4), xm, 0.5_wp*a(2:4), s, by_x, by_rate)
       square = dot_product(xm, xm)
-      factor = 2*self%dt/(self%unit*square)
+      factor = 2*self%dt/(self%momentum_unit*square)
       image = quat_product(xm, s)/square
       matrix(5:8, 1:4) = matrix(5:8, 1:4) - (0.5_wp*factor)*quat_right_matrix(s)
       do i = 1, 4
@@ -302,7 +303,7 @@ contains
    subroutine transfer(self, archive)
       class(eight_equations_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
-      call archive%transfer(self%unit)
+      call archive%transfer(self%momentum_unit)
       self%scaled = self%scaled .and. .not. archive%is_reading()
    end subroutine transfer
 

@@ -5,7 +5,7 @@ module nutate_range
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, greatest_norm, greatest_turn, is_moderate, is_step, is_unit, &
-      least_momentum, least_norm
+      least_momentum, least_norm, in_words, greatest_number, least_step, greatest_step
    use nutate_quaternion, only: quat_norm
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
@@ -49,7 +49,7 @@ contains
    pure type(status_t) function too_strong(name)
       character(len=*), intent(in) :: name
       too_strong = fail(NUTATE_BAD_ARGUMENT, 'the effect '//trim(name)//' is too strong (expected finite numbers, '// &
-                        'energy and torque up to 1e100 in SI units)')
+                        'energy and torque up to '//in_words(greatest_number)//' in SI units)')
    end function too_strong
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a given attitude that is no unit quaternion to the digits it is given with.
@@ -61,11 +61,11 @@ contains
       if (is_unit(q, attitude_tolerance)) return
       if (all(is_moderate(q))) then
          write (norm, '(g0.8)') quat_norm(q)
-         status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is '//trim(norm)//' (expected 1 to within 1e-6)', &
-                       'quaternion')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the norm of quaternion is '//trim(norm)//' (expected 1 to within '// &
+                       in_words(attitude_tolerance)//')', 'quaternion')
       else
-         status = fail(NUTATE_BAD_ARGUMENT, 'the quaternion is not finite (expected a norm of 1 to within 1e-6)', &
-                       'quaternion')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the quaternion is not finite (expected a norm of 1 to within '// &
+                       in_words(attitude_tolerance)//')', 'quaternion')
       end if
    end subroutine check_attitude
 
@@ -78,7 +78,8 @@ contains
       real(wp) :: omega(3), drag(3, 3)
       integer :: i
       if (.not. is_moderate(state%t)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time is too large (expected up to 1e100 s)', 't')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is too large (expected up to '//in_words(greatest_number)// &
+                       ' s)', 't')
       else if (.not. all(is_moderate(state%p))) then
          status = too_fast()
       else
@@ -96,7 +97,7 @@ contains
 
    pure type(status_t) function too_fast()
       too_fast = fail(NUTATE_BAD_ARGUMENT, 'the rotation is too fast, or not finite (expected momentum p and '// &
-                      '|p||omega| up to 1e100 in SI units)', 'angular_velocity')
+                      '|p||omega| up to '//in_words(greatest_number)//' in SI units)', 'angular_velocity')
    end function too_fast
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a step that is zero, not finite, too short or too long, for any body or for this
@@ -109,10 +110,11 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       if (.not. is_step(dt)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the step is not one (expected 1e-50 to 1e50 s in size)', 'time_step')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the step is not one (expected '//in_words(least_step, greatest_step)// &
+                       ' s in size)', 'time_step')
       else if (abs(dt)*maxval(abs(angular_velocity(system, state))) > greatest_turn) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the body turns by more than 1e8 rad in one time_step '// &
-                       '(expected a shorter step)', 'time_step')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the body turns by more than '//in_words(greatest_turn)//' rad in one '// &
+                       'time_step (expected a shorter step)', 'time_step')
       end if
    end subroutine check_step
 

@@ -16,7 +16,7 @@ module nutate_measured_run
    implicit none
    private
 
-   public :: problem_t, follower_t, outcome_t, run_once, run_to_tolerance, settings_of, fastest_rate
+   public :: problem_t, run_monitor_t, outcome_t, run_once, run_to_tolerance, settings_of, fastest_rate
 
    !> Steps of the run that looks for the fastest rotation: at most so many, some 0.1 s of work; at least so many where
    !> the start does not say how fast the body is.
@@ -33,7 +33,7 @@ module nutate_measured_run
       !> What methods are to be run with: tolerances, auxiliary inertia, projection.
       type(integrator_settings_t) :: settings
       !> Its `poll` can end every run of the problem; may be absent.
-      class(observer_t), allocatable :: onlooker
+      class(observer_t), allocatable :: observer
    contains
       !> Time from start to end, s; of the sign of the way to go.
       procedure :: duration
@@ -44,12 +44,12 @@ module nutate_measured_run
       !> The last state.
       type(state_t) :: state
       type(run_summary_t) :: summary
-      !> Wall time, s.
+      !> Time it took by the monitor's clock, s.
       real(wp) :: seconds = 0.0_wp
    end type outcome_t
 
    !> Ends a run whose time is over; measures, if it is shown rows.
-   type, extends(observer_t) :: follower_t
+   type, extends(observer_t) :: run_monitor_t
       type(invariants_t) :: invariants
       !> Largest |Ω| seen, rad/s.
       real(wp) :: fastest = 0.0_wp
@@ -57,11 +57,11 @@ module nutate_measured_run
       logical :: measures = .false.
       !> At its deadline a run must end.
       type(stopwatch_t) :: clock
-      class(observer_t), allocatable :: onlooker
+      class(observer_t), allocatable :: observer
    contains
       procedure :: observe => measure_row
       procedure :: poll => watch_clock
-   end type follower_t
+   end type run_monitor_t
 
 contains
 
@@ -85,58 +85,60 @@ contains
       settings%attitude = .true.
    end function settings_of
 
-   !> Runs a problem once from its start. With `follower%measures` every step is a row; otherwise only the ends are.
+   !> Runs a problem once from its start. With `monitor%measures` every step is a row; otherwise only the ends are.
    !>
-   !> Errors: those of `integrate`; `NUTATE_STEP_LIMIT` where the time is over; what the onlooker's `poll` returned.
-   subroutine run_once(problem, stepper, time_step, follower, outcome, status)
+   !> Errors: those of `integrate`; `NUTATE_STEP_LIMIT` where the time is over; what the observer's `poll` returned.
+   subroutine run_once(problem, stepper, time_step, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
       !> Prepared.
       class(stepper_t), intent(inout) :: stepper
       !> s.
       real(wp), intent(in) :: time_step
-      type(follower_t), intent(inout) :: follower
+      type(run_monitor_t), intent(inout) :: monitor
       type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
       type(run_plan_t) :: plan
       type(stopwatch_t) :: clock
 
-      plan = plan_of(problem, follower)
+      plan = plan_of(problem, monitor)
       plan%time_step = time_step
       outcome%state = problem%start
-      call take_onlooker(follower, problem)
+      call take_observer(monitor, problem)
+      clock%clock => monitor%clock%clock
       call clock%start()
-      call integrate(problem%system, stepper, outcome%state, plan, status, follower, outcome%summary)
+      call integrate(problem%system, stepper, outcome%state, plan, status, monitor, outcome%summary)
       outcome%seconds = clock%seconds()
    end subroutine run_once
 
    !> The same with steps chosen for an error of each. Preparing the method is part of the time.
-   subroutine run_to_tolerance(problem, settings, tolerance, follower, outcome, status)
+   subroutine run_to_tolerance(problem, settings, tolerance, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
       !> rad.
       real(wp), intent(in) :: tolerance
-      type(follower_t), intent(inout) :: follower
+      type(run_monitor_t), intent(inout) :: monitor
       type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
       type(run_plan_t) :: plan
       type(stopwatch_t) :: clock
 
-      plan = plan_of(problem, follower)
+      plan = plan_of(problem, monitor)
       plan%goal%local_tolerance = tolerance
       outcome%state = problem%start
-      call take_onlooker(follower, problem)
+      call take_observer(monitor, problem)
+      clock%clock => monitor%clock%clock
       call clock%start()
-      call integrate(problem%system, settings, outcome%state, plan, status, follower, outcome%summary)
+      call integrate(problem%system, settings, outcome%state, plan, status, monitor, outcome%summary)
       outcome%seconds = clock%seconds()
    end subroutine run_to_tolerance
 
-   !> To the end of a problem, with rows if the follower measures.
-   pure type(run_plan_t) function plan_of(problem, follower) result(plan)
+   !> To the end of a problem, with rows if the monitor measures.
+   pure type(run_plan_t) function plan_of(problem, monitor) result(plan)
       type(problem_t), intent(in) :: problem
-      type(follower_t), intent(in) :: follower
+      type(run_monitor_t), intent(in) :: monitor
       plan%end_time = problem%end_time
       plan%every = huge(1_long)
-      if (follower%measures) plan%every = 1
+      if (monitor%measures) plan%every = 1
    end function plan_of
 
    !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long.
@@ -147,7 +149,7 @@ contains
       real(wp), intent(out) :: rate
       type(status_t), intent(out) :: status
       type(run_plan_t) :: plan
-      type(follower_t) :: follower
+      type(run_monitor_t) :: monitor
       type(state_t) :: state
 
       rate = norm2(angular_velocity(problem%system, problem%start))
@@ -156,24 +158,24 @@ contains
       if (abs(plan%time_step)*rate > pilot_turn) plan%time_step = sign(pilot_turn/rate, plan%time_step)
       plan%max_steps = most_pilot_steps
       state = problem%start
-      follower%measures = .true.
-      call take_onlooker(follower, problem)
-      call follower%invariants%start(problem%system, state)
-      call integrate(problem%system, settings_of(integrator_settings_t(), method), state, plan, status, follower)
+      monitor%measures = .true.
+      call take_observer(monitor, problem)
+      call monitor%invariants%start(problem%system, state)
+      call integrate(problem%system, settings_of(integrator_settings_t(), method), state, plan, status, monitor)
       if (status%code == NUTATE_STEP_LIMIT) status = status_t()
-      rate = max(rate, follower%fastest)
+      rate = max(rate, monitor%fastest)
    end subroutine fastest_rate
 
-   subroutine take_onlooker(follower, problem)
-      type(follower_t), intent(inout) :: follower
+   subroutine take_observer(monitor, problem)
+      type(run_monitor_t), intent(inout) :: monitor
       type(problem_t), intent(in) :: problem
-      if (allocated(problem%onlooker) .and. .not. allocated(follower%onlooker)) &
-         allocate (follower%onlooker, source=problem%onlooker)
-   end subroutine take_onlooker
+      if (allocated(problem%observer) .and. .not. allocated(monitor%observer)) &
+         allocate (monitor%observer, source=problem%observer)
+   end subroutine take_observer
 
    !> Measures the invariants and the rate of rotation.
    subroutine measure_row(self, system, state, record, status)
-      class(follower_t), intent(inout) :: self
+      class(run_monitor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -183,12 +185,12 @@ contains
       self%fastest = max(self%fastest, norm2(angular_velocity(system, state)))
    end subroutine measure_row
 
-   !> Ends a run whose time is over, or that the onlooker wants to end.
+   !> Ends a run whose time is over, or that the observer wants to end.
    subroutine watch_clock(self, fraction, status)
-      class(follower_t), intent(inout) :: self
+      class(run_monitor_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
-      if (allocated(self%onlooker)) call self%onlooker%poll(fraction, status)
+      if (allocated(self%observer)) call self%observer%poll(fraction, status)
       if (.not. status%ok()) return
       if (self%clock%is_over()) status = fail(NUTATE_STEP_LIMIT, 'the time for it is over')
    end subroutine watch_clock

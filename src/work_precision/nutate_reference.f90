@@ -11,7 +11,7 @@ module nutate_reference
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: follower_t, outcome_t, problem_t, run_once, settings_of
+   use nutate_measured_run, only: run_monitor_t, outcome_t, problem_t, run_once, settings_of
    implicit none
    private
 
@@ -180,13 +180,13 @@ contains
       real(wp), intent(out) :: q(4)
       type(status_t), intent(out) :: status
       class(stepper_t), allocatable :: stepper
-      type(follower_t) :: follower
+      type(run_monitor_t) :: monitor
       type(outcome_t) :: outcome
       q = problem%start%q
       call make_stepper(problem%system, settings_of(integrator_settings_t(), method), stepper, status)
       if (.not. status%ok()) return
-      follower%clock = clock
-      call run_once(problem, stepper, time_step, follower, outcome, status)
+      monitor%clock = clock
+      call run_once(problem, stepper, time_step, monitor, outcome, status)
       q = outcome%state%q
    end subroutine end_attitude
 

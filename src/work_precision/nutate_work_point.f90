@@ -8,7 +8,7 @@ module nutate_work_point
    use nutate_status, only: status_t
    use nutate_stepper, only: stepper_t
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: follower_t, outcome_t, problem_t, run_once, run_to_tolerance, settings_of
+   use nutate_measured_run, only: run_monitor_t, outcome_t, problem_t, run_once, run_to_tolerance, settings_of
    implicit none
    private
 
@@ -106,13 +106,13 @@ contains
       type(stopwatch_t), intent(in) :: clock
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
-      type(follower_t) :: follower
+      type(run_monitor_t) :: monitor
       type(outcome_t) :: outcome
 
-      follower%clock = clock
-      follower%measures = .true.
-      call follower%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
-      call run(problem, stepper, point, follower, outcome, status)
+      monitor%clock = clock
+      monitor%measures = .true.
+      call monitor%invariants%start(problem%system, problem%start, problem%settings%inverse_auxiliary_inertia)
+      call run(problem, stepper, point, monitor, outcome, status)
       if (.not. status%ok()) return
       associate (summary => outcome%summary)
          point%steps = summary%steps
@@ -122,9 +122,9 @@ contains
          point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
       end associate
       if (reference%known()) point%attitude_error = attitude_distance(outcome%state%q, reference%q)
-      point%momentum_error = follower%invariants%momentum_error()
-      point%energy_error = follower%invariants%energy_error()
-      point%norm_error = follower%invariants%norm_error
+      point%momentum_error = monitor%invariants%momentum_error()
+      point%energy_error = monitor%invariants%energy_error()
+      point%norm_error = monitor%invariants%norm_error
    end subroutine measure_errors
 
    !> Median wall time of integrations from the start to the end. Each has a stepper that is prepared anew, so that all
@@ -136,17 +136,17 @@ contains
       type(stopwatch_t), intent(in) :: clock
       type(work_point_t), intent(inout) :: point
       type(status_t), intent(out) :: status
-      type(follower_t) :: follower
+      type(run_monitor_t) :: monitor
       type(outcome_t) :: outcome
       real(wp) :: samples(most_samples), spent
 
-      follower%clock = clock
+      monitor%clock = clock
       spent = 0.0_wp
       point%samples = 0
       do while (point%samples < most_samples)
          call stepper%prepare(problem%system, settings_of(problem%settings, point%method), status)
          if (.not. status%ok()) return
-         call run(problem, stepper, point, follower, outcome, status)
+         call run(problem, stepper, point, monitor, outcome, status)
          if (.not. status%ok()) return
          samples(point%samples + 1) = outcome%seconds
          point%samples = point%samples + 1
@@ -157,19 +157,19 @@ contains
    end subroutine measure_time
 
    !> One integration, at the step or to the tolerance asked for.
-   subroutine run(problem, stepper, point, follower, outcome, status)
+   subroutine run(problem, stepper, point, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
       !> Prepared; used for steps of one length.
       class(stepper_t), intent(inout) :: stepper
       type(work_point_t), intent(in) :: point
-      type(follower_t), intent(inout) :: follower
+      type(run_monitor_t), intent(inout) :: monitor
       type(outcome_t), intent(out) :: outcome
       type(status_t), intent(out) :: status
       if (point%tolerance > 0.0_wp) then
-         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, follower, &
+         call run_to_tolerance(problem, settings_of(problem%settings, point%method), point%tolerance, monitor, &
                                outcome, status)
       else
-         call run_once(problem, stepper, point%time_step, follower, outcome, status)
+         call run_once(problem, stepper, point%time_step, monitor, outcome, status)
       end if
    end subroutine run
 

@@ -8,7 +8,7 @@ module nutate_c_effects
    use nutate_effect, only: potential_t, torque_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_moderate
+   use nutate_limits, only: is_moderate, in_words, greatest_number
    use nutate_status, only: status_t, fail, NUTATE_CALLBACK, NUTATE_NOT_FINITE, NUTATE_OK
    implicit none
    private
@@ -162,7 +162,8 @@ contains
          write (returned, '(i0)') cell(2)
          status = fail(NUTATE_CALLBACK, 'a callback reported a failure: it returned '//trim(returned))
       case default
-         status = fail(NUTATE_NOT_FINITE, 'a callback gave a number that is not finite or exceeds 1e100')
+         status = fail(NUTATE_NOT_FINITE, 'a callback gave a number that is not finite or exceeds '// &
+                       in_words(greatest_number))
       end select
    end function judge_failure
 

@@ -9,7 +9,7 @@ module nutate_c_stepper
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
-   use nutate_limits, only: attitude_tolerance, is_moderate
+   use nutate_limits, only: attitude_tolerance, is_moderate, in_words, greatest_number
    use nutate_quaternion, only: quat_normalized
    use nutate_range, only: check_attitude, check_motion
    use nutate_state, only: state_t
@@ -176,7 +176,8 @@ contains
             state%q = q
             state%p = p
             if (abs(dot_product(q, p)) > attitude_tolerance*maxval(abs(p))) then
-               status = fail(NUTATE_BAD_ARGUMENT, 'q.p is not 0 to within 1e-6 of |p|', 'p')
+               status = fail(NUTATE_BAD_ARGUMENT, 'q.p is not 0 to within '//in_words(attitude_tolerance)// &
+                             ' of |p|', 'p')
             else
                call replace_state(handle, state, status)
             end if
@@ -249,7 +250,8 @@ contains
       if (is_moderate(t) .and. all(is_moderate(other))) then
          call check_attitude(q, status)
       else
-         status = fail(NUTATE_BAD_ARGUMENT, 'the state is not finite or too large (expected numbers up to 1e100)')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the state is not finite or too large (expected numbers up to '// &
+                       in_words(greatest_number)//')')
       end if
    end subroutine check_numbers
 

@@ -4,10 +4,11 @@ module nutate_c_stepping
    use nutate_c_effects, only: judge_failure
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, STEPPER_MARK
    use nutate_c_settings, only: prepare_if_needed
+   use nutate_failure_causes, only: add_jump
    use nutate_kinds, only: wp
    use nutate_range, only: check_step
    use nutate_state, only: state_t, add_increment
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, NUTATE_OK
    implicit none
    private
 
@@ -84,6 +85,8 @@ contains
             call add_increment(handle%work, handle%work_compensation, handle%stepper%work(i))
          end do
          if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
+      else if (status%code == NUTATE_NOT_CONVERGED) then
+         call add_jump(handle%system, status)
       end if
    end subroutine step_with_care
 

@@ -11,6 +11,7 @@ module nutate_c_system
    use nutate_effect_list, only: effect_list_t
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: greatest_number, in_words, least_size
    use nutate_shapes, only: shape_kinds
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
    use nutate_system, only: system_t
@@ -250,7 +251,7 @@ contains
          status = null_argument('potential')
       else if (.not. admits(ANY_DIRECTION, direction)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the direction is too short, too long or not finite (expected a '// &
-                       'component of 1e-100 to 1e100 in size)', 'direction')
+                       'component of '//in_words(least_size, greatest_number)//' in size)', 'direction')
       else if (c_associated(hessian)) then
          call effects%add(c_curved_potential_t(name='callback', direction=direction, function=potential, user=user, &
                                                second=hessian))

@@ -9,6 +9,7 @@ module nutate_f77_stepping
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
    use nutate_kinds, only: wp, long
+   use nutate_limits, only: greatest_number, in_words
    use nutate_methods, only: make_stepper
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_observer, only: observer_t, run_record_t
@@ -312,7 +313,8 @@ contains
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       if (self%failed /= 0) &
-         status = fail(NUTATE_NOT_FINITE, 'POT or TOR returned a number that is not finite or exceeds 1e100')
+         status = fail(NUTATE_NOT_FINITE, 'POT or TOR returned a number that is not finite or exceeds '// &
+                       in_words(greatest_number))
    end subroutine stop_on_failure
 
 end module nutate_f77_stepping

@@ -14,11 +14,12 @@ module nutate_file_calls
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
       end function file_kind
-      integer(c_int) function file_target(path, target, size) bind(c, name='nutate_file_target')
+      integer(c_int) function file_target(path, target, size, longest) bind(c, name='nutate_file_target')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: path(*)
          character(kind=c_char), intent(out) :: target(*)
          integer(c_int), intent(in), value :: size
+         integer(c_int), intent(out) :: longest
       end function file_target
       integer(c_int) function file_same(a, b) bind(c, name='nutate_file_same')
          import :: c_char, c_int

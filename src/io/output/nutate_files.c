@@ -8,6 +8,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
+#include <limits.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -26,8 +27,11 @@ enum { LOCKED = -1, TOO_SHORT = -2 };
 /* How long a reader may keep us waiting once we have been asked to stop, ms; what a pipe that is ready takes at once. */
 enum { PATIENCE = 1000, PIPE_ROOM = 4096 };
 
+/* Longest path that a link leads to, and links in a row before they are taken for a circle: what Linux takes. */
+enum { LONGEST_PATH = 4096, MOST_LINKS = 40 };
+
 int nutate_file_kind(const char *path);
-int nutate_file_target(const char *path, char *target, int size);
+int nutate_file_target(const char *path, char *target, int size, int *longest);
 int nutate_file_same(const char *a, const char *b);
 int nutate_file_replaceable(const char *path);
 int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *descriptor);
@@ -56,14 +60,43 @@ int nutate_file_kind(const char *path)
     return KIND_OTHER;
 }
 
-/* The file that a path stands for: where a link leads, if there is something; otherwise the path itself. */
-int nutate_file_target(const char *path, char *target, int size)
+/* Puts where a link leads in the place of its own path, which has room for `size` bytes. */
+static int follow_link(char *path, int size)
+{
+    char text[LONGEST_PATH];
+    ssize_t length = readlink(path, text, sizeof text);
+    if (length < 0) return errno;
+    const char *slash = strrchr(path, '/');
+    int folder = length > 0 && text[0] != '/' && slash ? (int)(slash + 1 - path) : 0;
+    if (length == (ssize_t)sizeof text || folder + length >= size) return ENAMETOOLONG;
+    memcpy(path + folder, text, (size_t)length);
+    path[folder + length] = '\0';
+    return 0;
+}
+
+/* The longest name that a file can have in the folder of a path, bytes. */
+static int longest_name(const char *path)
+{
+    char *copy = strdup(path);
+    long longest = copy ? pathconf(dirname(copy), _PC_NAME_MAX) : -1;
+    free(copy);
+    return longest > 0 && longest < LONGEST_PATH ? (int)longest : NAME_MAX;
+}
+
+/* The file that a path stands for: where links lead, though nothing may be there yet. Its name must be no longer than
+ * its folder admits. */
+int nutate_file_target(const char *path, char *target, int size, int *longest)
 {
     struct stat info;
-    char *real = lstat(path, &info) == 0 && S_ISLNK(info.st_mode) ? realpath(path, NULL) : NULL;
-    int length = snprintf(target, (size_t)size, "%s", real ? real : path);
-    free(real);
-    return length < size ? 0 : ENAMETOOLONG;
+    *longest = 0;
+    if (snprintf(target, (size_t)size, "%s", path) >= size) return ENAMETOOLONG;
+    for (int links = 0; lstat(target, &info) == 0 && S_ISLNK(info.st_mode); links++) {
+        int error = links < MOST_LINKS ? follow_link(target, size) : ELOOP;
+        if (error) return error;
+    }
+    *longest = longest_name(target);
+    const char *slash = strrchr(target, '/');
+    return strlen(slash ? slash + 1 : target) <= (size_t)*longest ? 0 : ENAMETOOLONG;
 }
 
 /* 1 if two paths stand for the same existing file. */

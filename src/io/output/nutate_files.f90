@@ -3,7 +3,8 @@
 !>
 !> The Fortran runtimes buffer what they write and lose errors of the disk, so bytes go through the system's own
 !> `write` (`nutate_files.c`). A regular file `NAME` is written as `NAME.partial`, locked against a second writer,
-!> and renamed by `finish`; standard output, pipes and devices are written directly.
+!> and renamed by `finish`; standard output, pipes and devices are written directly. A link is followed to the file
+!> that it means, there or not, and stays.
 module nutate_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char, c_null_ptr, c_ptr
    use nutate_archive, only: archive_t
@@ -25,8 +26,8 @@ module nutate_files
    integer, parameter :: buffer_size = 65536
    !> Longest path.
    integer, parameter :: path_size = 4096
-   !> What is appended to the name of a file that is not complete.
-   character(len=*), parameter :: partial_suffix = '.partial'
+   !> What is appended to the name of a file that is not complete, and of one that replaces another.
+   character(len=*), parameter :: partial_suffix = '.partial', replacing_suffix = '.tmp'
    !> Names that mean a descriptor of this process, and the descriptors.
    character(len=11), parameter :: descriptor_names(5) = &
       [character(len=11) :: '-', '/dev/stdout', '/dev/fd/1', '/dev/stderr', '/dev/fd/2']
@@ -193,19 +194,18 @@ contains
       !> Its `whole_bytes` are to be kept.
       class(output_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
-      character(kind=c_char) :: path(path_size)
+      character(len=:), allocatable :: partial
       integer :: error
 
-      error = file_target(self%name//c_null_char, path, path_size)
+      call find_target(self%name, partial_suffix, self%target, partial, error)
       if (error == 0) then
-         self%target = text_of(path)
          if (file_kind(self%target//c_null_char) == KIND_REGULAR) error = file_replaceable(self%target//c_null_char)
       end if
       if (error /= 0) then
          status = fail(NUTATE_IO, error_text(error))
          return
       end if
-      self%partial = self%target//partial_suffix
+      call move_alloc(partial, self%partial)
       error = file_open_locked(self%partial//c_null_char, self%whole_bytes, self%descriptor)
       if (error == LOCKED) then
          status = fail(NUTATE_IO, 'another run is writing it')
@@ -215,6 +215,42 @@ contains
          status = fail(NUTATE_IO, error_text(error))
       end if
    end subroutine open_partial
+
+   !> The file that a path stands for, and beside it the name of one that is to become it.
+   subroutine find_target(path, suffix, target, unfinished, error)
+      character(len=*), intent(in) :: path, suffix
+      character(len=:), allocatable, intent(out) :: target, unfinished
+      !> Of the system; 0: none.
+      integer, intent(out) :: error
+      character(kind=c_char) :: found(path_size)
+      integer(c_int) :: longest
+      error = file_target(path//c_null_char, found, path_size, longest)
+      target = path
+      if (error == 0) target = text_of(found)
+      unfinished = with_suffix(target, suffix, int(longest))
+   end subroutine find_target
+
+   !> A path with a suffix. Where its name would become too long, the end of it gives way to a checksum of it, so that
+   !> names which begin alike stay apart.
+   pure function with_suffix(path, suffix, longest) result(longer)
+      character(len=*), intent(in) :: path, suffix
+      !> Bytes that a name may have.
+      integer, intent(in) :: longest
+      character(len=:), allocatable :: longer
+      character(len=16) :: digits
+      integer :: folder, kept
+      folder = index(path, '/', back=.true.)
+      longer = path//suffix
+      if (len(longer) - folder <= longest) return
+      write (digits, '(z16.16)') checksum(path(folder + 1:))
+      kept = max(longest - len('-') - len(digits) - len(suffix), 0)
+      ! Letters of several bytes (UTF-8) are left out whole: all of their bytes but the first begin with the bits 10.
+      do while (kept > 0)
+         if (iand(ichar(path(folder + kept + 1:folder + kept + 1)), 192) /= 128) exit
+         kept = kept - 1
+      end do
+      longer = path(1:folder + kept)//'-'//digits//suffix
+   end function with_suffix
 
    !> Appends one line. Errors: `NUTATE_IO`, whole lines handed to the system before are kept.
    subroutine put_line(self, line, status)
@@ -351,17 +387,21 @@ contains
    subroutine replace_file(path, bytes, status)
       character(len=*), intent(in) :: path, bytes
       type(status_t), intent(out) :: status
+      character(len=:), allocatable :: target, temporary
       integer :: error
-      error = file_replace(path//c_null_char, path//'.tmp'//c_null_char, bytes, len(bytes, c_long_long))
+      call find_target(path, replacing_suffix, target, temporary, error)
+      if (error == 0) error = file_replace(target//c_null_char, temporary//c_null_char, bytes, len(bytes, c_long_long))
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine replace_file
 
-   !> Removes a file. Errors: `NUTATE_IO`.
+   !> Removes a file; links to it stay. Errors: `NUTATE_IO`.
    subroutine remove_file(path, status)
       character(len=*), intent(in) :: path
       type(status_t), intent(out) :: status
+      character(len=:), allocatable :: target, unused
       integer :: error
-      error = file_remove(path//c_null_char)
+      call find_target(path, replacing_suffix, target, unused, error)
+      if (error == 0) error = file_remove(target//c_null_char)
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine remove_file
 

@@ -1,0 +1,115 @@
+"""Where rows and checkpoints go: symbolic links stay links, and every name that the folder admits can be written."""
+import os
+import stat
+import unittest
+
+from support import CommandLineTest
+
+# The longest name of a file, bytes, in the folder of a test.
+LONGEST = os.pathconf("/tmp", "PC_NAME_MAX")
+
+
+class Links(CommandLineTest):
+    def test_a_link_to_a_file_that_is_not_there_yet_stays_a_link(self):
+        os.mkdir(self.path("disk"))
+        os.symlink("disk/real.csv", self.path("box.csv"))
+        self.succeed("run", "box.nml")
+        self.assertEqual(os.readlink(self.path("box.csv")), "disk/real.csv")
+        self.assertEqual(os.listdir(self.path("disk")), ["real.csv"])
+        self.assertEqual(len(self.history("disk/real.csv")[1]), 51)
+
+    def test_a_chain_of_links_is_followed_to_its_end(self):
+        os.mkdir(self.path("disk"))
+        os.symlink(self.path("disk/second"), self.path("first"))
+        os.symlink("../real.csv", self.path("disk/second"))
+        self.succeed("run", "box.nml", "--output", "first")
+        self.assertTrue(os.path.islink(self.path("first")) and os.path.islink(self.path("disk/second")))
+        self.assertEqual(len(self.history("real.csv")[1]), 51)
+        self.assertEqual(os.listdir(self.path("disk")), ["second"])
+
+    def test_rows_of_an_incomplete_run_are_beside_the_file_that_the_link_means(self):
+        os.mkdir(self.path("disk"))
+        os.symlink("disk/real.csv", self.path("box.csv"))
+        self.fail_with(3, "run", "box.nml", "--max-steps", "10", "--checkpoint", "ck",
+                       says=["disk/real.csv.partial", "11 rows"])
+        self.assertEqual(os.listdir(self.path("disk")), ["real.csv.partial"])
+        self.succeed("run", "box.nml", "--resume", "ck")
+        self.succeed("run", "box.nml", "--output", "plain.csv")
+        self.assertEqual(self.read("disk/real.csv"), self.read("plain.csv"))
+        self.assertTrue(os.path.islink(self.path("box.csv")))
+
+    def test_links_that_lead_nowhere_are_told_before_the_run(self):
+        os.symlink("nowhere/real.csv", self.path("lost.csv"))
+        self.fail_with(4, "run", "box.nml", "--output", "lost.csv", says=["lost.csv", "no such file"])
+        os.symlink("b.csv", self.path("a.csv"))
+        os.symlink("a.csv", self.path("b.csv"))
+        self.fail_with(4, "run", "box.nml", "--output", "a.csv", says=["a.csv", "symbolic links"])
+        self.assertTrue(all(os.path.islink(self.path(name)) for name in ("lost.csv", "a.csv", "b.csv")))
+
+    def test_a_checkpoint_goes_where_its_link_leads(self):
+        os.mkdir(self.path("disk"))
+        os.symlink("disk/ck", self.path("link"))
+        self.fail_with(3, "run", "box.nml", "--max-steps", "10", "--checkpoint", "link", says=["--resume link"])
+        self.assertEqual(os.listdir(self.path("disk")), ["ck"])
+        # Written anew while it is there.
+        self.fail_with(3, "run", "box.nml", "--max-steps", "20", "--resume", "link", says=["--resume link"])
+        self.assertEqual(os.readlink(self.path("link")), "disk/ck")
+        self.succeed("run", "box.nml", "--resume", "link")
+        self.assertEqual(os.listdir(self.path("disk")), [])
+        self.assertEqual(os.readlink(self.path("link")), "disk/ck")
+
+
+class LongNames(CommandLineTest):
+    def test_names_up_to_the_longest_are_written(self):
+        self.succeed("run", "box.nml", "--output", "plain.csv")
+        for length in (LONGEST - 9, LONGEST - 8, LONGEST - 7, LONGEST - 1, LONGEST):
+            name = "n" * (length - 4) + ".csv"
+            self.succeed("run", "box.nml", "--output", name)
+            self.assertEqual(self.read(name), self.read("plain.csv"))
+            self.assertEqual(self.names(), sorted(["box.nml", "top.nml", "plain.csv", name]))
+            os.remove(self.path(name))
+
+    def test_a_name_that_is_too_long_is_refused_before_the_run(self):
+        self.fail_with(4, "run", "box.nml", "--output", "n" * (LONGEST + 1), says=["too long"])
+        self.fail_with(4, "run", "box.nml", "--checkpoint", "n" * (LONGEST + 1), says=["too long"])
+        self.assertNotIn("box.csv", self.names())
+
+    def test_long_names_that_begin_alike_are_kept_apart(self):
+        names = ["n" * (LONGEST - 1) + last for last in "ab"]
+        for name in names:
+            self.fail_with(3, "run", "box.nml", "--max-steps", "10", "--output", name, says=[".partial"])
+        kept = [name for name in self.names() if name.endswith(".partial")]
+        self.assertEqual(len(kept), 2)
+        self.assertTrue(all(len(name) <= LONGEST for name in kept))
+
+    def test_a_run_with_long_names_goes_on(self):
+        # Letters of two bytes are not cut through.
+        rows, checkpoint = "ß" * (LONGEST // 2), "c" * LONGEST
+        said = self.fail_with(3, "run", "box.nml", "--max-steps", "10", "--output", rows, "--checkpoint", checkpoint)
+        partial = [name for name in self.names() if name.endswith(".partial")]
+        self.assertEqual(len(partial), 1)
+        self.assertRegex(partial[0], "^ß+-[0-9A-F]{16}[.]partial$")
+        self.assertIn(partial[0], said.stderr)
+        self.succeed("run", "box.nml", "--resume", checkpoint)
+        self.succeed("run", "box.nml", "--output", "plain.csv")
+        self.assertEqual(self.read(rows), self.read("plain.csv"))
+        self.assertEqual(self.names(), sorted(["box.nml", "top.nml", "plain.csv", rows]))
+
+    def test_a_picture_with_the_longest_name(self):
+        os.mkdir(self.path("bin"))
+        self.write("bin/gnuplot", "#!/bin/sh\n[ -s \"$2\" ] && echo drawn >\"$3\"\n")
+        os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
+        name = "p" * (LONGEST - 4) + ".svg"
+        self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", name,
+                     env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
+        self.assertEqual(self.read(name), "drawn\n")
+        self.assertEqual(self.names(), sorted(["bin", "box.nml", name, "top.nml"]))
+
+    def test_names_that_are_not_too_long_keep_their_partial_name(self):
+        name = "n" * (LONGEST - len(".partial"))
+        self.fail_with(3, "run", "box.nml", "--max-steps", "10", "--output", name, says=[name + ".partial"])
+        self.assertIn(name + ".partial", self.names())
+
+
+if __name__ == "__main__":
+    unittest.main()
