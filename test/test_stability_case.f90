@@ -52,7 +52,7 @@ module test_stability_case
       logical :: refused = .false.
       integer :: code = 0
       !> What happened, in words for the table.
-      character(len=160) :: outcome = 'held'
+      character(len=320) :: outcome = 'held'
       logical :: passed = .true.
       !> The first requirement that was missed.
       character(len=240) :: message = ''
