@@ -40,13 +40,13 @@ module nutate_invariant_projection
 
    !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
    !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
-   !> be round-off.
-   real(wp), parameter :: round_off = 4*eps, doubtful = 32*eps
+   !> be round-off. States that differ by no more than the third, the second left at both ends, are on one account.
+   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps
    !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
-   !> longest for a doubtful excess, √ε rad: so little an excess needs more only next to an equilibrium, where H is
-   !> stationary and changes by ε along √ε. The longest after which the rest of the excess, which goes as the square of
-   !> the move, is below ε/16.
-   real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = eps, negligible = 1e-17_wp
+   !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is stationary
+   !> and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The longest after
+   !> which the rest of the excess, which goes as the square of the move, is below ε/16.
+   real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = (64*eps)**2, negligible = 1e-17_wp
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
 
@@ -162,7 +162,7 @@ contains
       real(wp) :: noise
       on = .false.
       if (.not. has_momentum(self, point)) return
-      noise = doubtful*max(self%size, point%size)
+      noise = alike*max(self%size, point%size)
       on = abs(point%energy - self%now%energy) <= noise
       if (on .or. .not. abs(point%energy - self%before%energy) <= noise) return
       self%now = self%before
@@ -182,7 +182,7 @@ contains
       case default
          error = abs(component_of(self, point) - self%component)
       end select
-      has_momentum = error <= doubtful*norm2(point%momentum)
+      has_momentum = error <= alike*norm2(point%momentum)
    end function has_momentum
 
    !> l·n where that is conserved, else |l|.
