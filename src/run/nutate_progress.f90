@@ -27,9 +27,10 @@ module nutate_progress
       integer :: most_iterations = 0
       !> Work of each torque, J; shape (number of torques).
       real(wp), allocatable :: work(:)
-      !> Estimated attitude error at the end time, rad, where the plan asks for an accuracy. Round-off or instability
-      !> can keep it above that.
-      real(wp) :: estimate = 0.0_wp
+      !> Bound on the attitude error at the end time, rad, that pilot runs lead to expect where the plan asks for an
+      !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
+      !> steps.
+      real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_summary
@@ -37,7 +38,7 @@ module nutate_progress
 
    !> A run under way.
    type :: progress_t
-      !> What was asked for, and the error rate that pilot runs have found.
+      !> What was asked for, and the tolerance of steps that pilot runs have found.
       type(run_plan_t) :: plan
       !> Where the run is.
       type(state_t) :: state
@@ -154,7 +155,7 @@ contains
       call self%state%transfer(archive)
       call self%summary%transfer(archive)
       call self%record%transfer(archive)
-      call archive%transfer(self%plan%goal%error_rate)
+      call archive%transfer(self%plan%goal%local_tolerance)
       call archive%transfer(self%next_break)
       call archive%transfer(self%work_compensation)
       call archive%transfer(self%rows)
@@ -172,6 +173,7 @@ contains
       call archive%transfer(self%most_iterations)
       call archive%transfer(self%work)
       call archive%transfer(self%estimate)
+      call archive%transfer(self%round_off)
    end subroutine transfer_summary
 
 end module nutate_progress
