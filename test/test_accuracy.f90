@@ -114,8 +114,8 @@ contains
             return
          end if
          call run_cases(case, case, outcomes)
-         call describe(case, outcomes(1))
-         failures = merge(1, 0, .not. outcomes(1)%miss() <= 2.0_wp)
+         call describe(case, outcomes(case))
+         failures = merge(1, 0, .not. outcomes(case)%miss() <= 2.0_wp)
          return
       end if
       call run_cases(1, all_runs, outcomes)

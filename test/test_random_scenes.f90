@@ -45,12 +45,12 @@ contains
       inertia = power_of_ten(seed, -6.0_wp, 6.0_wp)
       rate = power_of_ten(seed, -1.0_wp, 1.5_wp)
       call make_random_body(seed, inertia, scene%problem%system%body, scene%text)
-      turn = power_of_ten(seed, 0.7_wp, 1.8_wp)
+      turn = power_of_ten(seed, 0.7_wp, 2.2_wp)
       scene%end_time = turn/rate
       if (random_unit(seed) < 0.1_wp) scene%end_time = -scene%end_time
       if (random_unit(seed) > 0.15_wp) call add_effects(seed, inertia*rate**2, rate, scene)
       call choose_start(seed, scene%problem%system%body, rate, q, omega, scene%text)
-      if (scene%problem%system%effects%n_potentials > 0 .and. random_unit(seed) < 0.15_wp) then
+      if (scene%problem%system%effects%n_potentials > 0 .and. random_unit(seed) < 0.3_wp) then
          call stand_up(scene, q)
          omega = (1e-3_wp*random_unit(seed))*omega
          scene%text = trim(scene%text)//', stands'
@@ -170,7 +170,10 @@ contains
       q = random_unit_quaternion(seed)
       axis = random_vector(seed)
       chance = random_unit(seed)
-      if (chance < 0.3_wp) then
+      if (chance < 0.2_wp) then
+         axis = body%axes(:, intermediate(body%moments)) + power_of_ten(seed, -8.0_wp, -1.0_wp)*axis
+         text = trim(text)//', near the middle axis'
+      else if (chance < 0.3_wp) then
          axis = body%axes(:, 1 + int(3*random_unit(seed))) + power_of_ten(seed, -8.0_wp, -1.0_wp)*axis
          text = trim(text)//', near an axis'
       else if (chance < 0.4_wp) then
@@ -183,6 +186,13 @@ contains
          text = trim(text)//', at rest'
       end if
    end subroutine choose_start
+
+   !> The axis of the moment that is neither the largest nor the smallest.
+   pure integer function intermediate(moments)
+      real(wp), intent(in) :: moments(3)
+      intermediate = 6 - maxloc(moments, 1) - minloc(moments, 1, back=.true.)
+      if (maxloc(moments, 1) == minloc(moments, 1, back=.true.)) intermediate = 1
+   end function intermediate
 
    !> Turns the body so that the first potential's torque all but vanishes and its energy is largest: the mass above the
    !> point of support, to a thousandth.

@@ -1,9 +1,10 @@
 !> From the attitude error that is asked for at the end of a run to the error that its steps may make.
 !>
 !> What steps and round-off do on the way grows by a factor that belongs to the motion: pilot runs measure it. Pilot A has
-!> a larger tolerance than the run B and *noise* η in every step, some twentieth of that tolerance, so that it is off by
-!> errors of every kind, each in a direction of its own. How far it ends from B tells what errors of B's size come to,
-!> and, with round-off ε in the place of η, what is left of it however short the steps are: the *floor*.
+!> a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that tolerance, so that
+!> it is off by errors of every kind, each in a direction of its own. How far it ends from B tells what errors of B's size
+!> come to, and, with round-off ε in the place of η, what is left of it however short the steps are: the *floor*. Two
+!> ends can be near each other by accident, so there are two such pilots, and every earlier run is heard.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
 !> table in docs/accuracy.md. They belong to the error behaviour of the methods, and are to be measured anew where that
@@ -11,7 +12,7 @@
 module nutate_accuracy
    use nutate_error_control, only: error_control_t
    use nutate_hamiltonian, only: angular_velocity, make_state
-   use nutate_kinds, only: wp, eps, long
+   use nutate_kinds, only: wp, eps, long, pi
    use nutate_methods, only: method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t
@@ -58,26 +59,29 @@ module nutate_accuracy
    !> less than `hardly_more`.
    integer(long), parameter :: few_steps = 6
    real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
-   !> A floor above this part of the accuracy is measured twice, and the larger counts.
-   real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
+   !> The tolerance of the second pilot over that of the first, or, where that is above `coarsest_a`, the inverse of it.
+   real(wp), parameter :: other_ratio = 10.0_wp, other_inverse = 0.3_wp
+   !> What rounding of J⁻¹ is worth in noise: where the tensor is diagonal, ½ε of each moment, a quarter of it.
+   real(wp), parameter :: data_part = 0.25_wp
+   !> Nothing is known of the attitude, rad.
+   real(wp), parameter :: unknown = pi
    !> Bounds that the floor alone keeps from being met are below this times the floor.
    real(wp), parameter :: about_floor = 1.5_wp
    !> The next tolerance aims at the accuracy over the first; errors go as tolerances to the second power; the change of
    !> the tolerance at a time.
    real(wp), parameter :: aim = 2.5_wp, usual_power = 0.9_wp, most_change = 1e-5_wp, least_change = 0.1_wp
-   !> Pairs of runs at most.
-   integer, parameter :: most_rounds = 9
+   !> Pairs of runs at most; runs, with two pilots for each.
+   integer, parameter :: most_rounds = 9, most_runs = 3*most_rounds
 
-   !> A run of one tolerance.
+   !> What is kept of a run.
    type :: pilot_t
       !> rad a step.
       real(wp) :: tolerance = 0.0_wp
-      type(noise_t) :: noise
-      !> At its end.
-      type(progress_t) :: progress
-   contains
-      procedure :: run => run_pilot
-      procedure :: steps => steps_of
+      !> η.
+      real(wp) :: noise = 0.0_wp
+      !> Attitude at the end; shape (4).
+      real(wp) :: q(4) = 0.0_wp
+      integer(long) :: steps = 1
    end type pilot_t
 
    !> What the runs so far tell.
@@ -86,13 +90,12 @@ module nutate_accuracy
       type(method_t) :: method
       !> rad.
       real(wp) :: accuracy = 0.0_wp
-      type(pilot_t) :: coarse, fine
-      !> The pilots with noise, for the floor, and how many there are.
-      type(pilot_t) :: noisy(2)
-      integer :: n_noisy = 0
-      !> Draws of noise so far: each has numbers of its own.
-      integer :: draws = 0
-      !> Bound on the error of the finer run, and the part of round-off in it, rad.
+      !> Tolerances of A and B.
+      real(wp) :: coarse = 0.0_wp, fine = 0.0_wp
+      !> The runs so far; the last is B.
+      type(pilot_t) :: runs(most_runs)
+      integer :: n = 0
+      !> Bound on the error of the last run, and the part of round-off in it, rad.
       real(wp) :: truncation = huge(1.0_wp), floor = 0.0_wp
    end type search_t
 
@@ -115,6 +118,7 @@ contains
       !> The end of a run with the tolerance that was found, rows apart.
       type(progress_t), intent(inout), optional :: last
       type(search_t) :: search
+      type(progress_t) :: own
       logical :: fresh, done
       integer :: round
 
@@ -123,30 +127,27 @@ contains
       if (search%method%order < 1) progress%plan%goal%local_tolerance = search%accuracy
       if (search%method%order < 1) return
       search%behaviour = behaviour_of(search%method)
-      search%fine%tolerance = max(finest, min(coarsest_b, search%accuracy/search%behaviour%caution))
-      search%coarse%tolerance = min(coarsest_a, search%behaviour%ratio*search%fine%tolerance)
+      search%fine = max(finest, min(coarsest_b, search%accuracy/search%behaviour%caution))
+      search%coarse = min(coarsest_a, search%behaviour%ratio*search%fine)
       fresh = .true.
       do round = 1, most_rounds
-         if (fresh) call run_noisy(search, system, settings, progress, status, observer)
-         if (status%ok()) call search%fine%run(system, settings, progress, status, observer)
+         if (fresh) call run_noisy(search, system, settings, progress, own, status, observer)
+         if (status%ok()) call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
          if (.not. status%ok()) return
-         fresh = distance(search%coarse, search%fine) >= too_far
+         call judge(search, fresh)
+         done = is_done(search)
+         if (fresh) done = search%fine < much_finer*hopeless
+         if (done .or. round == most_rounds) exit
          if (fresh) then
-            search%truncation = distance(search%coarse, search%fine)
-            done = search%fine%tolerance < much_finer*hopeless
-            if (.not. done) call refine_both(search, much_finer)
+            call refine_both(search, much_finer)
          else
-            call judge(search, system, settings, progress, status, observer)
-            if (.not. status%ok()) return
-            done = is_done(search)
-            if (.not. done .and. round < most_rounds) call refine(search)
+            call refine(search)
          end if
-         if (done) exit
       end do
-      progress%plan%goal%local_tolerance = search%fine%tolerance
+      progress%plan%goal%local_tolerance = search%fine
       progress%summary%estimate = max(search%truncation, search%floor)
       progress%summary%round_off = search%floor
-      if (present(last)) last = search%fine%progress
+      if (present(last)) last = own
    end subroutine find_tolerance
 
    !> How the error of a method follows the tolerance.
@@ -162,114 +163,46 @@ contains
       end if
    end function behaviour_of
 
-   !> Runs the coarser pilot with noise; where it fails, one with smaller tolerances. Errors: those of a run that shorter
-   !> steps do not help.
-   subroutine run_noisy(search, system, settings, progress, status, observer)
+   !> Runs both pilots with noise; where the first fails, again with smaller tolerances. Errors: those of a run that
+   !> shorter steps do not help.
+   subroutine run_noisy(search, system, settings, progress, own, status, observer)
       type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(progress_t), intent(in) :: progress
+      type(progress_t), intent(inout) :: own
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(status_t) :: success
+      real(wp) :: other
       do
-         call draw(search, search%coarse)
-         call search%coarse%run(system, settings, progress, status, observer)
-         search%n_noisy = 1
-         search%noisy(1) = search%coarse
-         if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH])) return
-         if (search%fine%tolerance < finer*hopeless) return
+         call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, status, observer)
+         if (.not. went_astray(status)) exit
+         if (search%fine < finer*hopeless) return
          status = success
          call refine_both(search, finer)
       end do
+      if (.not. status%ok()) return
+      other = merge(other_ratio, other_inverse, other_ratio*search%coarse <= coarsest_a)*search%coarse
+      call run_pilot(search, other, noise_part*other, system, settings, progress, own, status, observer)
+      if (went_astray(status)) status = success
    end subroutine run_noisy
 
-   !> Gives a pilot noise with numbers of its own.
-   pure subroutine draw(search, pilot)
-      type(search_t), intent(inout) :: search
-      type(pilot_t), intent(inout) :: pilot
-      type(noise_t) :: noise
-      real(wp) :: x
-      integer :: i
-      search%draws = search%draws + 1
-      noise%state = noise%state + search%draws
-      do i = 1, 8
-         call noise%next(x)
-      end do
-      noise%amplitude = noise_part*pilot%tolerance
-      pilot%noise = noise
-   end subroutine draw
+   !> True for what shorter steps may help against.
+   pure logical function went_astray(status)
+      type(status_t), intent(in) :: status
+      went_astray = any(status%code == [NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH])
+   end function went_astray
 
    !> Makes both tolerances smaller.
    pure subroutine refine_both(search, factor)
       type(search_t), intent(inout) :: search
       real(wp), intent(in) :: factor
-      search%fine%tolerance = max(finest, search%fine%tolerance/factor)
-      search%coarse%tolerance = min(search%coarse%tolerance, coarsest_a)/factor
+      search%fine = max(finest, search%fine/factor)
+      search%coarse = search%coarse/factor
    end subroutine refine_both
 
-   !> What the last two runs tell of the error of the finer one. Errors: those of another pilot.
-   subroutine judge(search, system, settings, progress, status, observer)
-      type(search_t), intent(inout) :: search
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(progress_t), intent(in) :: progress
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(status_t) :: success
-      search%truncation = gain_of(search)*distance(search%coarse, search%fine)
-      search%floor = floor_of(search)
-      if (search%floor <= doubtful_floor*search%accuracy .or. search%n_noisy > 1) return
-      search%noisy(2) = search%noisy(1)
-      call draw(search, search%noisy(2))
-      call search%noisy(2)%run(system, settings, progress, status, observer)
-      if (any(status%code == [NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH])) then
-         status = success
-      else if (status%ok()) then
-         search%n_noisy = 2
-         search%floor = floor_of(search)
-      end if
-   end subroutine judge
-
-   !> Error of the finer run over the difference of both, with a margin.
-   pure real(wp) function gain_of(search) result(gain)
-      type(search_t), intent(in) :: search
-      real(wp) :: ratio
-      ratio = search%coarse%tolerance/search%fine%tolerance
-      gain = min(1.0_wp, margin/ratio**search%behaviour%power)
-      associate (coarse => search%coarse%steps(), fine => search%fine%steps())
-         if (min(coarse, fine) < few_steps) gain = max(gain, gain_of_few)
-         if (.not. search%method%dense .and. real(fine, wp) < hardly_more*real(coarse, wp)) gain = max(gain, gain_of_equals)
-      end associate
-   end function gain_of
-
-   !> What round-off makes of the attitude at the end of the finer run, rad: the response to noise, with ½ε for η, and more
-   !> the more steps there are. Implicit steps take part in the noise at the start only.
-   pure real(wp) function floor_of(search) result(floor)
-      type(search_t), intent(in) :: search
-      real(wp) :: more, response
-      integer :: i
-      response = 0.0_wp
-      more = real(search%fine%steps() + 4, wp)
-      do i = 1, search%n_noisy
-         associate (pilot => search%noisy(i))
-            more = real(search%fine%steps() + 4, wp)
-            if (search%method%projected .or. .not. search%method%conserving) more = more/real(pilot%steps() + 4, wp)
-            response = max(response, sqrt(more)*distance(pilot, search%fine)/pilot%noise%amplitude)
-         end associate
-      end do
-      floor = max(search%behaviour%round_off*0.5_wp*eps*response, eps*sqrt(real(search%fine%steps(), wp)))
-   end function floor_of
-
-   !> True where the accuracy is met, or where the floor is all that is left to keep it from being.
-   pure logical function is_done(search)
-      type(search_t), intent(in) :: search
-      is_done = max(search%truncation, search%floor) <= search%accuracy .or. &
-                (search%floor > search%accuracy .and. search%truncation <= about_floor*search%floor) .or. &
-                search%fine%tolerance <= finest
-   end function is_done
-
-   !> The next, smaller tolerance; the finer run becomes the coarser one.
+   !> The next, smaller tolerance of B.
    pure subroutine refine(search)
       type(search_t), intent(inout) :: search
       real(wp) :: factor, power
@@ -278,56 +211,134 @@ contains
          power = min(power, real(search%method%order, wp)/real(search%method%order + 1, wp))
       factor = (max(search%accuracy, search%floor)/(aim*search%truncation))**(1/power)
       search%coarse = search%fine
-      search%fine%tolerance = max(finest, search%fine%tolerance*min(least_change, max(most_change, factor)))
+      search%fine = max(finest, search%fine*min(least_change, max(most_change, factor)))
    end subroutine refine
 
-   !> Angle between the ends of two runs, rad.
-   pure real(wp) function distance(one, other)
-      type(pilot_t), intent(in) :: one, other
-      distance = attitude_distance(one%progress%state%q, other%progress%state%q)
-   end function distance
+   !> What the earlier runs tell of the error of the last one.
+   pure subroutine judge(search, astray)
+      type(search_t), intent(inout) :: search
+      !> They tell nothing: those of the pair are too far apart.
+      logical, intent(out) :: astray
+      real(wp) :: distance, response, more
+      integer :: i
+      search%truncation = 0.0_wp
+      response = 0.0_wp
+      astray = .true.
+      associate (fine => search%runs(search%n))
+         do i = 1, search%n - 1
+            associate (run => search%runs(i))
+               distance = attitude_distance(run%q, fine%q)
+               more = real(fine%steps + 4, wp)
+               if (search%method%projected .or. .not. search%method%conserving) more = more/real(run%steps + 4, wp)
+               if (run%noise > 0.0_wp) response = max(response, sqrt(more)*distance/run%noise)
+               if (distance >= too_far) cycle
+               if (run%tolerance <= search%coarse) astray = .false.
+               search%truncation = max(search%truncation, gain_of(search, run, fine)*distance)
+            end associate
+         end do
+         search%floor = max(search%behaviour%round_off*0.5_wp*eps*response, eps*sqrt(real(fine%steps, wp)))
+      end associate
+      if (astray) search%truncation = unknown
+   end subroutine judge
 
-   !> Steps that a run took.
-   pure integer(long) function steps_of(self)
-      class(pilot_t), intent(in) :: self
-      steps_of = max(self%progress%summary%steps, 1_long)
-   end function steps_of
+   !> Bound on the error of a run over its distance from a coarser one.
+   pure real(wp) function gain_of(search, coarse, fine) result(gain)
+      type(search_t), intent(in) :: search
+      type(pilot_t), intent(in) :: coarse, fine
+      gain = min(1.0_wp, margin*(fine%tolerance/coarse%tolerance)**search%behaviour%power)
+      if (min(coarse%steps, fine%steps) < few_steps) gain = max(gain, gain_of_few)
+      if (.not. search%method%dense .and. real(fine%steps, wp) < hardly_more*real(coarse%steps, wp)) &
+         gain = max(gain, gain_of_equals)
+   end function gain_of
 
-   !> Runs a pilot, without rows.
-   subroutine run_pilot(self, system, settings, progress, status, observer)
-      class(pilot_t), intent(inout) :: self
+   !> True where the accuracy is met, or where the floor is all that is left to keep it from being.
+   pure logical function is_done(search)
+      type(search_t), intent(in) :: search
+      is_done = max(search%truncation, search%floor) <= search%accuracy .or. &
+                (search%floor > search%accuracy .and. search%truncation <= about_floor*search%floor) .or. &
+                search%fine <= finest
+   end function is_done
+
+   !> A run of a tolerance, without rows. Errors: why it failed.
+   subroutine run_pilot(search, tolerance, noise, system, settings, progress, own, status, observer)
+      type(search_t), intent(inout) :: search
+      !> rad, and η.
+      real(wp), intent(in) :: tolerance, noise
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       !> The run to come, at its start.
       type(progress_t), intent(in) :: progress
+      !> That of this run, at its end.
+      type(progress_t), intent(inout) :: own
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(error_control_t) :: control
       type(run_plan_t) :: plan
       plan = progress%plan
-      plan%goal = run_goal_t(local_tolerance=self%tolerance)
+      plan%goal = run_goal_t(local_tolerance=tolerance)
       plan%interval = 0.0_wp
       plan%every = huge(plan%every)
-      call start_run(self%progress, system%effects, progress%state, plan, status)
-      if (self%noise%amplitude > 0.0_wp) call disturb_start(self, system)
-      if (status%ok()) call control%begin(system, settings, self%progress, status)
-      if (self%noise%amplitude > 0.0_wp .and. status%ok()) call control%disturb(self%noise)
-      if (status%ok()) call drive(self%progress, control, system, status, observer)
+      call start_run(own, system%effects, progress%state, plan, status)
+      if (.not. status%ok()) return
+      if (noise > 0.0_wp) then
+         call drive_noisy(noise_of(noise, search%n), system, settings, own, control, status, observer)
+      else
+         call control%begin(system, settings, own, status)
+         if (status%ok()) call drive(own, control, system, status, observer)
+      end if
+      if (.not. status%ok()) return
+      search%n = search%n + 1
+      search%runs(search%n) = pilot_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
    end subroutine run_pilot
 
-   !> Moves the first attitude by η rad and the first angular velocity by η of its size, in directions of the noise.
-   subroutine disturb_start(self, system)
-      class(pilot_t), intent(inout) :: self
+   !> Noise with numbers of its own for each run.
+   pure type(noise_t) function noise_of(amplitude, draw) result(noise)
+      real(wp), intent(in) :: amplitude
+      !> How many there were before.
+      integer, intent(in) :: draw
+      real(wp) :: x
+      integer :: i
+      noise%state = noise%state + draw
+      do i = 1, 8
+         call noise%next(x)
+      end do
+      noise%amplitude = amplitude
+   end function noise_of
+
+   !> A run with noise in its data, its start and its steps: of η in J⁻¹, in the first attitude (rad) and in the first
+   !> angular velocity, as part of its size and in any direction.
+   subroutine drive_noisy(source, system, settings, own, control, status, observer)
+      type(noise_t), intent(in) :: source
       type(system_t), intent(in) :: system
-      real(wp) :: turn(3), change(3), omega(3), q(4)
-      call self%noise%vector(turn)
-      call self%noise%vector(change)
-      associate (state => self%progress%state)
+      type(integrator_settings_t), intent(in) :: settings
+      type(progress_t), intent(inout) :: own
+      type(error_control_t), intent(inout) :: control
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(noise_t) :: noise
+      type(system_t) :: noisy
+      real(wp) :: turn(3), change(3), omega(3), q(4), part(3, 3)
+      integer :: i
+      noise = source
+      noisy = system
+      call noise%vector(turn)
+      call noise%vector(change)
+      do i = 1, 3
+         call noise%vector(part(:, i))
+      end do
+      associate (state => own%state, inverse => noisy%body%inverse_inertia)
          omega = angular_velocity(system, state)
-         omega = omega + (self%noise%amplitude*norm2(omega)/norm2(change))*change
+         omega = omega + (noise%amplitude*norm2(omega)/norm2(change))*change
          q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
          state = make_state(system, q/quat_norm(q), omega, state%t)
+         part = 0.5_wp*(part + transpose(part))
+         if (.not. any(abs([inverse(1, 2), inverse(1, 3), inverse(2, 3)]) > 0.0_wp)) part = data_part*part
+         inverse = (1 + part)*inverse
       end associate
-   end subroutine disturb_start
+      call control%begin(noisy, settings, own, status)
+      if (.not. status%ok()) return
+      call control%disturb(noise)
+      call drive(own, control, noisy, status, observer)
+   end subroutine drive_noisy
 
 end module nutate_accuracy
