@@ -5,7 +5,9 @@ module nutate_check_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
-   use nutate_run_plan, only: run_goal_t
+   use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_files, only: STANDARD_OUTPUT
@@ -19,7 +21,7 @@ module nutate_check_command
    use nutate_fixed_steps, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, NUTATE_STEP_LIMIT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_run_summary, only: kept_momentum
    implicit none
@@ -27,8 +29,8 @@ module nutate_check_command
 
    public :: check_command
 
-   !> Characters that a number takes in a history, its comma included; for the estimate of the file's size.
-   real(wp), parameter :: usual_field = 19.0_wp
+   !> Steps that are tried to find out how many there will be: some seconds.
+   integer(long), parameter :: most_tried = 1000000
 
 contains
 
@@ -222,34 +224,61 @@ contains
       call columns%choose(scene%output%columns, status)
       if (status%ok()) call page%item('columns', columns%header())
       if (scene%plan%goal%active()) then
-         call page%item('file', printable_path(scene%output%file))
-         if (scene%plan%interval > 0.0_wp) &
-            call page%item('rows', 'one every '//rounded_text(scene%plan%interval)//' s')
+         call add_expected_rows(page, scene)
          return
       end if
       n = count_steps(scene%initial%t, scene%plan)
-      rows = 1 + n/scene%plan%every + min(modulo(n, scene%plan%every), 1_long)
-      call page%item('file', printable_path(scene%output%file)//', about '// &
-                     size_text(usual_field*real(rows, wp)*real(columns%width, wp)))
+      rows = rows_of(scene, n)
+      call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
       if (scene%plan%every == 1) then
          call page%item('rows', count_text(rows)//', one for each step')
       else
          call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
       end if
+      if (rows > most_rows(scene)) call page%item('refused', too_many_rows(scene, rows))
    end subroutine add_output
 
-   !> A number of bytes for people.
-   pure function size_text(bytes) result(text)
-      real(wp), intent(in) :: bytes
-      character(len=:), allocatable :: text
-      if (bytes < 1e6_wp) then
-         text = rounded_text(max(1.0_wp, anint(bytes/1e3_wp)), 2)//' kB'
-      else if (bytes < 1e9_wp) then
-         text = rounded_text(bytes/1e6_wp, 2)//' MB'
-      else
-         text = rounded_text(bytes/1e9_wp, 2)//' GB'
+   !> Steps, rows and size where steps are chosen by their error: found as `run` would find them.
+   subroutine add_expected_rows(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(run_t) :: run
+      type(run_plan_t) :: plan
+      type(status_t) :: status
+      integer(long) :: steps, rows
+      plan = scene%plan
+      plan%max_steps = most_tried
+      call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
+      if (status%ok()) call run%find_steps(scene%system, status)
+      steps = known_steps(scene, run)
+      if (steps < 0 .and. status%ok()) then
+         plan%interval = 0.0_wp
+         plan%every = huge(plan%every)
+         if (plan%goal%accuracy <= 0.0_wp) call run%go(scene%system, status)
+         if (plan%goal%accuracy <= 0.0_wp) steps = run%summary%steps
       end if
-   end function size_text
+      rows = rows_of(scene, steps)
+      if (rows >= 0) then
+         call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
+      else
+         call page%item('file', printable_path(scene%output%file))
+      end if
+      if (status%code == NUTATE_STEP_LIMIT) then
+         call page%item('steps', 'more than '//count_text(most_tried))
+      else if (.not. status%ok()) then
+         call page%item('steps', 'none: '//trim(status%message))
+      else if (steps >= 0) then
+         call page%item('steps', 'about '//count_text(steps))
+      end if
+      if (scene%plan%interval > 0.0_wp) then
+         call page%item('rows', count_text(rows)//', one every '//rounded_text(scene%plan%interval)//' s')
+      else if (rows >= 0 .and. status%ok()) then
+         call page%item('rows', 'about '//count_text(rows))
+      end if
+      if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
+         call page%item('accuracy', 'out of reach: '//rounded_text(run%summary%estimate, 3)//' rad can be had')
+      if (rows > most_rows(scene)) call page%item('refused', too_many_rows(scene, rows))
+   end subroutine add_expected_rows
 
    subroutine add_notes(page, scene)
       type(page_t), intent(inout) :: page

@@ -109,7 +109,8 @@ contains
    subroutine find_tolerance(system, settings, progress, status, observer, last)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> At its start, not its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary are set.
+      !> At its start, not its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary
+      !> and `expected_steps` are set.
       type(progress_t), intent(inout) :: progress
       !> Success on entry.
       type(status_t), intent(inout) :: status
@@ -147,6 +148,7 @@ contains
       progress%plan%goal%local_tolerance = search%fine
       progress%summary%estimate = max(search%truncation, search%floor)
       progress%summary%round_off = search%floor
+      progress%expected_steps = own%summary%steps
       if (present(last)) last = own
    end subroutine find_tolerance
 

@@ -54,6 +54,8 @@ module nutate_progress
       integer :: next_break = 1
       !> Digits of the work of each torque that its sum cannot hold, J.
       real(wp), allocatable :: work_compensation(:)
+      !> Steps that the run is going to take, where pilot runs have found it out; else 0.
+      integer(long) :: expected_steps = 0
       !> Rows at intervals so far.
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
@@ -81,6 +83,7 @@ contains
       if (plan%steps_before > 0) self%t_first = plan%first_time
       self%n_steps = -1
       self%next_break = 1
+      self%expected_steps = 0
       self%rows = 0
       self%resumed = .false.
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
