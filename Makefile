@@ -8,11 +8,12 @@ PREFIX ?=
 BENCH ?=
 STRESS ?=
 FUZZ ?=
+CASE ?=
 
 export FFLAGS
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test stress fuzz memcheck sanitize bench figures lint api docs install clean
+.PHONY: help setup build run test stress accuracy fuzz memcheck sanitize bench figures lint api docs install clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
@@ -32,6 +33,9 @@ test: setup ## run the unit tests and the command-line tests
 
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/stability.md (STRESS=long selects)
 	@bash tools/stress.sh $(STRESS)
+
+accuracy: setup ## run 2000 random scenes against an oracle and write the table of docs/accuracy.md (CASE=7 repeats one)
+	@bash tools/accuracy.sh $(CASE)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
 	@bash tools/setup.sh test

@@ -73,6 +73,7 @@ SIGNATURES = {
     "nutate_stepper_euler": (Handle, Doubles),
     "nutate_stepper_energy": (Handle, Doubles),
     "nutate_stepper_constraints": (Handle, Doubles),
+    "nutate_stepper_accuracy": (Handle, Doubles),
 }
 
 

@@ -61,8 +61,9 @@ module nutate_accuracy
    real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
    !> The tolerance of the second pilot over that of the first, or, where that is above `coarsest_a`, the inverse of it.
    real(wp), parameter :: other_ratio = 10.0_wp, other_inverse = 0.3_wp
-   !> What rounding of J⁻¹ is worth in noise: where the tensor is diagonal, ½ε of each moment, a quarter of it.
-   real(wp), parameter :: data_part = 0.25_wp
+   !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step. Beyond
+   !> so many steps they are taken to add up.
+   real(wp), parameter :: cancelling_steps = 1000.0_wp
    !> Nothing is known of the attitude, rad.
    real(wp), parameter :: unknown = pi
    !> Bounds that the floor alone keeps from being met are below this times the floor.
@@ -90,6 +91,8 @@ module nutate_accuracy
       type(method_t) :: method
       !> rad.
       real(wp) :: accuracy = 0.0_wp
+      !> There are torques.
+      logical :: drifts = .false.
       !> Tolerances of A and B.
       real(wp) :: coarse = 0.0_wp, fine = 0.0_wp
       !> The runs so far; the last is B.
@@ -128,6 +131,7 @@ contains
       if (search%method%order < 1) progress%plan%goal%local_tolerance = search%accuracy
       if (search%method%order < 1) return
       search%behaviour = behaviour_of(search%method)
+      search%drifts = system%effects%n_torques > 0
       search%fine = max(finest, min(coarsest_b, search%accuracy/search%behaviour%caution))
       search%coarse = min(coarsest_a, search%behaviour%ratio*search%fine)
       fresh = .true.
@@ -238,6 +242,7 @@ contains
                search%truncation = max(search%truncation, gain_of(search, run, fine)*distance)
             end associate
          end do
+         if (search%drifts) response = response*max(1.0_wp, sqrt(real(fine%steps, wp)/cancelling_steps))
          search%floor = max(search%behaviour%round_off*0.5_wp*eps*response, eps*sqrt(real(fine%steps, wp)))
       end associate
       if (astray) search%truncation = unknown
@@ -334,7 +339,6 @@ contains
          q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
          state = make_state(system, q/quat_norm(q), omega, state%t)
          part = 0.5_wp*(part + transpose(part))
-         if (.not. any(abs([inverse(1, 2), inverse(1, 3), inverse(2, 3)]) > 0.0_wp)) part = data_part*part
          inverse = (1 + part)*inverse
       end associate
       call control%begin(noisy, settings, own, status)

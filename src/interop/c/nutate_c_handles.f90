@@ -93,6 +93,8 @@ module nutate_c_handles
       type(run_plan_t) :: plan
       !> Work of all torques from before the run under way, J, and the digits that its sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
+      !> `estimate` and `round_off` of the last run with an accuracy, rad.
+      real(wp) :: error(2) = 0.0_wp
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first
       real(wp) :: first_energy = 0.0_wp

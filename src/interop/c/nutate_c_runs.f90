@@ -272,6 +272,7 @@ contains
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
       handle%failure = 0
+      handle%error = 0.0_wp
       first = handle%run%state
       state = first
       call keep_work(handle)
@@ -288,6 +289,7 @@ contains
       handle%run%state = state
       handle%ready = .false.
       handle%plain = .false.
+      if (status%ok()) handle%error = [summary%estimate, summary%round_off]
       if (.not. allocated(summary%work)) return
       do i = 1, size(summary%work)
          call add_increment(handle%work, handle%work_compensation, summary%work(i))
