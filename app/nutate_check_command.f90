@@ -17,20 +17,31 @@ module nutate_check_command
    use nutate_kinds, only: wp, long
    use nutate_methods, only: equations_of, make_stepper
    use nutate_notes, only: note_t, scene_notes
+   use nutate_observer, only: observer_t, run_record_t
    use nutate_printable, only: printable_path
    use nutate_fixed_steps, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_status, only: status_t, NUTATE_STEP_LIMIT
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
    use nutate_run_summary, only: kept_momentum
    implicit none
    private
 
    public :: check_command
 
-   !> Steps that are tried to find out how many there will be: some seconds.
-   integer(long), parameter :: most_tried = 1000000
+   !> Time for finding out how many steps there will be, s.
+   real(wp), parameter :: patience = 0.5_wp
+
+   !> Ends runs when the time for them is over, and counts no rows.
+   type, extends(observer_t) :: timekeeper_t
+      integer(long) :: deadline = 0
+   contains
+      procedure :: observe => ignore_row
+      procedure :: poll => look_at_clock
+   end type timekeeper_t
 
 contains
 
@@ -245,17 +256,19 @@ contains
       type(run_t) :: run
       type(run_plan_t) :: plan
       type(status_t) :: status
-      integer(long) :: steps, rows
+      type(timekeeper_t) :: timekeeper
+      integer(long) :: steps, rows, rate
+      call system_clock(timekeeper%deadline, rate)
+      timekeeper%deadline = timekeeper%deadline + int(patience*real(rate, wp), long)
       plan = scene%plan
-      plan%max_steps = most_tried
+      plan%interval = 0.0_wp
+      plan%every = huge(plan%every)
       call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
-      if (status%ok()) call run%find_steps(scene%system, status)
+      if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
       steps = known_steps(scene, run)
       if (steps < 0 .and. status%ok()) then
-         plan%interval = 0.0_wp
-         plan%every = huge(plan%every)
-         if (plan%goal%accuracy <= 0.0_wp) call run%go(scene%system, status)
-         if (plan%goal%accuracy <= 0.0_wp) steps = run%summary%steps
+         call run%go(scene%system, status, timekeeper)
+         if (status%ok()) steps = run%summary%steps
       end if
       rows = rows_of(scene, steps)
       if (rows >= 0) then
@@ -263,8 +276,8 @@ contains
       else
          call page%item('file', printable_path(scene%output%file))
       end if
-      if (status%code == NUTATE_STEP_LIMIT) then
-         call page%item('steps', 'more than '//count_text(most_tried))
+      if (status%code == NUTATE_STOPPED) then
+         call page%item('steps', 'so many that they cannot be found out here')
       else if (.not. status%ok()) then
          call page%item('steps', 'none: '//trim(status%message))
       else if (steps >= 0) then
@@ -279,6 +292,24 @@ contains
          call page%item('accuracy', 'out of reach: '//rounded_text(run%summary%estimate, 3)//' rad can be had')
       if (rows > most_rows(scene)) call page%item('refused', too_many_rows(scene, rows))
    end subroutine add_expected_rows
+
+   subroutine ignore_row(self, system, state, record, status)
+      class(timekeeper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+   end subroutine ignore_row
+
+   !> Ends the run after the deadline.
+   subroutine look_at_clock(self, fraction, status)
+      class(timekeeper_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      integer(long) :: now
+      call system_clock(now)
+      if (now > self%deadline) status = fail(NUTATE_STOPPED, 'it takes too long')
+   end subroutine look_at_clock
 
    subroutine add_notes(page, scene)
       type(page_t), intent(inout) :: page

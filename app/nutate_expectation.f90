@@ -84,7 +84,7 @@ contains
       text = text//' in &output; every = 1 for all of them)'
    end function too_many_rows
 
-   !> Steps and rows to expect, as far as they are known; blank where they are not.
+   !> Steps and rows to expect where pilot runs have found them; blank elsewhere.
    function expectation_text(scene, run) result(text)
       type(scene_t), intent(in) :: scene
       !> Begun, its steps found.
@@ -92,12 +92,11 @@ contains
       character(len=:), allocatable :: text
       integer(long) :: steps, rows
       text = ''
-      steps = known_steps(scene, run)
+      steps = run%expected_steps
+      if (steps < 1) return
       rows = rows_of(scene, steps)
-      if (steps >= 0) text = plural(steps, 'step')
-      if (steps >= 0 .and. rows >= 0) text = text//', '
-      if (rows >= 0) text = text//plural(rows, 'row')//', about '//size_text(history_bytes(scene, rows))
-      if (text /= '') text = printable_path(scene%file)//': '//text//' to expect'
+      text = printable_path(scene%file)//': '//plural(steps, 'step')//', '//plural(rows, 'row')//', about '// &
+             size_text(history_bytes(scene, rows))//' to expect'
    end function expectation_text
 
    !> A number of bytes for people.

@@ -10,14 +10,14 @@
 !> table in docs/accuracy.md. They belong to the error behaviour of the methods, and are to be measured anew where that
 !> changes.
 module nutate_accuracy
+   use nutate_disturbance, only: disturb_problem
    use nutate_error_control, only: error_control_t
-   use nutate_hamiltonian, only: angular_velocity, make_state
    use nutate_kinds, only: wp, eps, long, pi
    use nutate_methods, only: method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t
    use nutate_progress, only: progress_t, start_run
-   use nutate_quaternion, only: attitude_distance, quat_norm, quat_product
+   use nutate_quaternion, only: attitude_distance
    use nutate_run_loop, only: drive
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_status, only: status_t, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
@@ -312,8 +312,7 @@ contains
       noise%amplitude = amplitude
    end function noise_of
 
-   !> A run with noise in its data, its start and its steps: of η in J⁻¹, in the first attitude (rad) and in the first
-   !> angular velocity, as part of its size and in any direction.
+   !> A run with noise in its data, its start and its steps.
    subroutine drive_noisy(source, system, settings, own, control, status, observer)
       type(noise_t), intent(in) :: source
       type(system_t), intent(in) :: system
@@ -324,23 +323,9 @@ contains
       class(observer_t), intent(inout), optional :: observer
       type(noise_t) :: noise
       type(system_t) :: noisy
-      real(wp) :: turn(3), change(3), omega(3), q(4), part(3, 3)
-      integer :: i
       noise = source
       noisy = system
-      call noise%vector(turn)
-      call noise%vector(change)
-      do i = 1, 3
-         call noise%vector(part(:, i))
-      end do
-      associate (state => own%state, inverse => noisy%body%inverse_inertia)
-         omega = angular_velocity(system, state)
-         omega = omega + (noise%amplitude*norm2(omega)/norm2(change))*change
-         q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
-         state = make_state(system, q/quat_norm(q), omega, state%t)
-         part = 0.5_wp*(part + transpose(part))
-         inverse = (1 + part)*inverse
-      end associate
+      call disturb_problem(noise, noisy, own%state)
       call control%begin(noisy, settings, own, status)
       if (.not. status%ok()) return
       call control%disturb(noise)
