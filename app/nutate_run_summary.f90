@@ -90,7 +90,8 @@ contains
                         rounded_text(summary%round_off, 3))
       else
          call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end; the '// &
-                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach: no steps could be shown to meet it')
+                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach: no steps could be '// &
+                        'shown to meet it')
       end if
    end subroutine add_control
 

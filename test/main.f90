@@ -4,7 +4,8 @@
 !>
 !> `--stress GROUP` runs the stability cases of a group at full length instead and writes their part of
 !> docs/stability.md, the total to standard error; `--stress` alone names the groups (see tools/stress.sh). `--accuracy`
-!> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see tools/accuracy.sh).
+!> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see
+!> tools/accuracy.sh).
 program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &

@@ -266,8 +266,8 @@ contains
 
    !> Rods that turn steadily about a transverse axis, where H is stationary among all states of the same l, and whose
    !> kinetic energy is a small difference of large terms where the tensor is not diagonal: round-off of H is no reason
-   !> to turn them. What is left is what rounding of the terms of J⁻¹ and L makes of a rod: an angular velocity along its
-   !> axis, by 1/thin each.
+   !> to turn them. What is left is what rounding of the terms of J⁻¹ and L makes of a rod: an angular velocity along
+   !> its axis, by 1/thin each.
    subroutine steady_rod(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: thin(3) = [0.3_wp, 1e-2_wp, 1e-3_wp], rate = 1.7_wp, duration = 60.0_wp

@@ -1,5 +1,5 @@
-!> Random scenes for the accuracy of runs: bodies of every shape and size, every effect, windows of torques, motions that
-!> amplify what comes near them. Each number names a scene, the same everywhere.
+!> Random scenes for the accuracy of runs: bodies of every shape and size, every effect, windows of torques, motions
+!> that amplify what comes near them. Each number names a scene, the same everywhere.
 module test_random_scenes
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
@@ -72,8 +72,8 @@ contains
       real(wp), intent(in) :: inertia
       type(body_t), intent(out) :: body
       character(len=*), intent(inout) :: text
-      character(len=9), parameter :: shapes(6) = [character(len=9) :: 'general', 'plate', 'rod', 'symmetric', 'nearly', &
-                                                  'sphere']
+      character(len=9), parameter :: shapes(6) = [character(len=9) :: 'general', 'plate', 'rod', 'symmetric', &
+                                                  'nearly', 'sphere']
       type(status_t) :: status
       real(wp) :: moments(3), tensor(3, 3), axes(3, 3), a, b
       integer :: shape
@@ -105,7 +105,8 @@ contains
          tensor = 0.5_wp*(tensor + transpose(tensor))
          text = trim(text)//' turned'
       end if
-      call make_body(tensor, body, status, mass=inertia, center_of_mass=0.5_wp*random_vector(seed), check_triangle=.false.)
+      call make_body(tensor, body, status, mass=inertia, center_of_mass=0.5_wp*random_vector(seed), &
+                     check_triangle=.false.)
       if (.not. status%ok()) error stop 'a random body is none'
    end subroutine make_random_body
 
@@ -159,7 +160,8 @@ contains
       end associate
    end subroutine add_effects
 
-   !> Any attitude; rotation about any axis, near a principal axis, the intermediate one among them, or exactly about one.
+   !> Any attitude; rotation about any axis, near a principal axis, the intermediate one among them, or exactly about
+   !> one.
    subroutine choose_start(seed, body, rate, q, omega, text)
       integer(int64), intent(inout) :: seed
       type(body_t), intent(in) :: body

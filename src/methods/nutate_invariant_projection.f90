@@ -44,9 +44,9 @@ module nutate_invariant_projection
    !> be round-off. States that differ by no more than the third, the second left at both ends, are on one account.
    real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps
    !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
-   !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is stationary
-   !> and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The longest after
-   !> which the rest of the excess, which goes as the square of the move, is below ε/16.
+   !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is
+   !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
+   !> longest after which the rest of the excess, which goes as the square of the move, is below ε/16.
    real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = (64*eps)**2, negligible = 1e-17_wp
    !> Round-off ε that noise of 1 stands for, inverse: noise of 4ε is what evaluating H makes.
    real(wp), parameter :: noise_unit = 0.25_wp/eps
@@ -135,8 +135,8 @@ contains
       self%started = .true.
    end subroutine start
 
-   !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much. The
-   !> limits of the projection are then those of that machine.
+   !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much.
+   !> The limits of the projection are then those of that machine.
    pure subroutine disturb(self, noise)
       class(invariant_projection_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise

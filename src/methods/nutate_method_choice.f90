@@ -37,8 +37,8 @@ module nutate_method_choice
 
 contains
 
-   !> The order of the implicit step for an accuracy, where it is open: 0. It stays 2 where damping is strong: the stages of
-   !> higher orders that go back in time would drive.
+   !> The order of the implicit step for an accuracy, where it is open: 0. It stays 2 where damping is strong: the
+   !> stages of higher orders that go back in time would drive.
    pure subroutine choose_order(system, duration, accuracy, settings)
       type(system_t), intent(in) :: system
       !> Time from start to end, s, of either sign.

@@ -47,8 +47,8 @@ module nutate_projection_point
       real(wp) :: to_body(3, 3), gamma(3)
       !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
       real(wp) :: omega(3), rate(3)
-      !> 2T, H and T + Σ|U|, J, to which round-off of H is relative: with ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|, x = L - h, for T where J is
-      !> not diagonal, since its terms cancel on thin rods.
+      !> 2T, H and T + Σ|U|, J, to which round-off of H is relative: with ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|, x = L - h, for T where J
+      !> is not diagonal, since its terms cancel on thin rods.
       real(wp) :: twice_kinetic, energy, size
    end type projection_point_t
 

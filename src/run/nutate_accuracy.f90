@@ -1,10 +1,10 @@
 !> From the attitude error that is asked for at the end of a run to the error that its steps may make.
 !>
-!> What steps and round-off do on the way grows by a factor that belongs to the motion: pilot runs measure it. Pilot A has
-!> a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that tolerance, so that
-!> it is off by errors of every kind, each in a direction of its own. How far it ends from B tells what errors of B's size
-!> come to, and, with round-off ε in the place of η, what is left of it however short the steps are: the *floor*. Two
-!> ends can be near each other by accident, so there are two such pilots, and every earlier run is heard.
+!> What steps and round-off do on the way grows by a factor that belongs to the motion: pilot runs measure it. Pilot A
+!> has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that tolerance,
+!> so that it is off by errors of every kind, each in a direction of its own. How far it ends from B tells what errors
+!> of B's size come to, and, with round-off ε in the place of η, what is left of it however short the steps are: the
+!> *floor*. Two ends can be near each other by accident, so there are two such pilots, and every earlier run is heard.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
 !> table in docs/accuracy.md. They belong to the error behaviour of the methods, and are to be measured anew where that
@@ -50,19 +50,19 @@ module nutate_accuracy
    real(wp), parameter :: coarsest_a = 1e-3_wp, coarsest_b = 1e-4_wp, finest = 1e-17_wp
    !> Noise over the tolerance of its run.
    real(wp), parameter :: noise_part = 0.05_wp
-   !> A and B farther apart than this measure nothing, rad: their tolerances are then divided by `much_finer`, unless that
-   !> leads below `hopeless`. Where a pilot with noise fails, by `finer`.
+   !> A and B farther apart than this measure nothing, rad: their tolerances are then divided by `much_finer`, unless
+   !> that leads below `hopeless`. Where a pilot with noise fails, by `finer`.
    real(wp), parameter :: too_far = 0.1_wp, much_finer = 1e3_wp, hopeless = 1e-15_wp, finer = 1e2_wp
    !> The difference of A and B times this over the gain from A to B bounds the error of B.
    real(wp), parameter :: margin = 1.5_wp
-   !> The gain that is believed at most, as its inverse, from runs of fewer than `few_steps`; and where the steps grew by
-   !> less than `hardly_more`.
+   !> The gain that is believed at most, as its inverse, from runs of fewer than `few_steps`; and where the steps grew
+   !> by less than `hardly_more`.
    integer(long), parameter :: few_steps = 6
    real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
    !> The tolerance of the second pilot over that of the first, or, where that is above `coarsest_a`, the inverse of it.
    real(wp), parameter :: other_ratio = 10.0_wp, other_inverse = 0.3_wp
-   !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step. Beyond
-   !> so many steps they are taken to add up.
+   !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step.
+   !> Beyond so many steps they are taken to add up.
    real(wp), parameter :: cancelling_steps = 1000.0_wp
    !> Nothing is known of the attitude, rad.
    real(wp), parameter :: unknown = pi
@@ -104,9 +104,9 @@ module nutate_accuracy
 
 contains
 
-   !> The tolerance of steps that makes the attitude error at the end time at most the accuracy of the goal, and a bound on
-   !> that error. Where round-off or instability keep the accuracy out of reach, the bound and the part of round-off in it
-   !> stay above the accuracy. A method without an error needs no pilots.
+   !> The tolerance of steps that makes the attitude error at the end time at most the accuracy of the goal, and a bound
+   !> on that error. Where round-off or instability keep the accuracy out of reach, the bound and the part of round-off
+   !> in it stay above the accuracy. A method without an error needs no pilots.
    !>
    !> Errors: those of the runs, and what the observer returned.
    subroutine find_tolerance(system, settings, progress, status, observer, last)
@@ -182,7 +182,8 @@ contains
       type(status_t) :: success
       real(wp) :: other
       do
-         call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, status, observer)
+         call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, status, &
+                        observer)
          if (.not. went_astray(status)) exit
          if (search%fine < finer*hopeless) return
          status = success

@@ -173,9 +173,9 @@ contains
       if (self%uncertainty <= useless) self%kind = AGREED
    end subroutine settle
 
-   !> The attitude is known no better than data and start are, which are rounded: another motion beside this one, off by η,
-   !> tells how it amplifies that. It need not be small for that: the distance of ends grows more slowly then, so that the
-   !> smaller of two η counts too.
+   !> The attitude is known no better than data and start are, which are rounded: another motion beside this one, off by
+   !> η, tells how it amplifies that. It need not be small for that: the distance of ends grows more slowly then, so
+   !> that the smaller of two η counts too.
    subroutine amplify_round_off(self, problem, clock)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem

@@ -83,7 +83,7 @@ class Accuracy(CommandLineTest):
                                                          "every = 1 for all"])
         self.assertIn("refused", self.succeed("check", "box.nml", *long).stdout)
         self.assertNotIn("refused", self.succeed("check", "box.nml", *long, "--set", "output.every=1").stdout)
-        self.assertEqual([name for name in os.listdir() if name.startswith("box.csv")], [])
+        self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("box.csv")], [])
         self.succeed("run", "box.nml", "--set", "integrator.end_time=20", "--set", "output.every=1")
 
     def test_taylor_reaches_the_accuracy_with_every_invariant_in_every_row(self):

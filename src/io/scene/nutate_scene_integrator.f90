@@ -73,7 +73,8 @@ contains
          call check_series(group, settings, error)
       end if
       if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method(group, settings, error)
-      if (settings%method == 'nielsen_krenk' .and. group%has('accuracy') .and. .not. group%has('order')) settings%order = 0
+      if (settings%method == 'nielsen_krenk' .and. group%has('accuracy') .and. .not. group%has('order')) &
+         settings%order = 0
       if (.not. settings%projection) call check_projection(group, settings, error)
       if (.not. error%raised) call build_goal(group, plan%goal, error)
       if (.not. error%raised) call build_times(group, plan, error)
