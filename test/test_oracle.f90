@@ -58,7 +58,8 @@ contains
       call system%effects%find_breaks(start%t, end_time, breaks)
       allocate (motion%acts(system%effects%n_torques))
       t = start%t
-      step = 0.1_qp*(real(end_time, qp) - real(t, qp))
+      ! Short, so that nothing overflows: the next ones grow.
+      step = 1e-3_qp*(real(end_time, qp) - real(t, qp))
       do i = 1, size(breaks) + 1
          next = end_time
          if (i <= size(breaks)) next = breaks(i)

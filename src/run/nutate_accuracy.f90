@@ -4,7 +4,8 @@
 !> has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that tolerance,
 !> so that it is off by errors of every kind, each in a direction of its own. How far it ends from B tells what errors
 !> of B's size come to, and, with round-off ε in the place of η, what is left of it however short the steps are: the
-!> *floor*. Two ends can be near each other by accident, so there are two such pilots, and every earlier run is heard.
+!> *floor*. Two ends can be near each other by accident, so that in doubt there are two such pilots, and every
+!> earlier run is heard.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
 !> table in docs/accuracy.md. They belong to the error behaviour of the methods, and are to be measured anew where that
@@ -59,8 +60,12 @@ module nutate_accuracy
    !> by less than `hardly_more`.
    integer(long), parameter :: few_steps = 6
    real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
-   !> The tolerance of the second pilot over that of the first, or, where that is above `coarsest_a`, the inverse of it.
-   real(wp), parameter :: other_ratio = 10.0_wp, other_inverse = 0.3_wp
+   !> The tolerance of the second pilot over that of the first, and at most.
+   real(wp), parameter :: other_ratio = 10.0_wp, coarsest_other = 1e-2_wp
+   !> A floor above this part of the accuracy is measured twice, and the larger counts.
+   real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
+   !> Bounds above this part of the accuracy are met only just: most of those that are met by accident.
+   real(wp), parameter :: only_just = 0.2_wp
    !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step.
    !> Beyond so many steps they are taken to add up.
    real(wp), parameter :: cancelling_steps = 1000.0_wp
@@ -98,6 +103,10 @@ module nutate_accuracy
       !> The runs so far; the last is B.
       type(pilot_t) :: runs(most_runs)
       integer :: n = 0
+      !> Pilots with noise in the last pair.
+      integer :: n_noisy = 0
+      !> B is the first one after them.
+      logical :: first_pair = .true.
       !> Bound on the error of the last run, and the part of round-off in it, rad.
       real(wp) :: truncation = huge(1.0_wp), floor = 0.0_wp
    end type search_t
@@ -140,6 +149,11 @@ contains
          if (status%ok()) call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
          if (.not. status%ok()) return
          call judge(search, fresh)
+         if (.not. fresh .and. is_doubtful(search)) then
+            call run_other(search, system, settings, progress, status, observer)
+            if (.not. status%ok()) return
+            call judge(search, fresh)
+         end if
          done = is_done(search)
          if (fresh) done = search%fine < much_finer*hopeless
          if (done .or. round == most_rounds) exit
@@ -180,7 +194,6 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(status_t) :: success
-      real(wp) :: other
       do
          call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, status, &
                         observer)
@@ -190,10 +203,33 @@ contains
          call refine_both(search, finer)
       end do
       if (.not. status%ok()) return
-      other = merge(other_ratio, other_inverse, other_ratio*search%coarse <= coarsest_a)*search%coarse
-      call run_pilot(search, other, noise_part*other, system, settings, progress, own, status, observer)
-      if (went_astray(status)) status = success
+      search%n_noisy = 1
+      search%first_pair = .true.
    end subroutine run_noisy
+
+   !> Runs the second pilot with noise; that it fails does no harm. Its place is before the last run.
+   subroutine run_other(search, system, settings, progress, status, observer)
+      type(search_t), intent(inout) :: search
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(progress_t), intent(in) :: progress
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(progress_t) :: own
+      type(pilot_t) :: before
+      type(status_t) :: success
+      real(wp) :: tolerance
+      search%n_noisy = 2
+      before = search%runs(search%n)
+      tolerance = min(other_ratio*search%coarse, coarsest_other)
+      call run_pilot(search, tolerance, noise_part*tolerance, system, settings, progress, own, status, observer)
+      if (status%ok()) then
+         search%runs(search%n - 1) = search%runs(search%n)
+         search%runs(search%n) = before
+      else if (went_astray(status)) then
+         status = success
+      end if
+   end subroutine run_other
 
    !> True for what shorter steps may help against.
    pure logical function went_astray(status)
@@ -217,6 +253,7 @@ contains
       if (search%method%estimate_power == 0 .and. .not. search%method%dense) &
          power = min(power, real(search%method%order, wp)/real(search%method%order + 1, wp))
       factor = (max(search%accuracy, search%floor)/(aim*search%truncation))**(1/power)
+      search%first_pair = .false.
       search%coarse = search%fine
       search%fine = max(finest, search%fine*min(least_change, max(most_change, factor)))
    end subroutine refine
@@ -258,6 +295,17 @@ contains
       if (.not. search%method%dense .and. real(fine%steps, wp) < hardly_more*real(coarse%steps, wp)) &
          gain = max(gain, gain_of_equals)
    end function gain_of
+
+   !> True where another pilot with noise is to be heard: for a floor that counts, and before a bound that is only just met by
+   !> the first pair is believed. The series has none of these accidents.
+   pure logical function is_doubtful(search)
+      type(search_t), intent(in) :: search
+      is_doubtful = search%floor > doubtful_floor*search%accuracy
+      if (.not. search%method%dense .and. search%first_pair) &
+         is_doubtful = is_doubtful .or. (search%truncation <= search%accuracy .and. &
+                                         search%truncation > only_just*search%accuracy)
+      is_doubtful = is_doubtful .and. search%n_noisy == 1
+   end function is_doubtful
 
    !> True where the accuracy is met, or where the floor is all that is left to keep it from being.
    pure logical function is_done(search)
