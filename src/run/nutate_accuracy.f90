@@ -296,8 +296,8 @@ contains
          gain = max(gain, gain_of_equals)
    end function gain_of
 
-   !> True where another pilot with noise is to be heard: for a floor that counts, and before a bound that is only just met by
-   !> the first pair is believed. The series has none of these accidents.
+   !> True where another pilot with noise is to be heard: for a floor that counts, and before a bound that is only just
+   !> met by the first pair is believed. The series has none of these accidents.
    pure logical function is_doubtful(search)
       type(search_t), intent(in) :: search
       is_doubtful = search%floor > doubtful_floor*search%accuracy
