@@ -9,11 +9,12 @@ BENCH ?=
 STRESS ?=
 FUZZ ?=
 ATTACK ?=
+CASE ?=
 
 export FFLAGS
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test stress attack fuzz memcheck sanitize bench figures lint api docs install clean
+.PHONY: help setup build run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs install clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
@@ -36,6 +37,9 @@ stress: setup ## run the stability cases at full length, a quarter of an hour, a
 
 attack: setup ## look for steps on a wrong root among 100 000 and write docs/stability.md (ATTACK='--seed 2 --case 7' repeats one)
 	@bash tools/attack.sh $(ATTACK)
+
+accuracy: setup ## run 2000 random scenes against an oracle and write the table of docs/accuracy.md (CASE=7 repeats one)
+	@bash tools/accuracy.sh $(CASE)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
 	@bash tools/setup.sh test

@@ -5,7 +5,9 @@ module nutate_check_command
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
-   use nutate_run_plan, only: run_goal_t
+   use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_files, only: STANDARD_OUTPUT
@@ -15,20 +17,31 @@ module nutate_check_command
    use nutate_kinds, only: wp, long
    use nutate_methods, only: equations_of, make_stepper
    use nutate_notes, only: note_t, scene_notes
+   use nutate_observer, only: observer_t, run_record_t
    use nutate_printable, only: printable_path
    use nutate_fixed_steps, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_status, only: status_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
    use nutate_run_summary, only: kept_momentum
    implicit none
    private
 
    public :: check_command
 
-   !> Characters that a number takes in a history, its comma included; for the estimate of the file's size.
-   real(wp), parameter :: usual_field = 19.0_wp
+   !> Time for finding out how many steps there will be, s.
+   real(wp), parameter :: patience = 0.5_wp
+
+   !> Ends runs when the time for them is over, and counts no rows.
+   type, extends(observer_t) :: timekeeper_t
+      integer(long) :: deadline = 0
+   contains
+      procedure :: observe => ignore_row
+      procedure :: poll => look_at_clock
+   end type timekeeper_t
 
 contains
 
@@ -222,34 +235,81 @@ contains
       call columns%choose(scene%output%columns, status)
       if (status%ok()) call page%item('columns', columns%header())
       if (scene%plan%goal%active()) then
-         call page%item('file', printable_path(scene%output%file))
-         if (scene%plan%interval > 0.0_wp) &
-            call page%item('rows', 'one every '//rounded_text(scene%plan%interval)//' s')
+         call add_expected_rows(page, scene)
          return
       end if
       n = count_steps(scene%initial%t, scene%plan)
-      rows = 1 + n/scene%plan%every + min(modulo(n, scene%plan%every), 1_long)
-      call page%item('file', printable_path(scene%output%file)//', about '// &
-                     size_text(usual_field*real(rows, wp)*real(columns%width, wp)))
+      rows = rows_of(scene, n)
+      call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
       if (scene%plan%every == 1) then
          call page%item('rows', count_text(rows)//', one for each step')
       else
          call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
       end if
+      if (rows > most_rows(scene)) call page%item('refused', too_many_rows(scene, rows))
    end subroutine add_output
 
-   !> A number of bytes for people.
-   pure function size_text(bytes) result(text)
-      real(wp), intent(in) :: bytes
-      character(len=:), allocatable :: text
-      if (bytes < 1e6_wp) then
-         text = rounded_text(max(1.0_wp, anint(bytes/1e3_wp)), 2)//' kB'
-      else if (bytes < 1e9_wp) then
-         text = rounded_text(bytes/1e6_wp, 2)//' MB'
-      else
-         text = rounded_text(bytes/1e9_wp, 2)//' GB'
+   !> Steps, rows and size where steps are chosen by their error: found as `run` would find them.
+   subroutine add_expected_rows(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      type(run_t) :: run
+      type(run_plan_t) :: plan
+      type(status_t) :: status
+      type(timekeeper_t) :: timekeeper
+      integer(long) :: steps, rows, rate
+      call system_clock(timekeeper%deadline, rate)
+      timekeeper%deadline = timekeeper%deadline + int(patience*real(rate, wp), long)
+      plan = scene%plan
+      plan%interval = 0.0_wp
+      plan%every = huge(plan%every)
+      call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
+      if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
+      steps = known_steps(scene, run)
+      if (steps < 0 .and. status%ok()) then
+         call run%go(scene%system, status, timekeeper)
+         if (status%ok()) steps = run%summary%steps
       end if
-   end function size_text
+      rows = rows_of(scene, steps)
+      if (rows >= 0) then
+         call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
+      else
+         call page%item('file', printable_path(scene%output%file))
+      end if
+      if (status%code == NUTATE_STOPPED) then
+         call page%item('steps', 'so many that they cannot be found out here')
+      else if (.not. status%ok()) then
+         call page%item('steps', 'none: '//trim(status%message))
+      else if (steps >= 0) then
+         call page%item('steps', 'about '//count_text(steps))
+      end if
+      if (scene%plan%interval > 0.0_wp) then
+         call page%item('rows', count_text(rows)//', one every '//rounded_text(scene%plan%interval)//' s')
+      else if (rows >= 0 .and. status%ok()) then
+         call page%item('rows', 'about '//count_text(rows))
+      end if
+      if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
+         call page%item('accuracy', 'out of reach: '//rounded_text(run%summary%estimate, 3)//' rad can be had')
+      if (rows > most_rows(scene)) call page%item('refused', too_many_rows(scene, rows))
+   end subroutine add_expected_rows
+
+   subroutine ignore_row(self, system, state, record, status)
+      class(timekeeper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+   end subroutine ignore_row
+
+   !> Ends the run after the deadline.
+   subroutine look_at_clock(self, fraction, status)
+      class(timekeeper_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      integer(long) :: now
+      call system_clock(now)
+      if (now > self%deadline) status = fail(NUTATE_STOPPED, 'it takes too long')
+   end subroutine look_at_clock
 
    subroutine add_notes(page, scene)
       type(page_t), intent(inout) :: page

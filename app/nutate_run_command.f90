@@ -5,7 +5,8 @@ module nutate_run_command
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
-   use nutate_kinds, only: wp
+   use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
+   use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
    use nutate_progress, only: run_summary_t
    use nutate_run, only: run_t
@@ -47,7 +48,9 @@ contains
          return
       end if
       if (.not. allocated(archive)) call find_steps(scene, run, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect(command, scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
+      watcher%most_rows = most_rows(scene)
       if (allocated(command%checkpoint)) then
          call watcher%checkpoint%prepare(command%checkpoint, command%every_seconds, scene, is_resumed(command))
       else if (allocated(command%resume)) then
@@ -128,6 +131,24 @@ contains
       exit_code = EXIT_RUN
       if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
    end subroutine find_steps
+
+   !> Says how many steps and rows to expect; refuses rows that nobody asked for.
+   subroutine expect(command, scene, run, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(run_t), intent(in) :: run
+      integer, intent(inout) :: exit_code
+      character(len=:), allocatable :: text
+      integer(long) :: rows
+      rows = rows_of(scene, known_steps(scene, run))
+      if (rows > most_rows(scene)) then
+         call say_error('nutate: '//printable_path(scene%file)//': '//too_many_rows(scene, rows))
+         exit_code = EXIT_INPUT
+         return
+      end if
+      text = expectation_text(scene, run)
+      if (.not. command%quiet .and. text /= '') call say_error(text)
+   end subroutine expect
 
    !> Opens the history, or goes on with that of an archive.
    subroutine open_history(command, scene, watcher, archive, exit_code)

@@ -87,9 +87,14 @@ contains
       else if (summary%estimate <= plan%goal%accuracy) then
          call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end, '// &
                         rounded_text(plan%goal%accuracy, 3)//' asked for')
+      else if (summary%round_off > plan%goal%accuracy) then
+         call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end; the '// &
+                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach: of round-off alone come '// &
+                        rounded_text(summary%round_off, 3))
       else
          call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end; the '// &
-                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach')
+                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach: no steps could be '// &
+                        'shown to meet it')
       end if
    end subroutine add_control
 

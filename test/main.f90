@@ -5,11 +5,13 @@
 !> `--stress GROUP` runs the stability cases of a group at full length instead and writes their part of
 !> docs/stability.md, the total to standard error; `--stress` alone names the groups (see tools/stress.sh).
 !> `--attack SEED STAGES` does so with the attack on the true root, `--attack SEED case NUMBER` repeats one case of it
-!> (see tools/attack.sh).
+!> (see tools/attack.sh). `--accuracy`
+!> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see tools/accuracy.sh).
 program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
       unittest_type
+   use test_accuracy, only: collect_accuracy, report_accuracy
    use test_archive, only: collect_archive
    use test_attack, only: collect_attack
    use test_attack_report, only: repeat_case, report_attack
@@ -101,6 +103,7 @@ contains
       if (allocated(suite_name)) then
          if (suite_name == '--stress') call run_stress(test_name)
          if (suite_name == '--attack') call run_attack()
+         if (suite_name == '--accuracy') call run_accuracy(test_name)
       end if
       if (.not. allocated(suite_name)) then
          do i = 1, size(suites)
@@ -133,6 +136,7 @@ contains
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("accuracy", collect_accuracy), &
          new_testsuite("archive", collect_archive), &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("baselines", collect_baselines), &
@@ -261,6 +265,15 @@ contains
       if (.not. passed) call stop_with("the attack found what must not be")
       stop
    end subroutine run_attack
+
+   !> Runs the accuracy of random scenes in full, or a case of it again; does not return.
+   subroutine run_accuracy(case)
+      character(len=:), allocatable, intent(in) :: case
+      integer :: failures
+      call report_accuracy(case, failures)
+      if (failures > 0) call stop_with("the accuracy was not kept")
+      stop
+   end subroutine run_accuracy
 
    subroutine stop_listing(suites, name)
       type(testsuite_type), intent(in) :: suites(:)

@@ -401,6 +401,12 @@ int test_c_many_handles(int times)
         EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
         EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "accuracy", "1e-6"));
         EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, 0.2, 1, 0.0, NULL, 0, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_accuracy(stepper, rows));
+        EXPECT(1, rows[0] > 0.0 && rows[0] <= 1e-6 && rows[1] <= rows[0]);
+        EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "accuracy", "1e-18"));
+        EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, 0.4, 1, 0.0, NULL, 0, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_accuracy(stepper, rows));
+        EXPECT(1, rows[1] > 1e-18 && rows[0] >= rows[1]);
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
         EXPECT(NUTATE_OK, nutate_system_destroy(&other));
         EXPECT(NUTATE_OK, nutate_history_destroy(&history));

@@ -75,6 +75,7 @@ SIGNATURES = {
     "nutate_stepper_energy": (Handle, Doubles),
     "nutate_stepper_constraints": (Handle, Doubles),
     "nutate_stepper_unproved": (Handle, ctypes.POINTER(Long)),
+    "nutate_stepper_accuracy": (Handle, Doubles),
 }
 
 

@@ -134,6 +134,12 @@ class Stepper(Owner):
         return steps.value
 
     @property
+    def estimated_error(self):
+        """Of the last run with accuracy: a bound on the error of the attitude at its end, rad, above the accuracy where that
+        is out of reach; and the part of it that round-off makes whatever the steps; shape (2,)."""
+        return self._read("nutate_stepper_accuracy", 2)
+
+    @property
     def constraints(self):
         """q.q - 1 and q.p (kg m2/s); shape (2,)."""
         return self._read("nutate_stepper_constraints", 2)

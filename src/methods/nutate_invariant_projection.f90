@@ -30,6 +30,7 @@ module nutate_invariant_projection
       set_rows, take_attitude, take_momentum, times, write_state
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
+   use nutate_noise, only: noise_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
@@ -40,13 +41,15 @@ module nutate_invariant_projection
 
    !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
    !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
-   !> be round-off.
-   real(wp), parameter :: round_off = 4*eps, doubtful = 32*eps
+   !> be round-off. States that differ by no more than the third, the second left at both ends, are on one account.
+   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps
    !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
-   !> longest for a doubtful excess, √ε rad: so little an excess needs more only next to an equilibrium, where H is
-   !> stationary and changes by ε along √ε. The longest after which the rest of the excess, which goes as the square of
-   !> the move, is below ε/16.
-   real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = eps, negligible = 1e-17_wp
+   !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is
+   !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
+   !> longest after which the rest of the excess, which goes as the square of the move, is below ε/16.
+   real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = (64*eps)**2, negligible = 1e-17_wp
+   !> Round-off ε that noise of 1 stands for, inverse: noise of 4ε is what evaluating H makes.
+   real(wp), parameter :: noise_unit = 0.25_wp/eps
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
 
@@ -78,11 +81,16 @@ module nutate_invariant_projection
       !> q and p of the last state followed or projected: one that differs is compared with the targets; shape (4).
       real(wp) :: last_q(4) = 0.0_wp, last_p(4) = 0.0_wp
       logical :: started = .false.
+      !> What pilot runs add to every state before it is projected, and to its energy, as part of `size`.
+      type(noise_t) :: noise
+      real(wp) :: kick = 0.0_wp
    contains
       !> Takes the invariants that a system has.
       procedure :: prepare
       !> Takes the invariants' values from a state.
       procedure :: start
+      !> Takes the noise of a pilot run.
+      procedure :: disturb
       !> Makes sure that the targets are those of the state from which a step starts.
       procedure :: follow
       !> Projects the state that the step reached.
@@ -127,6 +135,30 @@ contains
       self%started = .true.
    end subroutine start
 
+   !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much.
+   !> The limits of the projection are then those of that machine.
+   pure subroutine disturb(self, noise)
+      class(invariant_projection_t), intent(inout) :: self
+      type(noise_t), intent(in) :: noise
+      self%noise = noise
+   end subroutine disturb
+
+   !> Adds noise η to a point: η/2 to each component of q, η|L| to each of L, η to its energy.
+   pure subroutine shake(self, point)
+      class(invariant_projection_t), intent(inout) :: self
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: q(4), momentum(3)
+      call self%noise%vector(q)
+      call self%noise%vector(momentum)
+      call self%noise%next(self%kick)
+      if (self%plan%attitude) then
+         q = point%q + 0.5_wp*q
+         point%q = (1/norm2(q))*q
+         call set_rows(point)
+      end if
+      if (self%plan%components /= ALL_COMPONENTS) point%momentum = point%momentum + norm2(point%momentum)*momentum
+   end subroutine shake
+
    !> Makes sure that the targets are those of the state from which a step starts: the last one projected, another one
    !> on the same invariants, or a new one.
    pure subroutine follow(self, system, state)
@@ -162,7 +194,7 @@ contains
       real(wp) :: noise
       on = .false.
       if (.not. has_momentum(self, point)) return
-      noise = doubtful*max(self%size, point%size)
+      noise = alike*max(self%size, point%size)
       on = abs(point%energy - self%now%energy) <= noise
       if (on .or. .not. abs(point%energy - self%before%energy) <= noise) return
       self%now = self%before
@@ -182,7 +214,7 @@ contains
       case default
          error = abs(component_of(self, point) - self%component)
       end select
-      has_momentum = error <= doubtful*norm2(point%momentum)
+      has_momentum = error <= alike*norm2(point%momentum)
    end function has_momentum
 
    !> l·n where that is conserved, else |l|.
@@ -216,6 +248,7 @@ contains
       to_order_one = self%to_order_one
       call take_attitude(state, point)
       if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
+      if (self%noise%amplitude > 0.0_wp) call shake(self, point)
       call set_gamma(self%plan, point)
       call set_momentum(self, point)
       target = self%now
@@ -294,20 +327,21 @@ contains
       !> False if that is too far.
       logical, intent(out) :: reached
       type(slope_t) :: slope
-      real(wp) :: excess, square
+      real(wp) :: excess, square, unit
       integer :: i
 
       reached = .true.
+      unit = max(1.0_wp, self%noise%amplitude*noise_unit)
       do i = 1, most_moves
          call evaluate(self%plan, effects, point)
          call note_size(self, point)
-         excess = point%energy - target%energy
+         excess = point%energy - target%energy + self%kick*self%size
          if (abs(excess) <= round_off*self%size) return
          call get_slope(self, point, slope)
          excess = self%to_order_one*excess
          square = excess*excess
-         if (.not. square < longest_doubtful*slope%steepness) then
-            if (abs(excess) <= doubtful*(self%to_order_one*self%size)) return
+         if (.not. square < longest_doubtful*unit*unit*slope%steepness) then
+            if (abs(excess) <= doubtful*unit*(self%to_order_one*self%size)) return
             if (.not. square < longest*slope%steepness) exit
          end if
          excess = excess/slope%steepness

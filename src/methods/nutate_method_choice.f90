@@ -17,7 +17,7 @@ module nutate_method_choice
    implicit none
    private
 
-   public :: choose_method, effect_without_series, AUTOMATIC_METHOD
+   public :: choose_method, choose_order, effect_without_series, AUTOMATIC_METHOD
 
    !> What scenes call the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
@@ -32,7 +32,27 @@ module nutate_method_choice
    !> its rate times the time of the run exceeds 6·8·60 over that root.
    real(wp), parameter :: strong_damping = 3e3_wp
 
+   !> Accuracies from which on orders 8, 6 and 4 of the implicit step cost less than lower ones, rad (docs/accuracy.md).
+   real(wp), parameter :: order_8_pays = 1e-5_wp, order_6_pays = 1e-3_wp, order_4_pays = 1e-1_wp
+
 contains
+
+   !> The order of the implicit step for an accuracy, where it is open: 0. It stays 2 where damping is strong: the
+   !> stages of higher orders that go back in time would drive.
+   pure subroutine choose_order(system, duration, accuracy, settings)
+      type(system_t), intent(in) :: system
+      !> Time from start to end, s, of either sign.
+      real(wp), intent(in) :: duration
+      !> rad.
+      real(wp), intent(in) :: accuracy
+      type(integrator_settings_t), intent(inout) :: settings
+      if (settings%order /= 0 .or. settings%method /= 'nielsen_krenk') return
+      settings%order = 2
+      if (damping_is_strong(system, duration, accuracy)) return
+      if (accuracy <= order_4_pays) settings%order = 4
+      if (accuracy <= order_6_pays) settings%order = 6
+      if (accuracy <= order_8_pays) settings%order = 8
+   end subroutine choose_order
 
    !> The method for an accuracy.
    subroutine choose_method(system, state, duration, accuracy, settings, reason)

@@ -3,6 +3,7 @@ module nutate_projected_stepper
    use nutate_archive, only: archive_t
    use nutate_invariant_projection, only: invariant_projection_t
    use nutate_kinds, only: wp
+   use nutate_noise, only: noise_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -21,6 +22,8 @@ module nutate_projected_stepper
    contains
       !> Takes the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
+      !> Takes the noise of a pilot run.
+      procedure :: disturb
       procedure :: set_up
       procedure :: advance
       procedure :: transfer
@@ -35,6 +38,13 @@ contains
       class(stepper_t), allocatable, intent(inout) :: base
       call move_alloc(base, self%base)
    end subroutine wrap
+
+   !> Takes the noise of a pilot run, for the states before their projection.
+   subroutine disturb(self, noise)
+      class(projected_stepper_t), intent(inout) :: self
+      type(noise_t), intent(in) :: noise
+      call self%projection%disturb(noise)
+   end subroutine disturb
 
    !> Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
    subroutine set_up(self, system, settings, status)

@@ -49,7 +49,8 @@ module nutate_projection_point
       real(wp) :: to_body(3, 3), gamma(3)
       !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
       real(wp) :: omega(3), rate(3)
-      !> 2T, H and T + Σ|U|, J.
+      !> 2T, H and T + Σ|U|, J, to which round-off of H is relative: with ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|, x = L - h, for T where J
+      !> is not diagonal, since its terms cancel on thin rods.
       real(wp) :: twice_kinetic, energy, size
    end type projection_point_t
 
@@ -183,6 +184,8 @@ contains
          point%twice_kinetic = x(1)*w(1) + x(2)*w(2) + x(3)*w(3)
          point%energy = 0.5_wp*point%twice_kinetic
          point%size = point%energy
+         if (.not. self%diagonal) point%size = 0.5_wp*sum(abs(x)*(abs(inverse(:, 1)*x(1)) + abs(inverse(:, 2)*x(2)) &
+                                                                  + abs(inverse(:, 3)*x(3))))
          if (self%has_rotor) point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3))
          point%rate = cross(point%momentum, w)
       end associate

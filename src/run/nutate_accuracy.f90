@@ -1,177 +1,384 @@
 !> From the attitude error that is asked for at the end of a run to the error that its steps may make.
 !>
-!> Local errors grow on the way, by a factor that depends on the motion: pilot runs measure it. Each has a smaller
-!> error rate than the one before; the difference of their ends is the error of the coarser one, and in proportion to
-!> the rates that of the finer. The rate is then lowered in proportion until the estimate meets the accuracy.
+!> What steps and round-off do on the way grows by a factor that belongs to the motion: pilot runs measure it. Pilot A
+!> has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that tolerance,
+!> so that it is off by errors of every kind, each in a direction of its own. How far it ends from B tells what errors
+!> of B's size come to, and, with round-off ε in the place of η, what is left of it however short the steps are: the
+!> *floor*. Two ends can be near each other by accident, so that in doubt there are two such pilots, and every
+!> earlier run is heard.
+!>
+!> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
+!> table in docs/accuracy.md. They belong to the error behaviour of the methods, and are to be measured anew where that
+!> changes.
 module nutate_accuracy
+   use nutate_disturbance, only: disturb_problem
    use nutate_error_control, only: error_control_t
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp, eps, long, pi
    use nutate_methods, only: method_of, method_t
+   use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t
    use nutate_progress, only: progress_t, start_run
    use nutate_quaternion, only: attitude_distance
    use nutate_run_loop, only: drive
-   use nutate_run_plan, only: run_plan_t
-   use nutate_status, only: status_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_status, only: status_t, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: find_error_rate
+   public :: find_tolerance
 
-   !> The estimate is to come to this part of the accuracy: it is good to a factor 2 (suite `control`).
-   real(wp), parameter :: aim = 0.4_wp
-   !> The same for a method that chooses its order too: its error does not follow the rate as closely (to a factor 4,
-   !> suite `taylor`), and costs less.
-   real(wp), parameter :: careful_aim = 0.1_wp
-   !> An error of the coarser pilot above this is no small perturbation, to which errors are proportional: it measures
-   !> nothing, rad.
-   real(wp), parameter :: largest_useful = 0.1_wp
-   !> Error that the first pilot aims at, at most, rad: one that is below `largest_useful` still where errors grow a
-   !> thousandfold on the way.
-   real(wp), parameter :: coarsest = 1e-4_wp
-   !> Pilots whose errors differ by less than this factor cannot be told apart: of the difference of their ends, less
-   !> than half is the error of the coarser one.
-   real(wp), parameter :: least_gain = 2.0_wp
-   !> Least and greatest ratio of the error rates of consecutive pilots: at the one, the finer pilot's own error is a
-   !> tenth of the difference that is measured; beyond the other it would be extrapolated by more than four digits.
-   real(wp), parameter :: least_ratio = 10.0_wp, greatest_ratio = 1e4_wp
-   !> The next pilot aims below what the last one says is needed by this factor, so that it can be the last.
-   real(wp), parameter :: ahead = 1.5_wp
-   !> Pilots at most: from `coarsest` to round-off in steps of `least_ratio`.
-   integer, parameter :: most_pilots = 12
+   !> How the error of a method follows the tolerance of its steps.
+   type :: behaviour_t
+      !> The first B has the accuracy over this as its tolerance.
+      real(wp) :: caution
+      !> Tolerance of the first A over that of B.
+      real(wp) :: ratio
+      !> Errors fall at least as the tolerance to this power.
+      real(wp) :: power
+      !> Round-off that steps make, in units of the response to noise of ½ε.
+      real(wp) :: round_off
+   end type behaviour_t
 
-   !> A run of one error rate.
+   !> Of the series; of explicit steps; of implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it.
+   type(behaviour_t), parameter :: of_series = behaviour_t(100.0_wp, 1e3_wp, 0.75_wp, 8.0_wp), &
+                                   of_explicit = behaviour_t(30.0_wp, 100.0_wp, 0.8_wp, 6.0_wp), &
+                                   of_halves = behaviour_t(100.0_wp, 100.0_wp, 0.84_wp, 5.0_wp)
+
+   !> Tolerance of A and of B at most: a step that errs by more follows no motion. The smallest tolerance of use, far
+   !> below round-off.
+   real(wp), parameter :: coarsest_a = 1e-3_wp, coarsest_b = 1e-4_wp, finest = 1e-17_wp
+   !> Noise over the tolerance of its run.
+   real(wp), parameter :: noise_part = 0.05_wp
+   !> A and B farther apart than this measure nothing, rad: their tolerances are then divided by `much_finer`, unless
+   !> that leads below `hopeless`. Where a pilot with noise fails, by `finer`.
+   real(wp), parameter :: too_far = 0.1_wp, much_finer = 1e3_wp, hopeless = 1e-15_wp, finer = 1e2_wp
+   !> The difference of A and B times this over the gain from A to B bounds the error of B.
+   real(wp), parameter :: margin = 1.5_wp
+   !> The gain that is believed at most, as its inverse, from runs of fewer than `few_steps`; and where the steps grew
+   !> by less than `hardly_more`.
+   integer(long), parameter :: few_steps = 6
+   real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
+   !> The tolerance of the second pilot over that of the first, and at most.
+   real(wp), parameter :: other_ratio = 10.0_wp, coarsest_other = 1e-2_wp
+   !> A floor above this part of the accuracy is measured twice, and the larger counts.
+   real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
+   !> Bounds above this part of the accuracy are met only just: most of those that are met by accident.
+   real(wp), parameter :: only_just = 0.2_wp
+   !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step.
+   !> Beyond so many steps they are taken to add up.
+   real(wp), parameter :: cancelling_steps = 1000.0_wp
+   !> Nothing is known of the attitude, rad.
+   real(wp), parameter :: unknown = pi
+   !> Bounds that the floor alone keeps from being met are below this times the floor.
+   real(wp), parameter :: about_floor = 1.5_wp
+   !> The next tolerance aims at the accuracy over the first; errors go as tolerances to the second power; the change of
+   !> the tolerance at a time.
+   real(wp), parameter :: aim = 2.5_wp, usual_power = 0.9_wp, most_change = 1e-5_wp, least_change = 0.1_wp
+   !> Pairs of runs at most; runs, with two pilots for each.
+   integer, parameter :: most_rounds = 9, most_runs = 3*most_rounds
+
+   !> What is kept of a run.
    type :: pilot_t
-      !> rad/s.
-      real(wp) :: rate = 0.0_wp
-      !> Attitude at the end time, body→space; shape (4).
+      !> rad a step.
+      real(wp) :: tolerance = 0.0_wp
+      !> η.
+      real(wp) :: noise = 0.0_wp
+      !> Attitude at the end; shape (4).
       real(wp) :: q(4) = 0.0_wp
-      !> Steps taken.
-      integer(long) :: steps = 0
-   contains
-      procedure :: run => run_pilot
+      integer(long) :: steps = 1
    end type pilot_t
+
+   !> What the runs so far tell.
+   type :: search_t
+      type(behaviour_t) :: behaviour
+      type(method_t) :: method
+      !> rad.
+      real(wp) :: accuracy = 0.0_wp
+      !> There are torques.
+      logical :: drifts = .false.
+      !> Tolerances of A and B.
+      real(wp) :: coarse = 0.0_wp, fine = 0.0_wp
+      !> The runs so far; the last is B.
+      type(pilot_t) :: runs(most_runs)
+      integer :: n = 0
+      !> Pilots with noise in the last pair.
+      integer :: n_noisy = 0
+      !> B is the first one after them.
+      logical :: first_pair = .true.
+      !> Bound on the error of the last run, and the part of round-off in it, rad.
+      real(wp) :: truncation = huge(1.0_wp), floor = 0.0_wp
+   end type search_t
 
 contains
 
-   !> The error rate that makes the attitude error at the end time about the accuracy of the goal, and an estimate of
-   !> that error. Where round-off or instability keep the accuracy out of reach the estimate stays above it. A method
-   !> without an error needs no pilots.
+   !> The tolerance of steps that makes the attitude error at the end time at most the accuracy of the goal, and a bound
+   !> on that error. Where round-off or instability keep the accuracy out of reach, the bound and the part of round-off
+   !> in it stay above the accuracy. A method without an error needs no pilots.
    !>
-   !> Errors: those of the pilot runs, and what the observer returned.
-   subroutine find_error_rate(system, settings, progress, status, observer)
+   !> Errors: those of the runs, and what the observer returned.
+   subroutine find_tolerance(system, settings, progress, status, observer, last)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> At its start, not its end. The `error_rate` of its goal and the `estimate` of its summary are set.
+      !> At its start, not its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary
+      !> and `expected_steps` are set.
       type(progress_t), intent(inout) :: progress
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      !> Shown the first and the last state of each pilot run; its `poll` can end the search.
+      !> Shown the first and the last state of each run; its `poll` can end the search.
       class(observer_t), intent(inout), optional :: observer
-      type(pilot_t) :: coarse, fine
-      type(method_t) :: method
-      real(wp) :: accuracy, duration, difference, gain, least, target, rate, estimate
-      integer :: i
+      !> The end of a run with the tolerance that was found, rows apart.
+      type(progress_t), intent(inout), optional :: last
+      type(search_t) :: search
+      type(progress_t) :: own
+      logical :: fresh, done
+      integer :: round
 
-      method = method_of(settings)
-      accuracy = progress%plan%goal%accuracy
-      duration = abs(progress%plan%end_time - progress%state%t)
-      if (method%order < 1) progress%plan%goal%error_rate = accuracy/duration
-      if (method%order < 1) return
-      target = merge(careful_aim, aim, method%dense)*accuracy
-      rate = 0.0_wp
-      least = huge(least)
-      estimate = huge(estimate)
-      coarse%rate = max(accuracy, coarsest)/duration
-      call coarse%run(system, settings, progress, status, observer)
-      fine%rate = coarse%rate/least_ratio
-      do i = 1, most_pilots
-         if (status%ok()) call fine%run(system, settings, progress, status, observer)
+      search%method = method_of(settings)
+      search%accuracy = progress%plan%goal%accuracy
+      if (search%method%order < 1) progress%plan%goal%local_tolerance = search%accuracy
+      if (search%method%order < 1) return
+      search%behaviour = behaviour_of(search%method)
+      search%drifts = system%effects%n_torques > 0
+      search%fine = max(finest, min(coarsest_b, search%accuracy/search%behaviour%caution))
+      search%coarse = min(coarsest_a, search%behaviour%ratio*search%fine)
+      fresh = .true.
+      do round = 1, most_rounds
+         if (fresh) call run_noisy(search, system, settings, progress, own, status, observer)
+         if (status%ok()) call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
          if (.not. status%ok()) return
-         difference = attitude_distance(coarse%q, fine%q)
-         ! Steps that the rate no longer changes are at round-off, and the estimate before is the one that holds.
-         if (method%dense .and. i > 1 .and. .not. difference > 0.0_wp) exit
-         gain = gain_of(method, coarse, fine)
-         if (gain < least_gain) then
-            fine%rate = fine%rate/least_ratio
-            cycle
+         call judge(search, fresh)
+         if (.not. fresh .and. is_doubtful(search)) then
+            call run_other(search, system, settings, progress, status, observer)
+            if (.not. status%ok()) return
+            call judge(search, fresh)
          end if
-         estimate = difference/(gain - 1)
-         rate = fine%rate
-         gain = least_ratio
-         if (difference <= largest_useful) then
-            ! Where a finer rate no longer lowers the difference it is round-off.
-            if (estimate <= target .or. difference >= least) exit
-            least = difference
-            gain = min(greatest_ratio, max(least_ratio, ahead*estimate/target))
+         done = is_done(search)
+         if (fresh) done = search%fine < much_finer*hopeless
+         if (done .or. round == most_rounds) exit
+         if (fresh) then
+            call refine_both(search, much_finer)
+         else
+            call refine(search)
          end if
-         coarse = fine
-         fine%rate = coarse%rate/gain
       end do
-      if (rate <= 0.0_wp) then
-         ! No two pilots could be told apart: what they differ by is all that is known.
-         rate = fine%rate
-         estimate = difference
-      else if (estimate < target .and. difference <= largest_useful) then
-         call relax(coarse%rate, fine%rate, difference, target, estimate)
-         rate = fine%rate
-      end if
-      progress%plan%goal%error_rate = rate
-      progress%summary%estimate = estimate
-   end subroutine find_error_rate
+      progress%plan%goal%local_tolerance = search%fine
+      progress%summary%estimate = max(search%truncation, search%floor)
+      progress%summary%round_off = search%floor
+      progress%expected_steps = own%summary%steps
+      if (present(last)) last = own
+   end subroutine find_tolerance
 
-   !> Error of the coarser pilot over that of the finer, as their rates say: in proportion, and more where a method's
-   !> own estimate is of lower order than the method. But the longest turn may have limited the steps of both: then
-   !> their numbers tell, unless the method chooses its order too.
-   pure real(wp) function gain_of(method, coarse, fine) result(gain)
+   !> How the error of a method follows the tolerance.
+   pure type(behaviour_t) function behaviour_of(method) result(behaviour)
       type(method_t), intent(in) :: method
-      type(pilot_t), intent(in) :: coarse, fine
-      real(wp) :: power
-      power = 1.0_wp
-      if (method%estimate_power > 0) power = real(method%order, wp)/real(method%estimate_power - 1, wp)
-      gain = (coarse%rate/fine%rate)**power
-      if (.not. method%dense) gain = min(gain, (real(fine%steps, wp)/real(coarse%steps, wp))**method%order)
-   end function gain_of
+      if (method%dense) then
+         behaviour = of_series
+      else if (method%estimate_power > 0) then
+         behaviour = of_explicit
+      else
+         behaviour = of_halves
+         behaviour%power = behaviour%power*real(method%order, wp)/real(method%order + 1, wp)
+      end if
+   end function behaviour_of
 
-   !> A finer rate than necessary was found: back towards that of the coarser pilot.
-   pure subroutine relax(coarse_rate, rate, difference, target, estimate)
-      !> Rate of the coarser pilot and of the finer one, rad/s.
-      real(wp), intent(in) :: coarse_rate
-      real(wp), intent(inout) :: rate
-      !> Attitude error of the coarser pilot, rad, and the one wanted.
-      real(wp), intent(in) :: difference, target
-      !> Error of the finer pilot, rad.
-      real(wp), intent(inout) :: estimate
-      real(wp) :: factor
-      factor = coarse_rate/rate
-      if (difference > target) factor = min(factor, target/estimate)
-      rate = factor*rate
-      estimate = min(difference, factor*estimate)
-   end subroutine relax
-
-   !> Runs a pilot of a rate.
-   subroutine run_pilot(self, system, settings, progress, status, observer)
-      class(pilot_t), intent(inout) :: self
+   !> Runs both pilots with noise; where the first fails, again with smaller tolerances. Errors: those of a run that
+   !> shorter steps do not help.
+   subroutine run_noisy(search, system, settings, progress, own, status, observer)
+      type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
-      !> The run to come, at its start.
+      type(progress_t), intent(in) :: progress
+      type(progress_t), intent(inout) :: own
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(status_t) :: success
+      do
+         call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, status, &
+                        observer)
+         if (.not. went_astray(status)) exit
+         if (search%fine < finer*hopeless) return
+         status = success
+         call refine_both(search, finer)
+      end do
+      if (.not. status%ok()) return
+      search%n_noisy = 1
+      search%first_pair = .true.
+   end subroutine run_noisy
+
+   !> Runs the second pilot with noise; that it fails does no harm. Its place is before the last run.
+   subroutine run_other(search, system, settings, progress, status, observer)
+      type(search_t), intent(inout) :: search
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
       type(progress_t), intent(in) :: progress
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(progress_t) :: own
+      type(pilot_t) :: before
+      type(status_t) :: success
+      real(wp) :: tolerance
+      search%n_noisy = 2
+      before = search%runs(search%n)
+      tolerance = min(other_ratio*search%coarse, coarsest_other)
+      call run_pilot(search, tolerance, noise_part*tolerance, system, settings, progress, own, status, observer)
+      if (status%ok()) then
+         search%runs(search%n - 1) = search%runs(search%n)
+         search%runs(search%n) = before
+      else if (went_astray(status)) then
+         status = success
+      end if
+   end subroutine run_other
+
+   !> True for what shorter steps may help against.
+   pure logical function went_astray(status)
+      type(status_t), intent(in) :: status
+      went_astray = any(status%code == [NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH])
+   end function went_astray
+
+   !> Makes both tolerances smaller.
+   pure subroutine refine_both(search, factor)
+      type(search_t), intent(inout) :: search
+      real(wp), intent(in) :: factor
+      search%fine = max(finest, search%fine/factor)
+      search%coarse = search%coarse/factor
+   end subroutine refine_both
+
+   !> The next, smaller tolerance of B.
+   pure subroutine refine(search)
+      type(search_t), intent(inout) :: search
+      real(wp) :: factor, power
+      power = usual_power
+      if (search%method%estimate_power == 0 .and. .not. search%method%dense) &
+         power = min(power, real(search%method%order, wp)/real(search%method%order + 1, wp))
+      factor = (max(search%accuracy, search%floor)/(aim*search%truncation))**(1/power)
+      search%first_pair = .false.
+      search%coarse = search%fine
+      search%fine = max(finest, search%fine*min(least_change, max(most_change, factor)))
+   end subroutine refine
+
+   !> What the earlier runs tell of the error of the last one.
+   pure subroutine judge(search, astray)
+      type(search_t), intent(inout) :: search
+      !> They tell nothing: those of the pair are too far apart.
+      logical, intent(out) :: astray
+      real(wp) :: distance, response, more
+      integer :: i
+      search%truncation = 0.0_wp
+      response = 0.0_wp
+      astray = .true.
+      associate (fine => search%runs(search%n))
+         do i = 1, search%n - 1
+            associate (run => search%runs(i))
+               distance = attitude_distance(run%q, fine%q)
+               more = real(fine%steps + 4, wp)
+               if (search%method%projected .or. .not. search%method%conserving) more = more/real(run%steps + 4, wp)
+               if (run%noise > 0.0_wp) response = max(response, sqrt(more)*distance/run%noise)
+               if (distance >= too_far) cycle
+               if (run%tolerance <= search%coarse) astray = .false.
+               search%truncation = max(search%truncation, gain_of(search, run, fine)*distance)
+            end associate
+         end do
+         if (search%drifts) response = response*max(1.0_wp, sqrt(real(fine%steps, wp)/cancelling_steps))
+         search%floor = max(search%behaviour%round_off*0.5_wp*eps*response, eps*sqrt(real(fine%steps, wp)))
+      end associate
+      if (astray) search%truncation = unknown
+   end subroutine judge
+
+   !> Bound on the error of a run over its distance from a coarser one.
+   pure real(wp) function gain_of(search, coarse, fine) result(gain)
+      type(search_t), intent(in) :: search
+      type(pilot_t), intent(in) :: coarse, fine
+      gain = min(1.0_wp, margin*(fine%tolerance/coarse%tolerance)**search%behaviour%power)
+      if (min(coarse%steps, fine%steps) < few_steps) gain = max(gain, gain_of_few)
+      if (.not. search%method%dense .and. real(fine%steps, wp) < hardly_more*real(coarse%steps, wp)) &
+         gain = max(gain, gain_of_equals)
+   end function gain_of
+
+   !> True where another pilot with noise is to be heard: for a floor that counts, and before a bound that is only just
+   !> met by the first pair is believed. The series has none of these accidents.
+   pure logical function is_doubtful(search)
+      type(search_t), intent(in) :: search
+      is_doubtful = search%floor > doubtful_floor*search%accuracy
+      if (.not. search%method%dense .and. search%first_pair) &
+         is_doubtful = is_doubtful .or. (search%truncation <= search%accuracy .and. &
+                                         search%truncation > only_just*search%accuracy)
+      is_doubtful = is_doubtful .and. search%n_noisy == 1
+   end function is_doubtful
+
+   !> True where the accuracy is met, or where the floor is all that is left to keep it from being.
+   pure logical function is_done(search)
+      type(search_t), intent(in) :: search
+      is_done = max(search%truncation, search%floor) <= search%accuracy .or. &
+                (search%floor > search%accuracy .and. search%truncation <= about_floor*search%floor) .or. &
+                search%fine <= finest
+   end function is_done
+
+   !> A run of a tolerance, without rows. Errors: why it failed.
+   subroutine run_pilot(search, tolerance, noise, system, settings, progress, own, status, observer)
+      type(search_t), intent(inout) :: search
+      !> rad, and η.
+      real(wp), intent(in) :: tolerance, noise
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      !> The run to come, at its start.
+      type(progress_t), intent(in) :: progress
+      !> That of this run, at its end.
+      type(progress_t), intent(inout) :: own
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
       type(error_control_t) :: control
       type(run_plan_t) :: plan
       plan = progress%plan
-      plan%goal%error_rate = self%rate
+      plan%goal = run_goal_t(local_tolerance=tolerance)
       plan%interval = 0.0_wp
       plan%every = huge(plan%every)
       call start_run(own, system%effects, progress%state, plan, status)
-      if (status%ok()) call control%begin(system, settings, own, status)
-      if (status%ok()) call drive(own, control, system, status, observer)
-      self%q = own%state%q
-      self%steps = max(own%summary%steps, 1_long)
+      if (.not. status%ok()) return
+      if (noise > 0.0_wp) then
+         call drive_noisy(noise_of(noise, search%n), system, settings, own, control, status, observer)
+      else
+         call control%begin(system, settings, own, status)
+         if (status%ok()) call drive(own, control, system, status, observer)
+      end if
+      if (.not. status%ok()) return
+      search%n = search%n + 1
+      search%runs(search%n) = pilot_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
    end subroutine run_pilot
+
+   !> Noise with numbers of its own for each run.
+   pure type(noise_t) function noise_of(amplitude, draw) result(noise)
+      real(wp), intent(in) :: amplitude
+      !> How many there were before.
+      integer, intent(in) :: draw
+      real(wp) :: x
+      integer :: i
+      noise%state = noise%state + draw
+      do i = 1, 8
+         call noise%next(x)
+      end do
+      noise%amplitude = amplitude
+   end function noise_of
+
+   !> A run with noise in its data, its start and its steps.
+   subroutine drive_noisy(source, system, settings, own, control, status, observer)
+      type(noise_t), intent(in) :: source
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(progress_t), intent(inout) :: own
+      type(error_control_t), intent(inout) :: control
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(noise_t) :: noise
+      type(system_t) :: noisy
+      noise = source
+      noisy = system
+      call disturb_problem(noise, noisy, own%state)
+      call control%begin(noisy, settings, own, status)
+      if (.not. status%ok()) return
+      call control%disturb(noise)
+      call drive(own, control, noisy, status, observer)
+   end subroutine drive_noisy
 
 end module nutate_accuracy

@@ -9,14 +9,17 @@ module nutate_error_control
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, method_of, method_t
+   use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_step, progress_t
-   use nutate_quaternion, only: attitude_distance, quat_norm
+   use nutate_projected_stepper, only: projected_stepper_t
+   use nutate_quaternion, only: attitude_distance, quat_norm, quat_product
    use nutate_run_loop, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_taylor_stepper, only: taylor_t
    implicit none
    private
 
@@ -47,9 +50,13 @@ module nutate_error_control
       real(wp) :: sense = 1.0_wp
       !> Digits of the time that its sum cannot hold, s: without them the steps would not add up to the run.
       real(wp) :: t_compensation = 0.0_wp
+      !> Noise of a pilot run, for the ends of steps that nothing projects.
+      type(noise_t) :: noise
    contains
       !> Prepares the steppers and the first step.
       procedure :: begin
+      !> Adds noise to every step, for a pilot run.
+      procedure :: disturb
       procedure :: advance
       procedure :: state_inside
       procedure :: transfer => transfer_control
@@ -110,6 +117,46 @@ contains
       self%step = first_part*abs(duration)
       if (rate*self%step > first_turn) self%step = first_turn/rate
    end subroutine begin
+
+   !> Adds noise to the end of every step, before it is projected, if it is. Implicit steps have none: what their
+   !> compensated sums lose is far below what iteration leaves, and noise would break their invariants.
+   subroutine disturb(self, noise)
+      !> Begun.
+      class(error_control_t), intent(inout) :: self
+      type(noise_t), intent(in) :: noise
+      if (self%method%projected) then
+         call disturb_stepper(self%half, noise)
+         if (allocated(self%whole)) call disturb_stepper(self%whole, noise)
+      else if (.not. self%method%conserving) then
+         self%noise = noise
+      end if
+   end subroutine disturb
+
+   !> Gives noise to a stepper with a projection.
+   subroutine disturb_stepper(stepper, noise)
+      class(stepper_t), intent(inout) :: stepper
+      type(noise_t), intent(in) :: noise
+      select type (stepper)
+      class is (projected_stepper_t)
+         call stepper%disturb(noise)
+      class is (taylor_t)
+         call stepper%disturb(noise)
+      end select
+   end subroutine disturb_stepper
+
+   !> Adds noise η to a state: a turn by η about each axis, η|L| to each component of L.
+   subroutine shake(noise, state)
+      type(noise_t), intent(inout) :: noise
+      type(state_t), intent(inout) :: state
+      real(wp) :: turn(3), change(3), momentum(3)
+      call noise%vector(turn)
+      call noise%vector(change)
+      momentum = body_momentum(state)
+      momentum = momentum + length_of(momentum)*change
+      state%q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
+      state%q = state%q/quat_norm(state%q)
+      state%p = 2*quat_product(state%q, [0.0_wp, momentum])
+   end subroutine shake
 
    !> One step; it is kept if the estimate of its error allows.
    subroutine advance(self, system, progress, status, observer)
@@ -209,6 +256,7 @@ contains
       real(wp) :: t
       t = progress%state%t
       progress%state = next
+      if (self%noise%amplitude > 0.0_wp) call shake(self%noise, progress%state)
       call add_increment(t, self%t_compensation, self%sense*step)
       progress%state%t = t
       progress%summary%parts = progress%summary%parts + 1

@@ -29,9 +29,10 @@ module nutate_progress
       integer(long) :: unproved_steps = 0
       !> Work of each torque, J; shape (number of torques).
       real(wp), allocatable :: work(:)
-      !> Estimated attitude error at the end time, rad, where the plan asks for an accuracy. Round-off or instability
-      !> can keep it above that.
-      real(wp) :: estimate = 0.0_wp
+      !> Bound on the attitude error at the end time, rad, that pilot runs lead to expect where the plan asks for an
+      !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
+      !> steps.
+      real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_summary
@@ -39,7 +40,7 @@ module nutate_progress
 
    !> A run under way.
    type :: progress_t
-      !> What was asked for, and the error rate that pilot runs have found.
+      !> What was asked for, and the tolerance of steps that pilot runs have found.
       type(run_plan_t) :: plan
       !> Where the run is.
       type(state_t) :: state
@@ -55,6 +56,8 @@ module nutate_progress
       integer :: next_break = 1
       !> Digits of the work of each torque that its sum cannot hold, J.
       real(wp), allocatable :: work_compensation(:)
+      !> Steps that the run is going to take, where pilot runs have found it out; else 0.
+      integer(long) :: expected_steps = 0
       !> Rows at intervals so far.
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
@@ -82,6 +85,7 @@ contains
       if (plan%steps_before > 0) self%t_first = plan%first_time
       self%n_steps = -1
       self%next_break = 1
+      self%expected_steps = 0
       self%rows = 0
       self%resumed = .false.
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
@@ -158,7 +162,7 @@ contains
       call self%state%transfer(archive)
       call self%summary%transfer(archive)
       call self%record%transfer(archive)
-      call archive%transfer(self%plan%goal%error_rate)
+      call archive%transfer(self%plan%goal%local_tolerance)
       call archive%transfer(self%next_break)
       call archive%transfer(self%work_compensation)
       call archive%transfer(self%rows)
@@ -177,6 +181,7 @@ contains
       call archive%transfer(self%unproved_steps)
       call archive%transfer(self%work)
       call archive%transfer(self%estimate)
+      call archive%transfer(self%round_off)
    end subroutine transfer_summary
 
 end module nutate_progress

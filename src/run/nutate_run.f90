@@ -5,7 +5,7 @@
 !> is all that most programs need. A `run_t` is for those that do something between its parts: look for the steps before
 !> the output is opened, or go on from an archive.
 module nutate_run
-   use nutate_accuracy, only: find_error_rate
+   use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: fixed_steps_t
@@ -146,11 +146,17 @@ contains
       type(status_t), intent(out) :: status
       !> Its `poll` can end the search; the rows that it is shown are the ends of pilot runs.
       class(observer_t), intent(inout), optional :: observer
-      associate (goal => self%plan%goal)
-         if (goal%accuracy <= 0.0_wp .or. goal%error_rate > 0.0_wp .or. is_over(self%progress_t)) return
-      end associate
-      call find_error_rate(system, self%settings, self%progress_t, status, observer)
+      if (lacks_steps(self)) call find_tolerance(system, self%settings, self%progress_t, status, observer)
    end subroutine find_steps
+
+   !> True where pilot runs have to find the steps, and have not.
+   pure logical function lacks_steps(self)
+      class(run_t), intent(in) :: self
+      associate (goal => self%plan%goal)
+         lacks_steps = goal%accuracy > 0.0_wp .and. max(goal%error_rate, goal%local_tolerance) <= 0.0_wp .and. &
+                       .not. is_over(self%progress_t)
+      end associate
+   end function lacks_steps
 
    !> Takes what an observer's `keep` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an
    !> archive of another run.
@@ -174,8 +180,34 @@ contains
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       class(observer_t), intent(inout), optional :: observer
-      call self%find_steps(system, status)
-      if (status%ok()) call drive(self%progress_t, self%policy, system, status, observer)
+      if (lacks_steps(self) .and. .not. present(observer)) then
+         call go_unseen(self, system, status)
+      else
+         call self%find_steps(system, status)
+         if (status%ok()) call drive(self%progress_t, self%policy, system, status, observer)
+      end if
    end subroutine go
+
+   !> Finds the steps and takes them, for nobody to see: the last run of the search is the run itself.
+   subroutine go_unseen(self, system, status)
+      class(run_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      type(progress_t) :: last
+      type(run_plan_t) :: plan
+      real(wp) :: bounds(2)
+      call find_tolerance(system, self%settings, self%progress_t, status, last=last)
+      if (.not. status%ok()) return
+      if (.not. allocated(last%summary%work)) then
+         call drive(self%progress_t, self%policy, system, status)
+         return
+      end if
+      plan = self%plan
+      bounds = [self%summary%estimate, self%summary%round_off]
+      self%progress_t = last
+      self%plan = plan
+      self%summary%estimate = bounds(1)
+      self%summary%round_off = bounds(2)
+   end subroutine go_unseen
 
 end module nutate_run

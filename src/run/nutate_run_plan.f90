@@ -8,7 +8,7 @@ module nutate_run_plan
 
    !> What steps that are chosen by their error must keep to; one of these is set, or none for steps of one length.
    type :: run_goal_t
-      !> Attitude error at the end time, rad: pilot runs turn it into an `error_rate`.
+      !> Attitude error at the end time, rad: pilot runs turn it into a `local_tolerance`.
       real(wp) :: accuracy = 0.0_wp
       !> Error of a step, rad.
       real(wp) :: local_tolerance = 0.0_wp

@@ -4,9 +4,11 @@
 !> The agreed attitude comes from halving the step of both until their difference stops falling. What is left of it is
 !> how well the attitude is known: neither method can hide an error of its own behind the other.
 module nutate_reference
+   use nutate_disturbance, only: disturb_problem
    use nutate_exact_motion, only: find_exact_attitude, EXACT_FREE_BODY, EXACT_TOP, NOT_EXACT
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, methods
+   use nutate_noise, only: noise_t
    use nutate_quaternion, only: attitude_distance
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -26,6 +28,8 @@ module nutate_reference
    real(wp), parameter :: first_turn = 1.0_wp
    !> No attitude is known better than this, rad: round-off of q and of its distance from another.
    real(wp), parameter :: finest = 4*eps
+   !> Relative sizes of disturbances, and the round-off that they stand for: that of data, by ½ε each.
+   real(wp), parameter :: disturbances(2) = [1e-6_wp, 1e-9_wp], amplified = eps
    !> Levels, each with half the step of the one before, without improvement that end the search: one can be an
    !> accident. The most levels: 2⁻²³ rad is below any step at which round-off takes over.
    integer, parameter :: patience = 2, most_levels = 24
@@ -59,7 +63,7 @@ module nutate_reference
 
 contains
 
-   !> Looks for a closed solution. It is good to round-off; the error that round-off of the start makes is not told.
+   !> Looks for a closed solution. It is good to round-off, as the motion amplifies that.
    subroutine begin(self, problem, rate)
       class(reference_t), intent(inout) :: self
       type(problem_t), intent(in) :: problem
@@ -70,6 +74,7 @@ contains
       self%settled = self%kind /= NOT_EXACT
       if (self%settled) then
          self%uncertainty = finest + eps*rate*abs(problem%duration())
+         call amplify_round_off(self, problem)
          return
       end if
       call reference_methods(self%pair(1), self%pair(2))
@@ -115,7 +120,7 @@ contains
 
       begun = clock%seconds()
       if (self%levels == most_levels .or. begun + 2*self%last_seconds > clock%deadline) then
-         call settle(self, .false.)
+         call settle(self, .false., problem, clock)
          return
       end if
       time_step = self%time_step
@@ -123,21 +128,23 @@ contains
       do i = 1, 2
          call end_attitude(problem, self%pair(i), time_step, clock, q(:, i), status)
          if (.not. status%ok()) then
-            call settle(self, .false.)
+            call settle(self, .false., problem, clock)
             return
          end if
       end do
       self%last_seconds = clock%seconds() - begun
-      call take_level(self, time_step, q)
+      call take_level(self, time_step, q, problem, clock)
    end subroutine refine
 
    !> Compares the attitudes of both methods at a step.
-   subroutine take_level(self, time_step, q)
+   subroutine take_level(self, time_step, q, problem, clock)
       class(reference_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: time_step
       !> Attitudes of both; shape (4, 2).
       real(wp), intent(in) :: q(4, 2)
+      type(problem_t), intent(in) :: problem
+      type(stopwatch_t), intent(in) :: clock
       real(wp) :: gap
       gap = attitude_distance(q(:, 1), q(:, 2))
       self%levels = self%levels + 1
@@ -149,19 +156,50 @@ contains
          self%uncertainty = gap
          self%q = q(:, 1)
       end if
-      if (self%stale >= patience .and. self%uncertainty < useless) call settle(self, .true.)
+      if (self%stale >= patience .and. self%uncertainty < useless) call settle(self, .true., problem, clock)
    end subroutine take_level
 
    !> Decides how well the attitude is known.
-   subroutine settle(self, by_round_off)
+   subroutine settle(self, by_round_off, problem, clock)
       class(reference_t), intent(inout) :: self
       !> The difference does not fall any more: the smallest one seen was small by accident.
       logical, intent(in) :: by_round_off
+      type(problem_t), intent(in) :: problem
+      type(stopwatch_t), intent(in) :: clock
       self%settled = .true.
       if (by_round_off) self%uncertainty = maxval(self%gaps(self%levels - patience:self%levels))
       self%uncertainty = max(self%uncertainty, finest)
+      if (self%uncertainty <= useless) call amplify_round_off(self, problem, clock)
       if (self%uncertainty <= useless) self%kind = AGREED
    end subroutine settle
+
+   !> The attitude is known no better than data and start are, which are rounded: another motion beside this one, off by
+   !> η, tells how it amplifies that. It need not be small for that: the distance of ends grows more slowly then, so
+   !> that the smaller of two η counts too.
+   subroutine amplify_round_off(self, problem, clock)
+      class(reference_t), intent(inout) :: self
+      type(problem_t), intent(in) :: problem
+      !> Until its deadline time may be spent; needed where there is no closed solution.
+      type(stopwatch_t), intent(in), optional :: clock
+      type(problem_t) :: beside
+      type(noise_t) :: noise
+      type(status_t) :: status
+      real(wp) :: q(4)
+      integer :: i, kind
+      do i = 1, size(disturbances)
+         beside = problem
+         noise%amplitude = disturbances(i)
+         call disturb_problem(noise, beside%system, beside%start)
+         if (present(clock)) then
+            call end_attitude(beside, self%pair(2), self%time_step, clock, q, status)
+            if (.not. status%ok()) cycle
+         else
+            call find_exact_attitude(beside, kind, q)
+            if (kind == NOT_EXACT) cycle
+         end if
+         self%uncertainty = max(self%uncertainty, amplified*attitude_distance(q, self%q)/disturbances(i))
+      end do
+   end subroutine amplify_round_off
 
    !> The attitude is known.
    pure logical function known(self)

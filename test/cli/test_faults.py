@@ -217,7 +217,7 @@ class FailedRuns(CommandLineTest):
         self.succeed("run", "box.nml", "--max-steps", "50")
 
     def test_a_killed_run_leaves_no_file_that_looks_complete(self):
-        command = [self.program, "run", "box.nml", "--quiet", "--set", "integrator.end_time=1e6"]
+        command = [self.program, "run", "box.nml", "--quiet", "--set", "integrator.end_time=1e6", "--set", "output.every=1"]
         with subprocess.Popen(command, cwd=self.folder, stderr=subprocess.PIPE) as run:
             self.wait_for("box.csv.partial", 200000)
             run.kill()

@@ -10,7 +10,7 @@ import unittest
 
 from support import CommandLineTest, parse
 
-ENDLESS = ("--set", "integrator.end_time=1e6")
+ENDLESS = ("--set", "integrator.end_time=1e6", "--set", "output.every=1")
 
 
 def wait_until(true):

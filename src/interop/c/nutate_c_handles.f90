@@ -97,6 +97,8 @@ module nutate_c_handles
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
       !> Steps from before the run under way in which a root was taken for the true one without a proof.
       integer(long) :: unproved_steps = 0
+      !> `estimate` and `round_off` of the last run with an accuracy, rad.
+      real(wp) :: error(2) = 0.0_wp
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first
       real(wp) :: first_energy = 0.0_wp

@@ -19,7 +19,8 @@ module nutate_c_reading
    public :: nutate_stepper_time, nutate_stepper_quaternion, nutate_stepper_conjugate_momentum, &
       nutate_stepper_angular_velocity, nutate_stepper_angular_velocity_space, nutate_stepper_angular_momentum, &
       nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
-      nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver, nutate_stepper_unproved
+      nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver, nutate_stepper_unproved, &
+      nutate_stepper_accuracy
    public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_row
 
 contains
@@ -138,6 +139,14 @@ contains
       components = which
       if (present(axis)) axis = along
    end function nutate_stepper_conserved
+
+   integer(c_int) function nutate_stepper_accuracy(stepper, error) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: error(2)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(error), .false., handle, code)
+      if (code == NUTATE_OK) error = handle%error
+   end function nutate_stepper_accuracy
 
    integer(c_int) function nutate_stepper_solver(stepper, iterations, residual) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper

@@ -275,6 +275,7 @@ contains
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
       handle%failure = 0
+      handle%error = 0.0_wp
       first = handle%run%state
       state = first
       call keep_work(handle)
@@ -291,6 +292,7 @@ contains
       handle%run%state = state
       handle%ready = .false.
       handle%plain = .false.
+      if (status%ok()) handle%error = [summary%estimate, summary%round_off]
       if (.not. allocated(summary%work)) return
       handle%unproved_steps = handle%unproved_steps + summary%unproved_steps
       do i = 1, size(summary%work)

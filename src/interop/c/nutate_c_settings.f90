@@ -3,7 +3,7 @@ module nutate_c_settings
    use nutate_c_effects, only: add_failure, has_callbacks
    use nutate_c_handles, only: stepper_handle_t
    use nutate_c_text, only: lock_texts, unlock_texts
-   use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: total_energy
    use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL, KEY_TEXT
@@ -141,6 +141,7 @@ contains
       if (handle%settings%method == AUTOMATIC_METHOD) call choose_method( &
          handle%system, handle%first, 0.0_wp, max(handle%plan%goal%accuracy, handle%plan%goal%local_tolerance), &
          handle%settings, reason)
+      call choose_order(handle%system, 0.0_wp, handle%plan%goal%accuracy, handle%settings)
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
       handle%first_energy = total_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)

@@ -4,7 +4,7 @@
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
-   use nutate_method_choice, only: choose_method, AUTOMATIC_METHOD
+   use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_effect_list, only: effect_list_t
    use nutate_keys, only: group_t, group_kind_t
@@ -170,6 +170,7 @@ contains
       if (scene%integrator%method == AUTOMATIC_METHOD) call choose_method( &
          scene%system, scene%initial, scene%plan%end_time, max(scene%plan%goal%accuracy, &
          scene%plan%goal%local_tolerance), scene%integrator, scene%choice)
+      call choose_order(scene%system, scene%plan%end_time, scene%plan%goal%accuracy, scene%integrator)
       ! An accuracy is one of the attitude.
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
                                   need_attitude(scene%output%columns)

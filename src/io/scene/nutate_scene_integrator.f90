@@ -17,6 +17,10 @@ module nutate_scene_integrator
 
    public :: integrator_keys, build_integrator
 
+   !> Keys that belong to one method or another.
+   character(len=name_length), parameter :: of_a_method(5) = [character(len=name_length) :: &
+                                                'order', 'series_order', 'linear_solver', 'conserve', 'projection']
+
 contains
 
    !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods, and the automatic
@@ -42,7 +46,7 @@ contains
    end function integrator_keys
 
    !> Integrator settings, and of the plan the end and either step or goal. The automatic method stays to be chosen
-   !> (`choose_method`).
+   !> (`choose_method`), and so does order 0 of `nielsen_krenk` (`choose_order`).
    subroutine build_integrator(group, settings, plan, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(out) :: settings
@@ -50,6 +54,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       real(wp) :: j0
 
+      if (leaves_method_open(group)) settings%method = AUTOMATIC_METHOD
       settings = default_settings(trim(group%text('method', settings%method)))
       settings%order = group%whole('order', settings%order)
       settings%series_order = group%whole('series_order', settings%series_order)
@@ -68,10 +73,22 @@ contains
          call check_series(group, settings, error)
       end if
       if (.not. error%raised .and. settings%method /= AUTOMATIC_METHOD) call check_method(group, settings, error)
+      if (settings%method == 'nielsen_krenk' .and. group%has('accuracy') .and. .not. group%has('order')) &
+         settings%order = 0
       if (.not. settings%projection) call check_projection(group, settings, error)
       if (.not. error%raised) call build_goal(group, plan%goal, error)
       if (.not. error%raised) call build_times(group, plan, error)
    end subroutine build_integrator
+
+   !> True for an accuracy without a method, and without a key that belongs to one.
+   pure logical function leaves_method_open(group)
+      type(group_t), intent(in) :: group
+      integer :: i
+      leaves_method_open = group%has('accuracy') .and. .not. group%has('method')
+      do i = 1, size(of_a_method)
+         if (group%has(trim(of_a_method(i)))) leaves_method_open = .false.
+      end do
+   end function leaves_method_open
 
    !> What steps must keep to, where their length is not given.
    subroutine build_goal(group, goal, error)
@@ -91,12 +108,10 @@ contains
    subroutine check_automatic(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
-      character(len=name_length), parameter :: chosen(5) = [character(len=name_length) :: &
-                                                'order', 'series_order', 'linear_solver', 'conserve', 'projection']
       integer :: i
-      do i = 1, size(chosen)
-         if (group%has(trim(chosen(i)))) call error%raise(group%line_of(trim(chosen(i))), trim(chosen(i))// &
-            " with the method auto, which chooses it", expected='a method by name with it')
+      do i = 1, size(of_a_method)
+         if (group%has(trim(of_a_method(i)))) call error%raise(group%line_of(trim(of_a_method(i))), &
+            trim(of_a_method(i))//" with the method auto, which chooses it", expected='a method by name with it')
       end do
       if (group%has('time_step')) call error%raise(group%line_of('time_step'), 'time_step with the method auto', &
                                                    expected='accuracy or local_tolerance with it')

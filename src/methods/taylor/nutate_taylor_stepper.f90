@@ -8,6 +8,7 @@ module nutate_taylor_stepper
    use nutate_invariant_projection, only: invariant_projection_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
+   use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_product
    use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, rigid_rates_t
    use nutate_motion_series, only: motion_series_t
@@ -52,6 +53,8 @@ module nutate_taylor_stepper
       type(state_t) :: first
       logical, allocatable :: acted(:)
    contains
+      !> Takes the noise of a pilot run.
+      procedure :: disturb
       procedure :: set_up
       procedure :: advance
       procedure :: choose_step
@@ -84,6 +87,13 @@ contains
       if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
    end subroutine set_up
+
+   !> Takes the noise of a pilot run, for the states before their projection.
+   subroutine disturb(self, noise)
+      class(taylor_t), intent(inout) :: self
+      type(noise_t), intent(in) :: noise
+      call self%projection%disturb(noise)
+   end subroutine disturb
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that the series does not follow
    !> the motion, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.

@@ -1,0 +1,40 @@
+!> A motion beside another one: what errors of its data and of its start come to shows how it amplifies round-off.
+module nutate_disturbance
+   use nutate_hamiltonian, only: angular_velocity, make_state
+   use nutate_kinds, only: wp
+   use nutate_noise, only: noise_t
+   use nutate_quaternion, only: quat_norm, quat_product
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: disturb_problem
+
+contains
+
+   !> Adds noise η to a system and a state: to J⁻¹ and the principal moments, to the attitude (rad), and to the angular
+   !> velocity, as part of its size and in any direction.
+   pure subroutine disturb_problem(noise, system, state)
+      type(noise_t), intent(inout) :: noise
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(inout) :: state
+      real(wp) :: turn(3), change(3), omega(3), q(4), part(3, 3)
+      integer :: i
+      call noise%vector(turn)
+      call noise%vector(change)
+      do i = 1, 3
+         call noise%vector(part(:, i))
+      end do
+      omega = angular_velocity(system, state)
+      omega = omega + (noise%amplitude*norm2(omega)/norm2(change))*change
+      q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
+      state = make_state(system, q/quat_norm(q), omega, state%t)
+      part = 0.5_wp*(part + transpose(part))
+      system%body%inverse_inertia = (1 + part)*system%body%inverse_inertia
+      do i = 1, 3
+         system%body%moments(i) = (1 - part(i, i))*system%body%moments(i)
+      end do
+   end subroutine disturb_problem
+
+end module nutate_disturbance

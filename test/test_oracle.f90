@@ -1,0 +1,336 @@
+!> An oracle of higher precision for the attitude at the end of a motion: an integrator that shares nothing with the
+!> library but the data of body and effects. Kind `qp` has 33 digits where the compiler has one.
+!>
+!> Extrapolation of the explicit midpoint rule (W. B. Gragg 1965; R. Bulirsch, J. Stoer 1966) to order 28, with steps
+!> chosen by the last two columns. Roots and cosines are its own: not every compiler has them in that precision.
+module test_oracle
+   use nutate_applied_torque, only: applied_torque_t
+   use nutate_damping, only: damping_t
+   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_kinds, only: wp
+   use nutate_linear_potential, only: linear_potential_t
+   use nutate_spring, only: spring_t
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: find_true_attitude, has_oracle, true_distance, qp
+
+   integer, parameter :: precise = selected_real_kind(33)
+   !> The precision of the oracle, that of the library where there is no higher one.
+   integer, parameter :: qp = merge(precise, wp, precise > 0)
+   logical, parameter :: has_oracle = precise > 0
+
+   !> Columns of the extrapolation, of n = 2, 4, 6, … steps each.
+   integer, parameter :: columns = 14
+   !> Error of a step, relative to |q| and |L|.
+   real(qp), parameter :: tolerance = 1e-25_qp
+   real(qp), parameter :: pi = 3.14159265358979323846264338327950288_qp
+   !> Components of y: q, L.
+   integer, parameter :: n_y = 7
+
+   !> Data of a motion, in the precision of the oracle.
+   type :: motion_t
+      real(qp) :: inverse_inertia(3, 3), rotor(3)
+      !> Largest |L|, to which errors are relative.
+      real(qp) :: momentum
+      !> The torque acts in this part of the run; shape (number of torques).
+      logical, allocatable :: acts(:)
+   end type motion_t
+
+contains
+
+   !> The attitude at the end time.
+   subroutine find_true_attitude(system, start, end_time, q)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start
+      !> s.
+      real(wp), intent(in) :: end_time
+      !> Shape (4).
+      real(qp), intent(out) :: q(4)
+      type(motion_t) :: motion
+      real(wp), allocatable :: breaks(:)
+      real(wp) :: t, next
+      real(qp) :: y(n_y), step
+      integer :: i, k
+      call prepare(motion, system, start, end_time - start%t, y)
+      call system%effects%find_breaks(start%t, end_time, breaks)
+      allocate (motion%acts(system%effects%n_torques))
+      t = start%t
+      ! Short, so that nothing overflows: the next ones grow.
+      step = 1e-3_qp*(real(end_time, qp) - real(t, qp))
+      do i = 1, size(breaks) + 1
+         next = end_time
+         if (i <= size(breaks)) next = breaks(i)
+         if (.not. abs(next - t) > 0.0_wp) cycle
+         do k = 1, size(motion%acts)
+            motion%acts(k) = system%effects%torques(k)%item%acts_at(0.5_wp*(t + next))
+         end do
+         call go(motion, system, real(t, qp), real(next, qp), step, y)
+         t = next
+      end do
+      q = y(1:4)
+   end subroutine find_true_attitude
+
+   !> Angle between an attitude of the oracle and one of the library, rad.
+   pure real(wp) function true_distance(exact, q)
+      real(qp), intent(in) :: exact(4)
+      real(wp), intent(in) :: q(4)
+      real(qp) :: a(4), b(4)
+      a = exact/root(sum(exact**2))
+      b = real(q, qp)/root(sum(real(q, qp)**2))
+      true_distance = 2*real(min(root(sum((a - b)**2)), root(sum((a + b)**2))), wp)
+      ! |a - b| = 2 sin(φ/4).
+      true_distance = 4*asin(min(1.0_wp, 0.25_wp*true_distance))
+   end function true_distance
+
+   !> Body, rotors and the first state.
+   subroutine prepare(motion, system, start, duration, y)
+      type(motion_t), intent(out) :: motion
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: start
+      !> s.
+      real(wp), intent(in) :: duration
+      real(qp), intent(out) :: y(n_y)
+      real(qp) :: j(3, 3), q(4), p(4)
+      j = real(system%body%inertia, qp)
+      motion%inverse_inertia = inverse(j)
+      motion%rotor = real(system%effects%rotor_momentum, qp)
+      q = real(start%q, qp)
+      p = real(start%p, qp)
+      y(5) = q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3)
+      y(6) = q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4)
+      y(7) = q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2)
+      y(5:7) = y(5:7)/(2*sum(q**2))
+      y(1:4) = q/root(sum(q**2))
+      ! A body at rest is one that turns by a radian in the run, so that errors have a scale.
+      motion%momentum = max(root(sum(y(5:7)**2)), real(maxval(system%body%moments)/abs(duration), qp))
+   end subroutine prepare
+
+   !> Inverse of a symmetric matrix.
+   pure function inverse(a) result(b)
+      real(qp), intent(in) :: a(3, 3)
+      real(qp) :: b(3, 3)
+      b(:, 1) = cross(a(:, 2), a(:, 3))
+      b(:, 2) = cross(a(:, 3), a(:, 1))
+      b(:, 3) = cross(a(:, 1), a(:, 2))
+      b = transpose(b)/dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
+   end function inverse
+
+   pure function cross(a, b) result(c)
+      real(qp), intent(in) :: a(3), b(3)
+      real(qp) :: c(3)
+      c(1) = a(2)*b(3) - a(3)*b(2)
+      c(2) = a(3)*b(1) - a(1)*b(3)
+      c(3) = a(1)*b(2) - a(2)*b(1)
+   end function cross
+
+   !> Integrates over a part of the run in which the same torques act.
+   subroutine go(motion, system, first, last, step, y)
+      type(motion_t), intent(inout) :: motion
+      type(system_t), intent(in) :: system
+      !> s.
+      real(qp), intent(in) :: first, last
+      !> The next step to try, s.
+      real(qp), intent(inout) :: step
+      real(qp), intent(inout) :: y(n_y)
+      real(qp) :: t, h, next(n_y), error
+      real(wp) :: factor
+      logical :: is_last
+      t = first
+      do
+         h = step
+         is_last = abs(h) >= abs(last - t)
+         if (is_last) h = last - t
+         call take_step(motion, system, t, h, y, next, error)
+         factor = 0.2_wp
+         if (error <= 1e4_qp) factor = 0.9_wp*max(real(error, wp), 1e-6_wp)**(-1.0_wp/(2*columns - 1))
+         if (error <= 1.0_qp) then
+            y = next
+            y(1:4) = y(1:4)/root(sum(y(1:4)**2))
+            motion%momentum = max(motion%momentum, root(sum(y(5:7)**2)))
+            if (is_last .and. factor < 1.0_wp) step = step*factor
+            if (is_last) return
+            t = t + h
+         end if
+         step = h*min(2.0_wp, factor)
+      end do
+   end subroutine go
+
+   !> One step of extrapolation, and its error in units of the tolerance.
+   subroutine take_step(motion, system, t, h, y, next, error)
+      type(motion_t), intent(in) :: motion
+      type(system_t), intent(in) :: system
+      !> s.
+      real(qp), intent(in) :: t, h
+      real(qp), intent(in) :: y(n_y)
+      real(qp), intent(out) :: next(n_y), error
+      real(qp) :: table(n_y, columns), rate(n_y), old(n_y), scale
+      integer :: k, j
+      rate = rate_of(motion, system, t, y)
+      do k = 1, columns
+         next = midpoint(motion, system, t, h/(2*k), 2*k, y, rate)
+         do j = 1, k - 1
+            old = table(:, j)
+            table(:, j) = next
+            next = next + (next - old)*(real((k - j)**2, qp)/real(k**2 - (k - j)**2, qp))
+         end do
+         table(:, k) = next
+      end do
+      old = abs(next - table(:, columns - 1))
+      scale = max(motion%momentum, maxval(abs(next(5:7))))
+      error = maxval(old(1:4))/tolerance
+      error = max(error, maxval(old(5:7))/(tolerance*scale))
+   end subroutine take_step
+
+   !> n steps h of the explicit midpoint rule, the first one Euler's.
+   function midpoint(motion, system, t, h, n, y, rate) result(now)
+      type(motion_t), intent(in) :: motion
+      type(system_t), intent(in) :: system
+      !> s.
+      real(qp), intent(in) :: t, h
+      integer, intent(in) :: n
+      !> At the start, and its rate.
+      real(qp), intent(in) :: y(n_y), rate(n_y)
+      real(qp) :: now(n_y), before(n_y), next(n_y)
+      integer :: i
+      before = y
+      now = y + h*rate
+      do i = 1, n - 1
+         next = before + 2*h*rate_of(motion, system, t + i*h, now)
+         before = now
+         now = next
+      end do
+   end function midpoint
+
+   !> q̇ = ½ q∘Ω, L̇ = L×Ω + τ.
+   function rate_of(motion, system, t, y) result(rate)
+      type(motion_t), intent(in) :: motion
+      type(system_t), intent(in) :: system
+      !> s.
+      real(qp), intent(in) :: t
+      real(qp), intent(in) :: y(n_y)
+      real(qp) :: rate(n_y), omega(3)
+      omega = matmul(motion%inverse_inertia, y(5:7) - motion%rotor)
+      associate (q => y(1:4), w => omega)
+         rate(1) = -(q(2)*w(1) + q(3)*w(2) + q(4)*w(3))/2
+         rate(2) = (q(1)*w(1) + q(3)*w(3) - q(4)*w(2))/2
+         rate(3) = (q(1)*w(2) + q(4)*w(1) - q(2)*w(3))/2
+         rate(4) = (q(1)*w(3) + q(2)*w(2) - q(3)*w(1))/2
+      end associate
+      rate(5:7) = cross(y(5:7), omega)
+      if (system%effects%n_potentials + system%effects%n_torques > 0) &
+         rate(5:7) = rate(5:7) + torque_of(motion, system, t, y(1:4), omega)
+   end function rate_of
+
+   !> Torque of all effects, body axes, N m.
+   function torque_of(motion, system, t, q, omega) result(tau)
+      type(motion_t), intent(in) :: motion
+      type(system_t), intent(in) :: system
+      real(qp), intent(in) :: t, q(4), omega(3)
+      real(qp) :: tau(3), to_body(3, 3)
+      integer :: i
+      to_body = rows_of(q)
+      tau = 0.0_qp
+      do i = 1, system%effects%n_potentials
+         associate (potential => system%effects%potentials(i)%item)
+            select type (potential)
+            class is (linear_potential_t)
+               tau = tau + cross(real(potential%moment, qp), to_space_of(potential%direction))
+            class is (gravity_gradient_t)
+               tau = tau + cross(to_space_of(potential%direction), &
+                                 matmul(real(potential%stiffness, qp), to_space_of(potential%direction)))
+            class is (spring_t)
+               tau = tau + spring_torque(potential, to_space_of(potential%direction))
+            class default
+               error stop 'the oracle does not know this potential'
+            end select
+         end associate
+      end do
+      do i = 1, system%effects%n_torques
+         if (.not. motion%acts(i)) cycle
+         associate (torque => system%effects%torques(i)%item)
+            select type (torque)
+            class is (damping_t)
+               tau = tau - real(torque%coefficient, qp)*omega
+            class is (applied_torque_t)
+               if (torque%in_space) then
+                  tau = tau + harmonic(torque, t)*to_space_of(torque%amplitude)
+               else
+                  tau = tau + harmonic(torque, t)*real(torque%amplitude, qp)
+               end if
+            class default
+               error stop 'the oracle does not know this torque'
+            end select
+         end associate
+      end do
+   contains
+      !> Body components of a vector fixed in space.
+      function to_space_of(direction) result(gamma)
+         real(wp), intent(in) :: direction(3)
+         real(qp) :: gamma(3)
+         gamma = matmul(to_body, real(direction, qp))
+      end function to_space_of
+   end function torque_of
+
+   !> Rᵀ of a quaternion of about unit length, as if it had that length.
+   pure function rows_of(q) result(rows)
+      real(qp), intent(in) :: q(4)
+      real(qp) :: rows(3, 3), d
+      d = 2/sum(q**2)
+      rows(1, 1) = 1 - d*(q(3)*q(3) + q(4)*q(4))
+      rows(2, 2) = 1 - d*(q(2)*q(2) + q(4)*q(4))
+      rows(3, 3) = 1 - d*(q(2)*q(2) + q(3)*q(3))
+      rows(1, 2) = d*(q(2)*q(3) + q(1)*q(4))
+      rows(2, 1) = d*(q(2)*q(3) - q(1)*q(4))
+      rows(1, 3) = d*(q(2)*q(4) - q(1)*q(3))
+      rows(3, 1) = d*(q(2)*q(4) + q(1)*q(3))
+      rows(2, 3) = d*(q(3)*q(4) + q(1)*q(2))
+      rows(3, 2) = d*(q(3)*q(4) - q(1)*q(2))
+   end function rows_of
+
+   !> x×F, F = k(1 - l₀/ℓ)(γ - x), ℓ = |γ - x|.
+   pure function spring_torque(spring, gamma) result(tau)
+      type(spring_t), intent(in) :: spring
+      !> The anchor, body axes, m; shape (3).
+      real(qp), intent(in) :: gamma(3)
+      real(qp) :: tau(3), x(3)
+      x = real(spring%body_point, qp)
+      tau = real(spring%stiffness, qp)*(1 - real(spring%rest_length, qp)/root(sum((gamma - x)**2)))*cross(x, gamma)
+   end function spring_torque
+
+   !> cos(2πft + phase), by its series after halving the angle often enough.
+   pure real(qp) function harmonic(torque, t) result(c)
+      type(applied_torque_t), intent(in) :: torque
+      !> s.
+      real(qp), intent(in) :: t
+      real(qp) :: turns, angle, term, square
+      integer :: k
+      turns = real(torque%frequency, qp)*t
+      angle = 2*pi*(turns - nint(real(turns, wp))) + real(torque%phase, qp)
+      angle = (angle - 2*pi*nint(real(angle/(2*pi), wp)))/8
+      square = angle*angle
+      c = 1.0_qp
+      term = 1.0_qp
+      do k = 2, 26, 2
+         term = -term*square/(k*(k - 1))
+         c = c + term
+      end do
+      do k = 1, 3
+         c = 2*c*c - 1
+      end do
+   end function harmonic
+
+   !> Square root, by Newton's iteration from that of the library's precision.
+   pure real(qp) function root(x)
+      real(qp), intent(in) :: x
+      integer :: k
+      root = real(sqrt(real(x, wp)), qp)
+      if (.not. root > 0.0_qp) return
+      do k = 1, 3
+         root = (root + x/root)/2
+      end do
+   end function root
+
+end module test_oracle
