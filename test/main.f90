@@ -16,6 +16,7 @@ program unit
    use test_attitude, only: collect_attitude
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
+   use test_bounds, only: collect_bounds
    use test_c_interface, only: collect_c_interface
    use test_changed_states, only: collect_changed_states
    use test_choice, only: collect_choice
@@ -121,18 +122,18 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), others(:)
+      type(testsuite_type), allocatable :: stability(:), roots(:), others(:)
       stability = stability_suites()
+      roots = root_suites()
       others = other_suites()
-      suites = [stability, others]
+      suites = [stability, roots, others]
    end subroutine list_suites
 
-   !> The suites but those of stability cases: one line for each, here or there.
+   !> The suites but those of stability cases and of roots: one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("archive", collect_archive), &
-         new_testsuite("attack", collect_attack), &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("baselines", collect_baselines), &
          new_testsuite("body", collect_body), &
@@ -170,7 +171,6 @@ contains
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("resume", collect_resume), &
-         new_testsuite("root_proof", collect_root_proof), &
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &
@@ -184,10 +184,20 @@ contains
          new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &
          new_testsuite("torque_physics", collect_torque_physics), &
-         new_testsuite("unproved", collect_unproved), &
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function other_suites
+
+   !> The suites about the true root of a step.
+   function root_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("attack", collect_attack), &
+         new_testsuite("bounds", collect_bounds), &
+         new_testsuite("root_proof", collect_root_proof), &
+         new_testsuite("unproved", collect_unproved) &
+         ]
+   end function root_suites
 
    !> The suites of stability cases.
    function stability_suites() result(suites)

@@ -89,20 +89,20 @@ contains
    subroutine library_takes_none(error)
       type(error_type), allocatable, intent(out) :: error
       type(effect_list_t) :: effects
-      type(status_t) :: on_potential, on_torque
+      type(status_t) :: statuses(2)
       real(wp), parameter :: a(3) = [1.0_wp, 0.0_wp, 0.0_wp]
-      call effects%bound_potential(1.0_wp, 1.0_wp, 1.0_wp, on_potential)
-      call effects%bound_torque(1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, on_torque)
-      call check(error, on_potential%code == NUTATE_BAD_ARGUMENT .and. on_torque%code == NUTATE_BAD_ARGUMENT, 'no effect')
+      call effects%bound_potential(1.0_wp, 1.0_wp, 1.0_wp, statuses(1))
+      call effects%bound_torque(1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, statuses(2))
+      call check(error, all(statuses%code == NUTATE_BAD_ARGUMENT), 'no effect')
       if (allocated(error)) return
       call effects%add(dipole_t(a, a))
       call effects%add(spring_t(a, a, 1.0_wp, 0.5_wp))
       call effects%add(spring_t(a, 2*a, 1.0_wp, 0.5_wp))
       call effects%add(damping_t(a))
       call effects%add(applied_torque_t(amplitude=a))
-      call effects%bound_potential(1.0_wp, 1.0_wp, 1.0_wp, on_potential)
-      call effects%bound_torque(1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, on_torque)
-      call check(error, on_potential%code == NUTATE_BAD_ARGUMENT .and. on_torque%code == NUTATE_BAD_ARGUMENT, 'others')
+      call effects%bound_potential(1.0_wp, 1.0_wp, 1.0_wp, statuses(1))
+      call effects%bound_torque(1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, statuses(2))
+      call check(error, all(statuses%code == NUTATE_BAD_ARGUMENT), 'others')
       if (allocated(error)) return
       call check(error, .not. any([effects%potentials(1)%item%given%known, effects%potentials(2)%item%given%known, &
                                    effects%torques(1)%item%given%known]), 'bounds are left behind')
@@ -139,7 +139,8 @@ contains
    !> What no bound can be.
    function bad_numbers() result(bad)
       real(wp) :: bad(5)
-      bad = [-1.0_wp, 1.001e100_wp, 1e-310_wp, ieee_value(0.0_wp, ieee_quiet_nan), ieee_value(0.0_wp, ieee_positive_inf)]
+      bad = [-1.0_wp, 1.001e100_wp, 1e-310_wp, ieee_value(0.0_wp, ieee_quiet_nan), &
+             ieee_value(0.0_wp, ieee_positive_inf)]
    end function bad_numbers
 
    !> With bounds of both, of one, and of none; by both solvers: the same bits and the same counts.
