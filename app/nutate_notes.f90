@@ -45,7 +45,7 @@ contains
       turn = abs(scene%plan%time_step)*norm2(omega)
       if (turn >= too_long) then
          call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
-                  ' rad: steps of 4 rad and more cannot follow a rotation and will be cut')
+                  ' rad: hardly any step of 4 rad and more follows the motion, others will be cut')
       else if (turn >= long) then
          call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
                   ' rad: the invariants will hold, the phase will not')
@@ -91,7 +91,7 @@ contains
       call add(notes, 'rotation near the axis of middle inertia: small differences grow tenfold every '// &
                rounded_text(log(10.0_wp)/growth, 3)//' s')
       if (0.5_wp*growth*abs(scene%plan%time_step) > 1 - (0.25_wp*rate*scene%plan%time_step)**2) &
-         call add(notes, 'the step is too long to follow this instability and will be cut')
+         call add(notes, 'on the axis the step is too long to follow this instability and will be cut')
    end subroutine note_instability
 
    subroutine add(notes, text)

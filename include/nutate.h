@@ -138,8 +138,7 @@ int nutate_system_create_shape(const char *shape, const double *lengths, size_t 
  * Status: NUTATE_BAD_SCENE. */
 int nutate_system_parse(const char *text, nutate_system **system, char *message, size_t size);
 
-/* Frees a system.   <=>  system */
-int nutate_system_destroy(nutate_system **system);
+int nutate_system_destroy(nutate_system **system); /* frees it   <=>  system */
 
 /* Inertia, mass and centre of mass.
  *   <==  inertia         about the reference point, body axes, kg m2; or NULL
@@ -149,10 +148,8 @@ int nutate_system_body(const nutate_system *system, double inertia[3][3], double
 
 /* The effects below act in addition to those that are there. Status: NUTATE_BAD_ARGUMENT for numbers that the keys of
  * their groups do not admit, NUTATE_BAD_BODY where the mass of the body is needed and not known. */
-
 /* Uniform gravity on the centre of mass: V = -m g.(R c).   ==>  acceleration [3], space axes, m/s2 */
 int nutate_system_add_gravity(nutate_system *system, const double acceleration[3]);
-
 /* A dipole in a uniform field: V = -m.(R'b).   ==>  moment [3], body axes, A m2   ==>  field [3], space axes, T */
 int nutate_system_add_dipole(nutate_system *system, const double moment[3], const double field[3]);
 
@@ -166,7 +163,6 @@ int nutate_system_add_gravity_gradient(nutate_system *system, const double direc
  *   ==>  stiffness  k, N/m                    ==>  rest_length  l >= 0, m */
 int nutate_system_add_spring(nutate_system *system, const double body_point[3], const double anchor[3],
                              double stiffness, double rest_length);
-
 /* Viscous damping: tau = -diag(c) omega.   ==>  coefficient [3], c, body axes, N m s; negative ones drive */
 int nutate_system_add_damping(nutate_system *system, const double coefficient[3]);
 
@@ -177,7 +173,6 @@ int nutate_system_add_damping(nutate_system *system, const double coefficient[3]
  *   ==>  start, stop  s, start < stop; -INFINITY and INFINITY: always. Runs of nominal steps end steps on them. */
 int nutate_system_add_torque(nutate_system *system, const double torque[3], int in_space, double frequency,
                              double phase, double start, double stop);
-
 /* A rotor of constant momentum (gyrostat): L = J omega + h.   ==>  momentum [3], h, body axes, N m s */
 int nutate_system_add_rotor(nutate_system *system, const double momentum[3]);
 
@@ -231,6 +226,21 @@ int nutate_system_add_potential(nutate_system *system, const double direction[3]
  *   ==>  user       passed through; or NULL */
 int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, void *user);
 
+/* Bounds of the callback that was added last: with them the root of a step can be proved to be that of the true motion;
+ * else each step counts as not proved (nutate_stepper_unproved). They are promised, not tested, and may be generous;
+ * wide ones prove shorter steps only. Status: NUTATE_BAD_ARGUMENT for none of 0 and 1e-300 to 1e100, or no callback. */
+
+/* Of a potential, for all gamma up to |n| long, in J over powers of the unit of gamma.
+ *   ==>  gradient     of |dU/dgamma|          ==>  hessian  of the sizes of the eigenvalues of d2U/dgamma2
+ *   ==>  third        of the third derivative of U along any unit vector */
+int nutate_system_bound_potential(nutate_system *system, double gradient, double hessian, double third);
+
+/* Of a torque that does not depend on omega, at all attitudes and times, N m.
+ *   ==>  torque       of |tau|
+ *   ==>  by_rotation, second   of |d tau/d theta|, |d2 tau/d theta2| as the body turns by theta, rad, about any axis
+ *   ==>  rate         1/s: times this, once and twice, they bound the derivatives by time; 0: constant in time */
+int nutate_system_bound_torque(nutate_system *system, double torque, double by_rotation, double second, double rate);
+
 /* ---- Scenes ----------------------------------------------------------------------------------------------------- */
 
 /* Reads a scene file.
@@ -249,9 +259,7 @@ int nutate_scene_read(const char *path, const char *const *overrides, size_t n_o
 int nutate_scene_parse(const char *text, const char *name, const char *const *overrides, size_t n_overrides,
                        nutate_scene **scene, char *message, size_t size);
 
-/* Frees a scene.   <=>  scene */
-int nutate_scene_destroy(nutate_scene **scene);
-
+int nutate_scene_destroy(nutate_scene **scene); /* frees it   <=>  scene */
 /* Title of a scene.   ==>  scene   <==  buffer   ==>  size */
 int nutate_scene_get_title(const nutate_scene *scene, char *buffer, size_t size);
 
@@ -266,11 +274,12 @@ int nutate_scene_get_plan(const nutate_scene *scene, double *time_step, double *
  *   <==  omega      [3], body axes, rad/s; or NULL */
 int nutate_scene_get_initial(const nutate_scene *scene, double *q, double *omega);
 
-/* A potential or torque of your own in a scene, as nutate_system_add_...   <=>  scene */
+/* A potential or torque of your own in a scene, and bounds, as in a system: nutate_system_...   <=>  scene */
 int nutate_scene_add_potential(nutate_scene *scene, const double direction[3], nutate_potential potential,
                                nutate_hessian hessian, void *user);
 int nutate_scene_add_user_torque(nutate_scene *scene, nutate_torque torque, void *user);
-
+int nutate_scene_bound_potential(nutate_scene *scene, double gradient, double hessian, double third);
+int nutate_scene_bound_torque(nutate_scene *scene, double torque, double by_rotation, double second, double rate);
 /* The body and effects of a scene, a copy. */
 int nutate_scene_system(const nutate_scene *scene, nutate_system **system, char *message, size_t size);
 
@@ -287,7 +296,6 @@ int nutate_scene_write(const nutate_scene *scene, const char *path, char *messag
 
 /* Size of a history.   ==>  history   <==  rows; or NULL   <==  columns, that of t included; or NULL */
 int nutate_history_size(const nutate_history *history, size_t *rows, size_t *columns);
-
 /* Name of a column.   ==>  history   ==>  column, 0 is "t"   <==  buffer   ==>  size */
 int nutate_history_name(const nutate_history *history, size_t column, char *buffer, size_t size);
 
@@ -301,12 +309,10 @@ int nutate_history_column(const nutate_history *history, const char *name, doubl
  *   <==  values   [rows][columns]
  *   ==>  size     numbers that fit into values, at least rows*columns */
 int nutate_history_values(const nutate_history *history, double *values, size_t size);
-
 /* Steps with a root that is taken for that of the true motion without a proof (docs/stability.md).   <==  steps */
 int nutate_history_unproved(const nutate_history *history, int64_t *steps);
 
-/* Frees a history.   <=>  history */
-int nutate_history_destroy(nutate_history **history);
+int nutate_history_destroy(nutate_history **history); /* frees it   <=>  history */
 
 /* ---- Steppers --------------------------------------------------------------------------------------------------- */
 
@@ -320,8 +326,7 @@ int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper,
  *   ==>  scene         is copied */
 int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **stepper, char *message, size_t size);
 
-/* Frees a stepper.   <=>  stepper */
-int nutate_stepper_destroy(nutate_stepper **stepper);
+int nutate_stepper_destroy(nutate_stepper **stepper); /* frees it   <=>  stepper */
 
 /* Sets what the group &integrator of a scene would say: method, order, linear_solver, time_step (or accuracy, or
  * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
@@ -396,10 +401,8 @@ int nutate_stepper_count_rows(const nutate_stepper *stepper, double end_time, in
  *   ==>  sets     comma separated: quaternion, conjugate_momentum, angular_velocity, angular_velocity_space,
  *                 angular_momentum, angular_momentum_space, euler, energy, constraints, solver */
 int nutate_stepper_set_columns(nutate_stepper *stepper, const char *sets);
-
 /* Number of columns of a row.   ==>  stepper   <==  width */
 int nutate_stepper_width(const nutate_stepper *stepper, size_t *width);
-
 /* Name of a column.   ==>  stepper   ==>  column, 0 is "t"   <==  buffer   ==>  size */
 int nutate_stepper_column(const nutate_stepper *stepper, size_t column, char *buffer, size_t size);
 
@@ -425,7 +428,6 @@ int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <=
  *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and total - total then - work
  * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
-
 /* Constraints.   <==  constraints [2]: q.q - 1, and q.p (kg m2/s) */
 int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]);
 
@@ -443,7 +445,6 @@ int nutate_stepper_accuracy(const nutate_stepper *stepper, double error[2]);
  *   <==  iterations  Newton iterations; or NULL
  *   <==  residual    last increment over that of the step; or NULL */
 int nutate_stepper_solver(const nutate_stepper *stepper, int *iterations, double *residual);
-
 /* Steps since the state was set with a root that is taken for the true one without a proof.   <==  steps */
 int nutate_stepper_unproved(const nutate_stepper *stepper, int64_t *steps);
 
@@ -461,8 +462,7 @@ int nutate_euler_from_quat(const double q[4], double angles[3]);
 /* The same, phi and psi continued beyond +-pi from earlier ones, if the body turns by less than pi in between.
  *   ==>  q [4]   <=>  angles [3] */
 int nutate_follow_euler(const double q[4], double angles[3]);
-/* ==>  angles [3]   <==  q [4] */
-int nutate_quat_from_euler(const double angles[3], double q[4]);
+int nutate_quat_from_euler(const double angles[3], double q[4]); /* ==>  angles [3]   <==  q [4] */
 /* Angular velocity, body axes, of rates of the angles.   ==>  angles [3], rates [3], rad/s   <==  omega [3], rad/s */
 int nutate_omega_from_euler_rates(const double angles[3], const double rates[3], double omega[3]);
 /* Rotation about an axis.   ==>  axis [3], of any length but zero   ==>  angle, rad   <==  q [4] */
@@ -471,8 +471,7 @@ int nutate_quat_from_axis_angle(const double axis[3], double angle, double q[4])
 int nutate_axis_angle_from_quat(const double q[4], double axis[3], double *angle);
 /* Axis times angle.   ==>  v [3], rad   <==  q [4] */
 int nutate_quat_from_rotation_vector(const double v[3], double q[4]);
-/* ==>  q [4]   <==  v [3], rad, |v| <= pi */
-int nutate_rotation_vector_from_quat(const double q[4], double v[3]);
+int nutate_rotation_vector_from_quat(const double q[4], double v[3]); /* ==>  q [4]   <==  v [3], rad, |v| <= pi */
 /* Product: first b, then a.   ==>  a [4], b [4]   <==  c [4], may be a or b */
 int nutate_quat_product(const double a[4], const double b[4], double c[4]);
 /* Of unit length.   ==>  q [4], not zero   <==  unit [4], may be q */

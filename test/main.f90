@@ -18,6 +18,7 @@ program unit
    use test_attitude, only: collect_attitude
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
+   use test_bounds, only: collect_bounds
    use test_c_interface, only: collect_c_interface
    use test_changed_states, only: collect_changed_states
    use test_choice, only: collect_choice
@@ -132,7 +133,7 @@ contains
       suites = [stability, roots, others]
    end subroutine list_suites
 
-   !> The suites but those of stability cases: one line for each, here or there.
+   !> The suites but those of stability cases and of roots: one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
@@ -193,11 +194,12 @@ contains
          ]
    end function other_suites
 
-   !> The suites of the proof that a root is the true one.
+   !> The suites about the true root of a step.
    function root_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("attack", collect_attack), &
+         new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &
          new_testsuite("unproved", collect_unproved) &
          ]

@@ -2,7 +2,8 @@
 module test_attack
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp
-   use test_attack_case, only: attack_case_t, attack_effect_t, draw_case, BODY_TORQUE, DAMPING, SPACE_TORQUE, SPRING
+   use test_attack_case, only: attack_case_t, attack_effect_t, draw_case, effect_kinds, BODY_TORQUE, &
+      DAMPING, FEEDBACK, POLYNOMIAL, SPACE_TORQUE, SPRING
    use test_attack_oracle, only: branch_t, oracle_t, ENDED, REACHED
    use test_attack_run, only: attack_case, attack_cases, judge, outcome_t, tally_t, verdict_text
    use test_support, only: check_close, is_slow_build, random_vector
@@ -81,7 +82,8 @@ contains
       associate (all => tally%total())
          call check(error, tally%broken == 0 .and. all%unclear == 0 .and. all%stages > 0, 'the case is not judged')
          if (allocated(error)) return
-         call check(error, all%wrong + all%wrong_unproved + tally%disagreements == 0, trim(tally%first))
+         call check(error, all%wrong + all%wrong_unproved + tally%disagreements + tally%unproved_disagreements == 0, &
+                    'a wrong root, or a difference: '//trim(tally%first))
       end associate
    end subroutine check_case
 
@@ -90,13 +92,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: cases = 1000
       type(attack_case_t) :: item, again
-      integer :: kinds(8), orders(8), backward, triangle, windows, meeting, number, i
+      integer :: kinds(effect_kinds), orders(8), backward, triangle, windows, meeting, bounded(2), number, i
       kinds = 0
       orders = 0
       backward = 0
       triangle = 0
       windows = 0
       meeting = 0
+      bounded = 0
       do number = 1, cases
          call draw_case(seed, number, item)
          orders(item%order) = orders(item%order) + 1
@@ -106,6 +109,8 @@ contains
             associate (effect => item%effects(i))
                kinds(effect%kind) = kinds(effect%kind) + 1
                if (effect%stop < huge(1.0_wp)) windows = windows + 1
+               if (effect%kind == POLYNOMIAL .and. effect%bounded) bounded(1) = bounded(1) + 1
+               if (effect%kind == FEEDBACK .and. effect%bounded) bounded(2) = bounded(2) + 1
                if (effect%kind == SPRING .and. &
                    abs(norm2(effect%m) - norm2(effect%n)) <= 0.01_wp*norm2(effect%n)) meeting = meeting + 1
             end associate
@@ -117,6 +122,9 @@ contains
       call check(error, abs(backward - cases/5) < cases/20 .and. triangle > cases/20, 'backward steps or bodies')
       if (allocated(error)) return
       call check(error, windows > cases/20 .and. meeting > cases/100, 'windows or springs whose ends meet')
+      if (allocated(error)) return
+      call check(error, all(3*bounded > kinds([POLYNOMIAL, FEEDBACK]) .and. &
+                            3*bounded < 2*kinds([POLYNOMIAL, FEEDBACK])), 'bounds')
       if (allocated(error)) return
       call check_close(error, [again%dt, again%omega, again%moments], [item%dt, item%omega, item%moments], 0.0_wp)
    end subroutine draws_are_complete

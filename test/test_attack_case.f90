@@ -8,11 +8,11 @@ module test_attack_case
    use nutate_body, only: make_body
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: potential_t, rotor_t
+   use nutate_effect, only: potential_t, rotor_t, torque_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: rotation_matrix
+   use nutate_quaternion, only: rotate_to_body, rotation_matrix
    use nutate_spring, only: spring_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -20,28 +20,32 @@ module test_attack_case
    implicit none
    private
 
-   public :: attack_effect_t, attack_case_t, custom_potential_t, draw_case, make_system, most_effects
-   public :: GRAVITY, DIPOLE, GRADIENT, SPRING, POLYNOMIAL, BODY_TORQUE, SPACE_TORQUE, DAMPING
+   public :: attack_effect_t, attack_case_t, custom_potential_t, custom_torque_t, draw_case, make_system, most_effects
+   public :: GRAVITY, DIPOLE, GRADIENT, SPRING, POLYNOMIAL, BODY_TORQUE, SPACE_TORQUE, DAMPING, FEEDBACK
+   public :: effect_kinds
 
    !> Kinds of effects; a rotor is the body's `rotor`.
    integer, parameter :: GRAVITY = 1, DIPOLE = 2, GRADIENT = 3, SPRING = 4, POLYNOMIAL = 5, BODY_TORQUE = 6, &
-      SPACE_TORQUE = 7, DAMPING = 8
+      SPACE_TORQUE = 7, DAMPING = 8, FEEDBACK = 9
+   integer, parameter :: effect_kinds = 9
    integer, parameter :: most_effects = 3
 
    !> One effect.
    type :: attack_effect_t
       integer :: kind = 0
       !> n, space axes: acceleration, field, unit vector to the centre, anchor, unit vector; amplitude of a torque in
-      !> the axes of its kind; shape (3).
+      !> the axes of its kind; unit vector of the test's own; shape (3).
       real(wp) :: n(3) = 0.0_wp
-      !> m, body axes: mass times centre of mass, dipole moment, point of a spring, axis of the potential of the test's
-      !> own; coefficients of damping; shape (3).
+      !> m, body axes: mass times centre of mass, dipole moment, point of a spring, axis of the potential or torque of
+      !> the test's own; coefficients of damping; shape (3).
       real(wp) :: m(3) = 0.0_wp
-      !> μ/r³, s⁻²; stiffness, N/m; size of the potential of the test's own, J.
+      !> μ/r³, s⁻²; stiffness, N/m; size of the potential, J, or torque, N m, of the test's own.
       real(wp) :: strength = 0.0_wp
       real(wp) :: rest_length = 0.0_wp
       !> Hz, rad, s.
       real(wp) :: frequency = 0.0_wp, phase = 0.0_wp, start = -huge(1.0_wp), stop = huge(1.0_wp)
+      !> The potential or torque of the test's own comes with bounds.
+      logical :: bounded = .false.
    end type attack_effect_t
 
    !> One case: what is stepped, from where, and how.
@@ -74,7 +78,25 @@ module test_attack_case
       procedure :: gradient => custom_gradient
    end type custom_potential_t
 
+   !> A torque of a user, a feedback of the attitude with a gain that goes up and down: τ = e cos(2πft + φ) (a·γ)γ,
+   !> γ = Rᵀn, a and n unit vectors. It has no potential.
+   type, extends(torque_t) :: custom_torque_t
+      !> n, space axes; a, body axes; shape (3).
+      real(wp) :: direction(3) = 0.0_wp, axis(3) = 0.0_wp
+      real(wp) :: size = 0.0_wp, frequency = 0.0_wp, phase = 0.0_wp
+   contains
+      procedure :: torque => custom_torque
+   end type custom_torque_t
+
 contains
+
+   pure function custom_torque(self, t, q, omega) result(tau)
+      class(custom_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3), gamma(3)
+      gamma = rotate_to_body(q, self%direction)
+      tau = (self%size*cos(2*pi*self%frequency*t + self%phase)*dot_product(self%axis, gamma))*gamma
+   end function custom_torque
 
    pure real(wp) function custom_energy(self, gamma)
       class(custom_potential_t), intent(in) :: self
@@ -176,7 +198,7 @@ contains
       real(wp), intent(in) :: size, rate
       type(attack_effect_t), intent(out) :: effect
       real(wp) :: lengths(2), spread
-      effect%kind = 1 + int(8*random_unit(state))
+      effect%kind = 1 + int(effect_kinds*random_unit(state))
       effect%n = draw_direction(state)
       effect%m = draw_direction(state)
       select case (effect%kind)
@@ -197,6 +219,11 @@ contains
          if (random_unit(state) < 0.7_wp) effect%rest_length = between(state, 0.0_wp, 1.5_wp)
       case (POLYNOMIAL)
          effect%strength = 0.3_wp*size
+         effect%bounded = random_unit(state) < 0.5_wp
+      case (FEEDBACK)
+         effect%strength = size
+         effect%bounded = random_unit(state) < 0.5_wp
+         call draw_frequency(state, rate, effect)
       case (BODY_TORQUE, SPACE_TORQUE)
          effect%n = size*effect%n
          call draw_time(state, item, rate, effect)
@@ -211,14 +238,21 @@ contains
       type(attack_case_t), intent(in) :: item
       real(wp), intent(in) :: rate
       type(attack_effect_t), intent(inout) :: effect
-      if (random_unit(state) < 0.33_wp) then
-         effect%frequency = between(state, 0.0_wp, 2.0_wp)*rate/(2*pi)
-         effect%phase = between(state, 0.0_wp, 2*pi)
-      end if
+      call draw_frequency(state, rate, effect)
       if (random_unit(state) > 0.33_wp) return
       effect%start = item%t + item%dt*between(state, -1.0_wp, 1.0_wp)
       effect%stop = effect%start + abs(item%dt)*between(state, 0.1_wp, 5.0_wp)
    end subroutine draw_time
+
+   !> One in three has a frequency.
+   subroutine draw_frequency(state, rate, effect)
+      integer(int64), intent(inout) :: state
+      real(wp), intent(in) :: rate
+      type(attack_effect_t), intent(inout) :: effect
+      if (random_unit(state) > 0.33_wp) return
+      effect%frequency = between(state, 0.0_wp, 2.0_wp)*rate/(2*pi)
+      effect%phase = between(state, 0.0_wp, 2*pi)
+   end subroutine draw_frequency
 
    !> A unit vector; one in four near an axis.
    function draw_direction(state) result(n)
@@ -265,7 +299,6 @@ contains
       type(attack_case_t), intent(in) :: item
       type(system_t), intent(out) :: system
       type(status_t), intent(out) :: status
-      type(custom_potential_t) :: custom
       integer :: i
       call make_body(item%inertia(), system%body, status, mass=1.0_wp, check_triangle=item%check_triangle)
       if (.not. status%ok()) return
@@ -282,12 +315,8 @@ contains
                call system%effects%add(gravity_gradient_t(system%body, effect%n, effect%strength))
             case (SPRING)
                call system%effects%add(spring_t(effect%m, effect%n, effect%strength, effect%rest_length))
-            case (POLYNOMIAL)
-               custom%name = 'custom'
-               custom%direction = effect%n
-               custom%axis = effect%m
-               custom%size = effect%strength
-               call system%effects%add(custom)
+            case (POLYNOMIAL, FEEDBACK)
+               call add_own(effect, system, status)
             case (BODY_TORQUE, SPACE_TORQUE)
                call system%effects%add(applied_torque_t(amplitude=effect%n, in_space=effect%kind == SPACE_TORQUE, &
                                                         frequency=effect%frequency, phase=effect%phase, &
@@ -296,7 +325,35 @@ contains
                call system%effects%add(damping_t(effect%m))
             end select
          end associate
+         if (.not. status%ok()) return
       end do
    end subroutine make_system
+
+   !> Adds a potential or torque of the test's own, and its bounds if it comes with them. For |γ| ≤ |n|:
+   !>
+   !> - U = e((a·γ)³ - γ1γ2): |∇U| ≤ e(3|a|³|n|² + |n|), ‖∇²U‖ ≤ e(6|a|³|n| + 1), the third derivative is 6e|a|³;
+   !> - τ = e(a·γ)γ: with the body turned by θ about an axis each component is a constant and waves in θ and 2θ, of
+   !>   amplitude e|a||n|²/2 together, since vᵀγγᵀa is at least (v·a - |a|)|n|²/2 and at most (v·a + |a|)|n|²/2 for unit
+   !>   vectors v. By Bernstein's inequality the derivatives are at most 2 and 4 times that.
+   subroutine add_own(effect, system, status)
+      type(attack_effect_t), intent(in) :: effect
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      real(wp) :: n, a, e
+      n = norm2(effect%n)
+      a = norm2(effect%m)
+      e = abs(effect%strength)
+      if (effect%kind == POLYNOMIAL) then
+         call system%effects%add(custom_potential_t(name='custom', direction=effect%n, axis=effect%m, &
+                                                    size=effect%strength))
+         if (effect%bounded) call system%effects%bound_potential(e*(3*a**3*n**2 + n), e*(6*a**3*n + 1), &
+                                                                 6*e*a**3, status)
+      else
+         call system%effects%add(custom_torque_t(name='custom', direction=effect%n, axis=effect%m, &
+                                                 size=effect%strength, frequency=effect%frequency, phase=effect%phase))
+         if (effect%bounded) call system%effects%bound_torque(e*a*n**2, e*a*n**2, 2*e*a*n**2, &
+                                                              2*pi*effect%frequency, status)
+      end if
+   end subroutine add_own
 
 end module test_attack_case

@@ -11,7 +11,7 @@
 module test_attack_oracle
    use nutate_kinds, only: wp, eps, pi
    use test_attack_case, only: attack_case_t, attack_effect_t, most_effects, GRADIENT, SPRING, POLYNOMIAL, &
-      BODY_TORQUE, SPACE_TORQUE, DAMPING
+      BODY_TORQUE, SPACE_TORQUE, DAMPING, FEEDBACK
    implicit none
    private
 
@@ -117,7 +117,7 @@ contains
       do i = 1, self%n_effects
          associate (effect => self%effects(i))
             select case (effect%kind)
-            case (BODY_TORQUE, SPACE_TORQUE)
+            case (BODY_TORQUE, SPACE_TORQUE, FEEDBACK)
                if (self%acts(i)) tau = tau + cos(2*pi*effect%frequency*time + effect%phase)*torque_of(self, i, b)
             case (DAMPING)
                drag = drag + effect%m*b
@@ -133,14 +133,16 @@ contains
       p = (1 - beta)*(b - t*self%b0) + matmul(self%inverse, p)
    end function residual
 
-   !> An applied torque at mid step, its time left out.
+   !> An applied torque, or that of the test's own, e(a·γ)γ, at mid step, its time left out.
    pure function torque_of(self, i, b) result(tau)
       class(oracle_t), intent(in) :: self
       integer, intent(in) :: i
       real(wp), intent(in) :: b(3)
       real(wp) :: tau(3)
       tau = self%direction(:, i)
-      if (self%effects(i)%kind == SPACE_TORQUE) tau = turned_back(1.0_wp, b, tau)/(1 + dot_product(b, b))
+      if (self%effects(i)%kind == BODY_TORQUE) return
+      tau = turned_back(1.0_wp, b, tau)/(1 + dot_product(b, b))
+      if (self%effects(i)%kind == FEEDBACK) tau = (self%effects(i)%strength*dot_product(self%effects(i)%m, tau))*tau
    end function torque_of
 
    !> γ(q̄)×∇̄U of a potential, γ0 and γ1 its direction in the body at the ends, γ(q̄) at the mean of the quaternions.
@@ -310,6 +312,8 @@ contains
                strength = strength + effect%strength*norm2(effect%m)*norm2(effect%n)
             case (POLYNOMIAL)
                strength = strength + 4*effect%strength
+            case (FEEDBACK)
+               strength = strength + effect%strength
             case (BODY_TORQUE, SPACE_TORQUE)
                if (self%acts(i)) strength = strength + norm2(effect%n)
             case (DAMPING)

@@ -27,6 +27,10 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_groups(NULL, "&gravity /"));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_potential(NULL, vector, answer_potential, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_user_torque(NULL, answer_torque, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_system_bound_potential(NULL, 1.0, 1.0, 1.0));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_system_bound_torque(NULL, 1.0, 1.0, 1.0, 0.0));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_bound_potential(NULL, 1.0, 1.0, 1.0));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_bound_torque(NULL, 1.0, 1.0, 1.0, 0.0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_get_title(NULL, text, sizeof text));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_get_plan(NULL, x, x, &n));
     EXPECT(NUTATE_BAD_HANDLE, nutate_scene_get_initial(NULL, x, x));

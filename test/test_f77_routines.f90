@@ -5,8 +5,8 @@ module test_f77_routines
    implicit none
    private
 
-   public :: nuinit, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, nufree, nutext, &
-      potential, torque, potspr, tormot, tornan, potnan
+   public :: nuinit, nubpot, nubtor, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, &
+      nufree, nutext, potential, torque, potspr, tormot, tornan, potnan
 
    abstract interface
       pure subroutine potential(gamma, u, du, iuser, ruser)
@@ -103,6 +103,24 @@ module test_f77_routines
          integer, intent(in) :: lwork
          integer, intent(out) :: info
       end subroutine nunprv
+
+      subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
+         import :: wp
+         implicit none
+         real(wp), intent(in) :: bgrad, bhess, bthird
+         real(wp), intent(inout) :: work(*)
+         integer, intent(in) :: lwork
+         integer, intent(out) :: info
+      end subroutine nubpot
+
+      subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
+         import :: wp
+         implicit none
+         real(wp), intent(in) :: btor, bturn, bsec, brate
+         real(wp), intent(inout) :: work(*)
+         integer, intent(in) :: lwork
+         integer, intent(out) :: info
+      end subroutine nubtor
 
       subroutine nusetp(q, omega, p, work, lwork, info)
          import :: wp

@@ -112,11 +112,16 @@ contains
    end function top_twin
 
    !> A full tensor with a rotor under a potential, damping and a torque that depends on time.
-   type(twin_t) function forced_twin(isolv, iorder) result(twin)
+   type(twin_t) function forced_twin(isolv, iorder, friction) result(twin)
       integer, intent(in) :: isolv, iorder
+      !> Of the motor, N m s; by default that of `plain`.
+      real(wp), intent(in), optional :: friction
       type(problem_t) :: problem
       type(rotor_t) :: rotor
       type(spring_in_height_t) :: spring
+      real(wp) :: resistance
+      resistance = plain(5)
+      if (present(friction)) resistance = friction
       problem = forced_body()
       twin = twin_of(problem, isolv, iorder)
       twin%cm = 0.0_wp
@@ -136,7 +141,7 @@ contains
          spring%weight = plain(2)
          call effects%add(spring)
          call effects%add(damping_t(twin%d))
-         call effects%add(motor_t(axis=iuser(1), strength=plain(3), rate=plain(4), friction=plain(5)))
+         call effects%add(motor_t(axis=iuser(1), strength=plain(3), rate=plain(4), friction=resistance))
       end associate
       twin%problem%start = make_state(twin%problem%system, problem%start%q, [1.0_wp, -2.0_wp, 3.0_wp], 0.25_wp)
    end function forced_twin
@@ -156,20 +161,23 @@ contains
    end subroutine start
 
    !> The library's motion, with the rows of `keeper`.
-   subroutine run_library(twin, dt, n, every, state, keeper, status)
+   subroutine run_library(twin, dt, n, every, state, keeper, status, unproved)
       type(twin_t), intent(in) :: twin
       real(wp), intent(in) :: dt
       integer, intent(in) :: n, every
       type(state_t), intent(out) :: state
       type(row_keeper_t), intent(inout) :: keeper
       type(status_t), intent(out) :: status
+      !> Steps that are not proved.
+      integer, intent(out), optional :: unproved
       class(stepper_t), allocatable :: stepper
       type(run_summary_t) :: summary
       state = twin%problem%start
       call make_stepper(twin%problem%system, twin%settings, stepper, status)
       if (status%ok()) call integrate(twin%problem%system, stepper, state, &
                                       run_plan_t(time_step=dt, end_time=state%t + n*dt, every=int(every, long)), &
-                                      status, keeper)
+                                      status, keeper, summary)
+      if (present(unproved)) unproved = int(summary%unproved_steps)
    end subroutine run_library
 
 end module test_f77_twins

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tries to make the steppers accept another root than that of the true motion: 100 000 stages drawn at random, each judged by
-# an oracle of the tests. Without arguments the table goes into docs/stability.md. Fails if a wrong root is accepted.
+# an oracle of the tests. Without arguments the table goes into docs/stability.md. Fails if a wrong root counts as proved.
 #    tools/attack.sh [--seed S] [--stages N | --case K]      K repeats one case of a seed, stage by stage
 set -u
 . "$(dirname "$0")/environment.sh"

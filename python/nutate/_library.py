@@ -38,12 +38,16 @@ SIGNATURES = {
     "nutate_system_add_groups": (Handle, Text),
     "nutate_system_add_potential": (Handle, Doubles, PotentialCallback, HessianCallback, ctypes.c_void_p),
     "nutate_system_add_user_torque": (Handle, TorqueCallback, ctypes.c_void_p),
+    "nutate_system_bound_potential": (Handle, Double, Double, Double),
+    "nutate_system_bound_torque": (Handle, Double, Double, Double, Double),
     "nutate_scene_read": (Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size),
     "nutate_scene_parse": (Text, Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size),
     "nutate_scene_destroy": (HandlePointer,),
     "nutate_scene_get_title": (Handle, Text, Size),
     "nutate_scene_add_potential": (Handle, Doubles, PotentialCallback, HessianCallback, ctypes.c_void_p),
     "nutate_scene_add_user_torque": (Handle, TorqueCallback, ctypes.c_void_p),
+    "nutate_scene_bound_potential": (Handle, Double, Double, Double),
+    "nutate_scene_bound_torque": (Handle, Double, Double, Double, Double),
     "nutate_scene_system": (Handle, HandlePointer, Text, Size),
     "nutate_scene_run": (Handle, HandlePointer, Text, Size),
     "nutate_scene_write": (Handle, Text, Text, Size),
@@ -169,6 +173,17 @@ def vector(values, size, name):
     if array.shape != (size,):
         raise ValueError(f"{name} has shape {array.shape} (expected {size} numbers)")
     return array
+
+
+def bounds_of(values, names):
+    """The bounds of a callback as floats; None where there are none. Tested before the callback is added."""
+    if values is None:
+        return None
+    bounds = [float(value) for value in vector(values, len(names), "bounds")]
+    for name, bound in zip(names, bounds):
+        if not (bound == 0 or 1e-300 <= bound <= 1e100):
+            raise ValueError(f"the bound {name} is {bound} (expected 0 or 1e-300 to 1e100)")
+    return bounds
 
 
 def pointer(array):

@@ -4,8 +4,8 @@ import ctypes
 
 import numpy as np
 
-from ._library import (NutateError, Owner, Text, check, create, encoded, library, MESSAGE_SIZE, pointer, text_of,
-                       vector)
+from ._library import NutateError, Owner, Text, check, create, encoded, library, MESSAGE_SIZE, pointer, text_of
+from .systems import add_potential, add_user_torque
 
 
 class Scene(Owner):
@@ -34,14 +34,13 @@ class Scene(Owner):
         """The title of the scene."""
         return text_of(library.nutate_scene_get_title, self._handle)
 
-    def add_user_torque(self, torque):
+    def add_user_torque(self, torque, bounds=None):
         """As System.add_user_torque."""
-        self._call("nutate_scene_add_user_torque", self._callbacks.torque(torque), None)
+        add_user_torque(self, "scene", torque, bounds)
 
-    def add_potential(self, direction, potential, hessian=None):
+    def add_potential(self, direction, potential, hessian=None, bounds=None):
         """As System.add_potential."""
-        self._call("nutate_scene_add_potential", pointer(vector(direction, 3, "direction")),
-                   self._callbacks.potential(potential), self._callbacks.hessian(hessian), None)
+        add_potential(self, "scene", direction, potential, hessian, bounds)
 
     def run(self):
         """Runs the scene: a dictionary of arrays, one for each column the scene asks for. A run that fails half-way

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._library import Owner, create, encoded, library, pointer, vector
+from ._library import Owner, bounds_of, create, encoded, library, pointer, vector
 
 
 def group(name, **values):
@@ -63,13 +63,39 @@ class System(Owner):
         system.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)."""
         self._call("nutate_system_add_groups", encoded(group(name, **keys)))
 
-    def add_user_torque(self, torque):
+    def add_user_torque(self, torque, bounds=None):
         """Adds a torque of your own: torque(t, q, omega) gives three numbers, N m, body axes; omega in body axes, rad/s.
-        It must depend on its arguments alone."""
-        self._call("nutate_system_add_user_torque", self._callbacks.torque(torque), None)
+        It must depend on its arguments alone.
 
-    def add_potential(self, direction, potential, hessian=None):
+        bounds = (torque, by_rotation, second, rate), for a torque that does not depend on omega, at all attitudes and
+        times: of |tau|, of the length of its first and of its second derivative by the angle as the body turns about any
+        axis, N m, and a rate, 1/s, that times these bounds their derivatives by time (0: constant in time). With bounds
+        of every effect steps can be proved to follow the true motion; without them they count as `unproved_steps`. The
+        bounds are promised, not tested."""
+        add_user_torque(self, "system", torque, bounds)
+
+    def add_potential(self, direction, potential, hessian=None, bounds=None):
         """Adds a potential of your own: potential(gamma) gives U (J) and its gradient by gamma, the body components of
-        the vector `direction` fixed in space; hessian(gamma), if there is one, its second derivatives."""
-        self._call("nutate_system_add_potential", pointer(vector(direction, 3, "direction")),
-                   self._callbacks.potential(potential), self._callbacks.hessian(hessian), None)
+        the vector `direction` fixed in space; hessian(gamma), if there is one, its second derivatives.
+
+        bounds = (gradient, hessian, third): of the length of the gradient, of the norm of the second derivatives and of
+        the third derivative along any unit vector, for all gamma up to the length of `direction`. What they are good for:
+        see add_user_torque."""
+        add_potential(self, "system", direction, potential, hessian, bounds)
+
+
+def add_user_torque(owner, kind, torque, bounds):
+    """Adds a torque to a system or a scene, with its bounds."""
+    given = bounds_of(bounds, ("torque", "by_rotation", "second", "rate"))
+    owner._call(f"nutate_{kind}_add_user_torque", owner._callbacks.torque(torque), None)
+    if given is not None:
+        owner._call(f"nutate_{kind}_bound_torque", *given)
+
+
+def add_potential(owner, kind, direction, potential, hessian, bounds):
+    """Adds a potential to a system or a scene, with its bounds."""
+    given = bounds_of(bounds, ("gradient", "hessian", "third"))
+    owner._call(f"nutate_{kind}_add_potential", pointer(vector(direction, 3, "direction")),
+                owner._callbacks.potential(potential), owner._callbacks.hessian(hessian), None)
+    if given is not None:
+        owner._call(f"nutate_{kind}_bound_potential", *given)

@@ -167,6 +167,47 @@ class CallbackTest(unittest.TestCase):
         scene.run()
         self.assertEqual(scene.unproved_steps, 7)
 
+    def test_bounds_prove_steps_and_change_no_digit(self):
+        def quartic(gamma):
+            return gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)
+
+        def push(t, q, omega):
+            return 0.3 * np.cos(t), 0, 0
+
+        states = []
+        for of_potential, of_torque in (((4, 12, 24), (0.3, 0, 0, 1)), (None, (0.3, 0, 0, 1)), ((4, 12, 24), None)):
+            expected = 0 if of_potential and of_torque else 5
+            system = nutate.System(moments=(2, 3, 4))
+            system.add_potential((0, 0, 1), quartic, bounds=of_potential)
+            system.add_user_torque(push, bounds=of_torque)
+            system.add("gravity_gradient", direction=(1, 0, 0), strength=0.01)
+            stepper = nutate.Stepper(system)
+            stepper.set_state(q=(0.8, 0.6, 0, 0), omega=(0.3, 0.2, 1))
+            stepper.steps(0.02, 5)
+            states.append(stepper.quaternion)
+            self.assertEqual(stepper.unproved_steps, expected)
+            scene = nutate.Scene(text="&body inertia = 2, 3, 4 /\n&initial angular_velocity = 0.3, 0.2, 1 /\n"
+                                      "&integrator time_step = 0.02, end_time = 0.1 /")
+            scene.add_potential((0, 0, 1), quartic, bounds=of_potential)
+            scene.add_user_torque(push, bounds=of_torque)
+            scene.run()
+            self.assertEqual(scene.unproved_steps, expected)
+        np.testing.assert_array_equal(states[0], states[1])
+        np.testing.assert_array_equal(states[0], states[2])
+
+    def test_bounds_that_are_none_are_refused_and_add_nothing(self):
+        for owner in (nutate.System(moments=(1, 2, 2.5)), nutate.Scene(text="&body inertia = 1, 2, 2.5 /\n"
+                      "&initial angular_velocity = 1, 2, 3 /\n&integrator time_step = 0.1, end_time = 0.2 /")):
+            for bounds in ((1, 1), (1, 1, 1, 1, 1), 1, (1, -1, 1), (1, 1, np.nan), (np.inf, 1, 1), (1, 1e101, 1)):
+                with self.subTest(bounds=bounds), self.assertRaises(ValueError):
+                    owner.add_potential((0, 0, 1), lambda gamma: 1 / 0, bounds=bounds)
+            for bounds in ((1, 1, 1), (1, 1, 1, -1), (np.nan, 1, 1, 1)):
+                with self.subTest(bounds=bounds), self.assertRaises(ValueError):
+                    owner.add_user_torque(lambda t, q, omega: 1 / 0, bounds=bounds)
+            stepper = nutate.Stepper(owner)
+            stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+            stepper.step(0.1)
+
     def test_an_exception_of_a_callback_comes_out_and_leaves_the_state(self):
         system = nutate.System(moments=(1, 2, 2.5))
 

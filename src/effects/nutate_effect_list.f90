@@ -1,12 +1,14 @@
 !> The effects that are active: sorted once by what the equations need of them, so that what is absent is never asked.
 module nutate_effect_list
-   use nutate_effect, only: effect_t, potential_t, torque_t, rotor_t
+   use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
+   use nutate_effect, only: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
    public :: effect_list_t, potential_slot_t, torque_slot_t
-
    !> Holds one potential.
    type :: potential_slot_t
       class(potential_t), allocatable :: item
@@ -32,6 +34,9 @@ module nutate_effect_list
    contains
       !> Adds a copy of an effect.
       procedure :: add
+      !> Gives bounds to the potential, or torque, of one's own that was added last.
+      procedure :: bound_potential
+      procedure :: bound_torque
       !> True if the motion depends on the attitude.
       procedure :: needs_attitude
       !> Times between two times at which a torque starts or stops.
@@ -54,6 +59,85 @@ contains
          self%rotor_momentum = self%rotor_momentum + effect%momentum
       end select
    end subroutine add
+
+   !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be proved to be the
+   !> true one. They must hold for all γ up to |n| long; a later call replaces them.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT`, the list as it was, where a bound is not finite, negative or above 1e100, and where
+   !> no potential of the list takes bounds: those of the library have their own.
+   pure subroutine bound_potential(self, gradient, hessian, third, status)
+      class(effect_list_t), intent(inout) :: self
+      !> Of |∇U|, of ‖∇²U‖ and of the norm of the third derivative by γ, J over powers of the unit of γ.
+      real(wp), intent(in) :: gradient, hessian, third
+      type(status_t), intent(out) :: status
+      type(given_bounds_t) :: given
+      integer :: i
+      logical :: taken
+      call check_bounds(['gradient', 'hessian ', 'third   '], [gradient, hessian, third], status)
+      if (.not. status%ok()) return
+      given = given_bounds_t(known=.true., first=gradient, second=hessian, third=third)
+      do i = self%n_potentials, 1, -1
+         call give_bounds(self%potentials(i)%item, given, taken)
+         if (taken) return
+      end do
+      status = fail(NUTATE_BAD_ARGUMENT, 'there is no potential of one''s own to bound')
+   end subroutine bound_potential
+
+   !> Gives bounds to the torque of one's own that was added last, which must depend on attitude and time alone. They
+   !> must hold at all attitudes and times; a later call replaces them. Errors as for `bound_potential`.
+   pure subroutine bound_torque(self, torque, by_rotation, second, rate, status)
+      class(effect_list_t), intent(inout) :: self
+      !> Of |τ|, of ‖∂τ/∂θ‖ (θ a small rotation) and of the norm of the second derivative along a rotation, N m.
+      real(wp), intent(in) :: torque, by_rotation, second
+      !> Each derivative by time is bounded by this times what is differentiated, 1/s; 0: constant in time.
+      real(wp), intent(in) :: rate
+      type(status_t), intent(out) :: status
+      type(given_bounds_t) :: given
+      integer :: i
+      logical :: taken
+      call check_bounds(['torque     ', 'by_rotation', 'second     ', 'rate       '], &
+                        [torque, by_rotation, second, rate], status)
+      if (.not. status%ok()) return
+      given = given_bounds_t(known=.true., first=torque, second=by_rotation, third=second, rate=rate)
+      do i = self%n_torques, 1, -1
+         call give_bounds(self%torques(i)%item, given, taken)
+         if (taken) return
+      end do
+      status = fail(NUTATE_BAD_ARGUMENT, 'there is no torque of one''s own to bound')
+   end subroutine bound_torque
+
+   !> Bounds are zero or 1e-300 to 1e100. Errors: `NUTATE_BAD_ARGUMENT` with the name of the first that is not.
+   pure subroutine check_bounds(names, bounds, status)
+      !> Shape (n).
+      character(len=*), intent(in) :: names(:)
+      real(wp), intent(in) :: bounds(:)
+      type(status_t), intent(out) :: status
+      integer :: i
+      do i = 1, size(bounds)
+         if (admits(NON_NEGATIVE, bounds(i:i))) cycle
+         status = fail(NUTATE_BAD_ARGUMENT, 'the bound '//trim(names(i))//' '// &
+                       fault_of(NON_NEGATIVE, bounds(i), 'a number >= 0')//')', names(i))
+         return
+      end do
+   end subroutine check_bounds
+
+   !> Gives bounds to an effect if what it says of itself in a step rests on them. Those of the library have bounds
+   !> without any, or none with them.
+   pure subroutine give_bounds(effect, given, taken)
+      class(effect_t), intent(inout) :: effect
+      type(given_bounds_t), intent(in) :: given
+      logical, intent(out) :: taken
+      type(given_bounds_t) :: kept
+      type(effect_bounds_t) :: with, without
+      real(wp), parameter :: origin(3) = 0.0_wp
+      kept = effect%given
+      effect%given = given_bounds_t()
+      call effect%bound(linear_map_t(), 0.1_wp, origin, 2.0_wp, without)
+      effect%given = given
+      call effect%bound(linear_map_t(), 0.1_wp, origin, 2.0_wp, with)
+      taken = with%known .and. .not. without%known
+      if (.not. taken) effect%given = kept
+   end subroutine give_bounds
 
    !> True if there is a potential, or a torque that depends on the attitude.
    pure logical function needs_attitude(self)

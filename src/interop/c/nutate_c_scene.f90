@@ -14,7 +14,7 @@ module nutate_c_scene
 
    public :: nutate_scene_read, nutate_scene_parse, nutate_scene_destroy, nutate_scene_get_title, &
       nutate_scene_get_plan, nutate_scene_get_initial, nutate_scene_add_potential, nutate_scene_add_user_torque, &
-      nutate_scene_system
+      nutate_scene_bound_potential, nutate_scene_bound_torque, nutate_scene_system
 
 contains
 
@@ -108,6 +108,30 @@ contains
       call add_callback_torque(handle%scene%system%effects, torque, user, status)
       code = end_adding(handle, status)
    end function nutate_scene_add_user_torque
+
+   integer(c_int) function nutate_scene_bound_potential(scene, gradient, hessian, third) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene
+      real(c_double), intent(in), value :: gradient, hessian, third
+      type(scene_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call handle%scene%system%effects%bound_potential(gradient, hessian, third, status)
+      code = conclude(handle, status)
+   end function nutate_scene_bound_potential
+
+   integer(c_int) function nutate_scene_bound_torque(scene, torque, by_rotation, second, rate) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene
+      real(c_double), intent(in), value :: torque, by_rotation, second, rate
+      type(scene_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call handle%scene%system%effects%bound_torque(torque, by_rotation, second, rate, status)
+      code = conclude(handle, status)
+   end function nutate_scene_bound_torque
 
    integer(c_int) function nutate_scene_system(scene, system, message, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: scene, system, message

@@ -12,7 +12,8 @@ module nutate_c_system_effects
    private
 
    public :: nutate_system_add_gravity, nutate_system_add_dipole, nutate_system_add_gravity_gradient, &
-      nutate_system_add_spring, nutate_system_add_damping, nutate_system_add_torque, nutate_system_add_rotor
+      nutate_system_add_spring, nutate_system_add_damping, nutate_system_add_torque, nutate_system_add_rotor, &
+      nutate_system_bound_potential, nutate_system_bound_torque
 
 contains
 
@@ -90,6 +91,30 @@ contains
       call put(group, 'momentum', momentum)
       code = add(system, 'rotor', group, missing_of(momentum))
    end function nutate_system_add_rotor
+
+   integer(c_int) function nutate_system_bound_potential(system, gradient, hessian, third) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), value :: gradient, hessian, third
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      call handle%system%effects%bound_potential(gradient, hessian, third, status)
+      code = conclude(handle, status)
+   end function nutate_system_bound_potential
+
+   integer(c_int) function nutate_system_bound_torque(system, torque, by_rotation, second, rate) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), value :: torque, by_rotation, second, rate
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      call handle%system%effects%bound_torque(torque, by_rotation, second, rate, status)
+      code = conclude(handle, status)
+   end function nutate_system_bound_torque
 
    !> Infinity of a sign.
    pure logical function is_infinite(x, side)

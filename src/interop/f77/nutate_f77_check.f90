@@ -1,6 +1,6 @@
 !> Tests of the arguments of the FORTRAN 77 routines: each finds the first that is wrong.
 module nutate_f77_check
-   use nutate_admissible, only: admits, ANY_DIRECTION, ANY_VALUE, POSITIVE_OR_INFINITE
+   use nutate_admissible, only: admits, ANY_DIRECTION, ANY_VALUE, NON_NEGATIVE, POSITIVE_OR_INFINITE
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_keys, damping_t
    use nutate_f77_work, only: get_place, get_setup, is_work, place_t, setup_t
@@ -16,7 +16,7 @@ module nutate_f77_check
    implicit none
    private
 
-   public :: is_attitude, is_rotation, is_motion, check_setup, find_bad_step, is_ready
+   public :: is_attitude, is_rotation, is_motion, check_setup, find_bad_bound, find_bad_step, is_ready
 
 contains
 
@@ -105,6 +105,16 @@ contains
       call make_body(tensor, setup%body, status, check_triangle=.false.)
       if (.not. status%ok()) bad = 1
    end subroutine check_setup
+
+   !> The number of the first bound that is wrong, 0 if none is.
+   pure integer function find_bad_bound(bounds) result(bad)
+      !> Shape (any).
+      real(wp), intent(in) :: bounds(:)
+      do bad = 1, size(bounds)
+         if (.not. admits(NON_NEGATIVE, bounds(bad:bad))) return
+      end do
+      bad = 0
+   end function find_bad_bound
 
    !> J0 <= 0: infinite.
    pure logical function is_left_out(j0)

@@ -90,6 +90,7 @@ contains
          potential%iuser => iuser(1:1)
          potential%ruser => ruser(1:1)
          potential%failure%noted => failed
+         potential%given = setup%potential_bounds
          call effects%add(potential)
       end if
       if (any(setup%damping /= 0.0_wp)) then
@@ -101,6 +102,7 @@ contains
       torque%iuser => iuser(1:1)
       torque%ruser => ruser(1:1)
       torque%failure%noted => failed
+      torque%given = setup%torque_bounds
       call effects%add(torque)
    end subroutine build_effects
 

@@ -228,6 +228,76 @@ subroutine nunprv(num, work, lwork, info)
    num = int(min(place%unproved_steps, int(huge(0), long)))
 end subroutine nunprv
 
+!> NUBPOT gives bounds to POT: with them the root of a step can be proved to be that of the true motion (see NUNPRV).
+!>
+!> They must hold for all GAMMA up to |DN| long. They are promised, not tested; they may be generous, but wide ones
+!> prove shorter steps only. They stay in WORK; another call replaces them.
+subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
+   use nutate_effect, only: given_bounds_t
+   use nutate_f77_check, only: find_bad_bound, is_ready
+   use nutate_f77_work, only: get_setup, put_setup, setup_t
+   use nutate_kinds, only: wp
+   implicit none
+   !> (input) Bound of the length of DU, of zero or 1D-300 to 1D100.
+   real(wp), intent(in) :: bgrad
+   !> (input) Bound of the norm of the second derivatives of U by GAMMA: of the size of their eigenvalues.
+   real(wp), intent(in) :: bhess
+   !> (input) Bound of the third derivative of U along any unit vector.
+   real(wp), intent(in) :: bthird
+   !> (input/output) From NUINIT, with POT; dimension (LWORK).
+   real(wp), intent(inout) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong.
+   integer, intent(out) :: info
+   type(setup_t) :: setup
+   info = -find_bad_bound([bgrad, bhess, bthird])
+   if (info == 0 .and. is_ready(work, lwork) /= 0) info = -3 - is_ready(work, lwork)
+   if (info /= 0) return
+   call get_setup(work(1:int(work(1))), setup)
+   if (mod(setup%callbacks, 2) == 0) then
+      info = -4
+      return
+   end if
+   setup%potential_bounds = given_bounds_t(known=.true., first=bgrad, second=bhess, third=bthird)
+   call put_setup(setup, work(1:int(work(1))))
+end subroutine nubpot
+
+!> NUBTOR gives bounds to TOR, as NUBPOT to POT: only to one that does not depend on OMEGA. They must hold at all
+!> attitudes and times.
+subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
+   use nutate_effect, only: given_bounds_t
+   use nutate_f77_check, only: find_bad_bound, is_ready
+   use nutate_f77_work, only: get_setup, put_setup, setup_t
+   use nutate_kinds, only: wp
+   implicit none
+   !> (input) Bound of the length of TAU, N m; of zero or 1D-300 to 1D100, as the others.
+   real(wp), intent(in) :: btor
+   !> (input) Bound of its derivative as the body turns about any axis, by the angle in radians, N m.
+   real(wp), intent(in) :: bturn
+   !> (input) Bound of its second derivative likewise, N m.
+   real(wp), intent(in) :: bsec
+   !> (input) Each derivative by time is bounded by this times what is differentiated, 1/s; 0: TAU is constant in time.
+   real(wp), intent(in) :: brate
+   !> (input/output) From NUINIT, with TOR; dimension (LWORK).
+   real(wp), intent(inout) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong.
+   integer, intent(out) :: info
+   type(setup_t) :: setup
+   info = -find_bad_bound([btor, bturn, bsec, brate])
+   if (info == 0 .and. is_ready(work, lwork) /= 0) info = -4 - is_ready(work, lwork)
+   if (info /= 0) return
+   call get_setup(work(1:int(work(1))), setup)
+   if (setup%callbacks < 2) then
+      info = -5
+      return
+   end if
+   setup%torque_bounds = given_bounds_t(known=.true., first=btor, second=bturn, third=bsec, rate=brate)
+   call put_setup(setup, work(1:int(work(1))))
+end subroutine nubtor
+
 !> NUNONE does nothing: to be passed where a subroutine of yours is not wanted.
 pure subroutine nunone()
    implicit none

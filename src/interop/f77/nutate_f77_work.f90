@@ -6,6 +6,7 @@ module nutate_f77_work
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_archive, only: archive_t
    use nutate_body, only: body_t
+   use nutate_effect, only: given_bounds_t
    use nutate_kinds, only: wp, long
    use nutate_number_archive, only: number_archive_t
    use nutate_state, only: state_t
@@ -13,9 +14,10 @@ module nutate_f77_work
    implicit none
    private
 
-   public :: setup_t, place_t, count_work, is_work, fill_work, get_setup, get_place, put_place, get_memory, put_memory
+   public :: setup_t, place_t, count_work, is_work, fill_work, get_setup, put_setup, get_place, put_place, &
+      get_memory, put_memory
 
-   !> What NUINIT was told.
+   !> What NUINIT was told, and NUBPOT and NUBTOR after it.
    type :: setup_t
       !> 1: reduced form, 2: eight equations; order; 0 to 3: POT counts 1, TOR counts 2.
       integer :: solver = 1, order = 2, callbacks = 0
@@ -30,6 +32,8 @@ module nutate_f77_work
       !> n of POT, space axes; shape (3).
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       type(body_t) :: body
+      !> Of POT and of TOR.
+      type(given_bounds_t) :: potential_bounds, torque_bounds
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_setup
@@ -55,8 +59,8 @@ module nutate_f77_work
       procedure :: continues_at
    end type place_t
 
-   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 3` in ASCII.
-   integer(int64), parameter :: mark = int(z'4E55544154452033', int64)
+   !> Bits of the second number of an array that NUINIT has filled: `NUTATE 2` in ASCII.
+   integer(int64), parameter :: mark = int(z'4E55544154452032', int64)
    !> First number of the first part.
    integer, parameter :: setup_at = 5
 
@@ -120,6 +124,15 @@ contains
       call setup%transfer(archive)
    end subroutine get_setup
 
+   !> Writes what was added to it.
+   subroutine put_setup(setup, work)
+      type(setup_t), intent(inout) :: setup
+      real(wp), intent(inout), target, contiguous :: work(:)
+      type(number_archive_t) :: archive
+      call archive%begin_writing(work(setup_at:nint(work(3)) - 1))
+      call setup%transfer(archive)
+   end subroutine put_setup
+
    !> Reads where the last call stopped.
    subroutine get_place(work, place)
       real(wp), intent(in), target, contiguous :: work(:)
@@ -174,7 +187,20 @@ contains
       call archive%transfer(self%body%inverse_inertia)
       call archive%transfer(self%body%axes)
       call archive%transfer(self%body%moments)
+      call transfer_bounds(self%potential_bounds, archive)
+      call transfer_bounds(self%torque_bounds, archive)
    end subroutine transfer_setup
+
+   !> Shows the values of bounds to an archive.
+   subroutine transfer_bounds(bounds, archive)
+      type(given_bounds_t), intent(inout) :: bounds
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(bounds%known)
+      call archive%transfer(bounds%first)
+      call archive%transfer(bounds%second)
+      call archive%transfer(bounds%third)
+      call archive%transfer(bounds%rate)
+   end subroutine transfer_bounds
 
    !> Shows its values to an archive.
    subroutine transfer_place(self, archive)
