@@ -10,7 +10,7 @@
 !> of B P itself, not of P, where that is less.
 module nutate_branch_tubes
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: cross
    use nutate_reduced_equations, only: reduced_equations_t
    use nutate_root_certificate, only: root_certificate_t
@@ -36,7 +36,7 @@ module nutate_branch_tubes
    !> The longest tube that the bounds at its start admit is shortened by the first, since they grow along it; a radius
    !> stays inside the largest by the second.
    real(wp), parameter :: margin = 0.95_wp, inside = 0.999_wp
-   !> Increment over |b| after which Newton's next one is round-off, and most iterations: from within a tube it
+   !> Increment over |b| after which Newton's next one is near round-off, and most iterations: from within a tube it
    !> converges quadratically.
    real(wp), parameter :: converged = 1e-8_wp, at_rest = 1e-15_wp
    integer, parameter :: most_iterations = 10
@@ -127,9 +127,12 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: window_time, part, distance
       logical, intent(out) :: found
-      real(wp) :: b(3), f(3), d(3), rows(3, 3), determinant
+      real(wp) :: b(3), f(3), d(3), rows(3, 3), determinant, length, last, enough
       integer :: i
       found = .false.
+      last = huge(last)
+      enough = converged
+      if (part >= 1.0_wp) enough = eps
       self%tried = self%tried + 1
       call set_length(equations, system, state, part*self%dt, window_time)
       b = self%b
@@ -142,8 +145,12 @@ contains
          d = [dot_product(rows(:, 1), f), dot_product(rows(:, 2), f), dot_product(rows(:, 3), f)]
          b = b - d
          if (.not. vector_length(b - self%b) <= distance) return
-         found = vector_length(d) <= converged*vector_length(b) .or. vector_length(d) <= at_rest
+         length = vector_length(d)
+         ! At the end of the stage, until the increments stop falling.
+         found = length <= enough*vector_length(b) .or. length <= at_rest .or. &
+                 (length <= converged*vector_length(b) .and. length > 0.5_wp*last)
          if (found) exit
+         last = length
       end do
       if (found) self%b = b
    end subroutine find_root

@@ -21,7 +21,7 @@ module nutate_implicit_step
    implicit none
    private
 
-   public :: implicit_stepper_t, increment_t, most_unknowns
+   public :: implicit_stepper_t, increment_t, most_cancellation, most_unknowns, usual_cancellation
 
    !> Increments that fall by less than this per iteration call for a new Jacobian: from there a new one, and quadratic
    !> convergence, is cheaper than the iterations that are left to round-off.
@@ -29,8 +29,11 @@ module nutate_implicit_step
    !> Relative increment that is round-off of the residual: of a sum and a product.
    real(wp), parameter :: round_off = 2*eps
    !> Relative increment below which an iteration that no longer falls has reached round-off, of sums whose terms may be
-   !> 1e4 times the result.
-   real(wp), parameter :: floor_level = 1e4_wp*eps
+   !> so many times the result.
+   real(wp), parameter :: usual_cancellation = 1e4_wp
+   !> Where they are larger than this, the root of a needle has lost so many digits of the turn about it that its energy
+   !> is no longer kept to round-off.
+   real(wp), parameter :: most_cancellation = 1e6_wp
    !> A force that varies steeply with the attitude is as uncertain as the attitude's own round-off makes it, however
    !> short the step: increments of the attitude (rad) at this level, a rounding of each of some 16 products, that
    !> failed to fall so many times (not by chance) are that noise.
@@ -43,7 +46,8 @@ module nutate_implicit_step
    !> the second in a step gets no continuation.
    integer, parameter :: near = 12, fewest = 8
 
-   character(len=*), parameter :: too_long = 'the step is too long to follow the motion'
+   character(len=*), parameter :: too_long = 'the step is too long to follow the motion', &
+                                  no_convergence = 'the Newton iteration of the step did not converge'
 
    !> What a Newton increment came to.
    type :: increment_t
@@ -67,6 +71,8 @@ module nutate_implicit_step
       real(wp) :: determinant = 0.0_wp
       !> Step to which the kept part of the Jacobian belongs, s; 0: there is none that is worth keeping.
       real(wp) :: kept_dt = 0.0_wp
+      !> How many times the result the terms of the equations linearized last can be.
+      real(wp) :: cancellation = usual_cancellation
       !> The stage started is on the constraint manifold and stays there, as the proof of a root assumes.
       logical :: on_manifold = .true.
       !> The next step is the first since `prepare`.
@@ -329,10 +335,11 @@ contains
       status = status_t()
       call self%unknowns_of(system, self%proof%b, z)
       self%kept_dt = 0.0_wp
-      call iterate(self, system, z, self%settings%max_iterations, status)
+      call iterate(self, system, z, self%settings%max_iterations, status, known=.true.)
       if (status%code /= 0) return
       call self%get_cayley_vector(z, b)
       if (.not. self%proof%is_root(b)) status = fail(NUTATE_OFF_BRANCH, too_long)
+      if (self%cancellation > most_cancellation) status = fail(NUTATE_NOT_CONVERGED, no_convergence)
    end subroutine take_followed_root
 
    !> The root found, if it is near that of a short step or continues that of the last step; else that of a continuation
@@ -422,18 +429,23 @@ contains
 
    !> The modified Newton iteration from the prediction z to a root. Errors: those of an increment;
    !> `NUTATE_NOT_CONVERGED`, `NUTATE_NOT_FINITE`.
-   subroutine iterate(self, system, z, most, status)
+   subroutine iterate(self, system, z, most, status, known)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: z(most_unknowns)
       !> Most iterations.
       integer, intent(in) :: most
       type(status_t), intent(inout) :: status
+      !> z is the root but for round-off, as large as the form says; default `.false.`.
+      logical, intent(in), optional :: known
       type(increment_t) :: increment
       real(wp) :: previous
       integer :: k, stalls
+      logical :: to_noise
 
       stalls = 0
+      to_noise = .false.
+      if (present(known)) to_noise = known
       do k = 1, most
          self%iterations = self%iterations + 1
          previous = increment%size
@@ -441,7 +453,8 @@ contains
          if (status%code /= 0) return
          if (increment%diverged) exit
          if (increment%is_last) exit
-         if (has_converged(increment, previous, self%settings%tolerance)) exit
+         if (has_converged(increment, previous, self%settings%tolerance, &
+                           merge(self%cancellation, usual_cancellation, to_noise))) exit
          if (increment%size > too_slow*previous) then
             if (increment%size > 0.5_wp*previous .and. increment%attitude <= attitude_noise) stalls = stalls + 1
             if (stalls >= most_stalls .and. self%settings%tolerance <= 0.0_wp) exit
@@ -454,24 +467,26 @@ contains
       if (.not. ieee_is_finite(sum(z))) then
          status = fail(NUTATE_NOT_FINITE, 'the step gave a number that is not finite')
       else
-         status = fail(NUTATE_NOT_CONVERGED, 'the Newton iteration of the step did not converge')
+         status = fail(NUTATE_NOT_CONVERGED, no_convergence)
       end if
    end subroutine iterate
 
    !> True if a further increment would change nothing: the present one is below the tolerance, or, by default, so far
    !> down at round-off that even at the slowest rate the next is below it, or the increments stopped falling at that
    !> level. How fast they fell so far says nothing of those in directions not yet seen: trusting it makes energy drift.
-   pure logical function has_converged(increment, previous, tolerance)
+   pure logical function has_converged(increment, previous, tolerance, cancellation)
       type(increment_t), intent(in) :: increment
       !> Largest entry of the previous increment.
       real(wp), intent(in) :: previous
       !> 0: until the increment stops falling.
       real(wp), intent(in) :: tolerance
+      !> How many times the result terms of the equations can be.
+      real(wp), intent(in) :: cancellation
       associate (size => increment%size, length => increment%length)
          if (tolerance > 0.0_wp) then
             has_converged = size <= tolerance*length
          else
-            has_converged = size <= round_off*length .or. (size > 0.5_wp*previous .and. size <= floor_level*length)
+            has_converged = size <= round_off*length .or. (size > 0.5_wp*previous .and. size <= cancellation*eps*length)
          end if
       end associate
    end function has_converged

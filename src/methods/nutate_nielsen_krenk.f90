@@ -5,7 +5,8 @@
 module nutate_nielsen_krenk
    use nutate_archive, only: archive_t
    use nutate_eight_equations, only: eight_equations_t
-   use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_unknowns
+   use nutate_implicit_step, only: implicit_stepper_t, increment_t, most_cancellation, most_unknowns, &
+      usual_cancellation
    use nutate_kinds, only: wp
    use nutate_lapack, only: dgetrf, dgetrs, handle_info
    use nutate_limits, only: greatest_number, is_moderate, in_words, least_size
@@ -35,6 +36,9 @@ module nutate_nielsen_krenk
    real(wp), parameter :: greatest_turn = 1e40_wp, greatest_entry = 1e140_wp
    !> |q| - 1, and ¼Δt times half the rate at which |q| grows, whose squares are round-off.
    real(wp), parameter :: near_manifold = 1e-8_wp
+   !> Round-off of the residual: that of some thirty products in w̄, times the equations' gain, far larger than their sum
+   !> for a needle; its increments have it times the inverse of the Jacobian.
+   real(wp), parameter :: roundings = 32.0_wp
    !> Bound of the exponent of the determinant, within the range of numbers and of a product of two.
    integer, parameter :: largest_power = 500
 
@@ -217,6 +221,9 @@ contains
       end do
       call dgetrs('N', 8, 8, lu, 8, pivots, self%inverse, 8, info)
       self%kept_dt = self%equations%dt
+      self%cancellation = roundings*max(1.0_wp, self%equations%gain())
+      if (self%cancellation <= most_cancellation) self%cancellation = &
+         min(most_cancellation, max(usual_cancellation, self%cancellation*maxval(abs(self%inverse))))
    end subroutine linearize
 
    pure subroutine get_start_vector(self, system, b)
@@ -256,8 +263,8 @@ contains
          system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*self%rate(2:4), self%work)
       call self%equations%increments(state, z, self%rate, dq, dp, excess)
       call add_turned(dq, excess, state%q, state%q_compensation)
+      call self%equations%make_tangent(state%q, dp)
       call add_turned(dp, excess, state%p, state%p_compensation)
-      call self%equations%make_tangent(state)
       state%t = state%t + dt
    end subroutine finish
 

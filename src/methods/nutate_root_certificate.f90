@@ -27,9 +27,12 @@ module nutate_root_certificate
 
    public :: root_certificate_t
 
-   !> ρ: the finer the grid, the nearer to the largest b0 that can be proved; beyond the last θ < 1 for no body.
-   real(wp), parameter :: radii(16) = [0.02_wp, 0.04_wp, 0.06_wp, 0.08_wp, 0.1_wp, 0.125_wp, 0.15_wp, 0.175_wp, 0.2_wp, &
-                                       0.225_wp, 0.25_wp, 0.275_wp, 0.3_wp, 0.325_wp, 0.35_wp, 0.37_wp]
+   !> ρ: the finer the grid, the nearer to the largest b0 that can be proved; beyond the last θ < 1 for no body. The small
+   !> ones are for the first part of a step of needles, whose κ is large.
+   real(wp), parameter :: radii(23) = [ &
+                          1e-6_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 2.5e-3_wp, 5e-3_wp, 0.01_wp, 0.02_wp, 0.04_wp, 0.06_wp, &
+                          0.08_wp, 0.1_wp, 0.125_wp, 0.15_wp, 0.175_wp, 0.2_wp, 0.225_wp, 0.25_wp, 0.275_wp, 0.3_wp, &
+                          0.325_wp, 0.35_wp, 0.37_wp]
    !> γ at any attitude is within this of γ at any other, over |n|.
    real(wp), parameter :: anywhere = 2.0_wp
    !> Bounds beyond this prove nothing, and their products would overflow.

@@ -61,6 +61,8 @@ module nutate_eight_equations
       procedure :: residual
       !> ∂R/∂z
       procedure :: jacobian
+      !> How much of w̄ becomes turn.
+      procedure :: gain
       !> a = J⁻¹w̄ at the end that z stands for.
       procedure :: mean_rate
       !> The z of a step with the rates of its start.
@@ -112,6 +114,13 @@ contains
       self%w0 = norm*self%y0
       if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, window_time)
    end subroutine start
+
+   !> ⅛Δt times the largest entry of J⁻¹, in units of momentum.
+   pure real(wp) function gain(self)
+      class(eight_equations_t), intent(in) :: self
+      gain = 0.125_wp*abs(self%dt)*max(self%inverse_inertia(1, 1), self%inverse_inertia(2, 2), &
+                                       self%inverse_inertia(3, 3))
+   end function gain
 
    !> a = J⁻¹(w̄ - 2h) = [w̄₀/J0, 2Ω̄], rad/s, w̄ = ½(w0 + w1) the mean of w at the two ends (not w of the means);
    !> shape (4).
@@ -223,15 +232,17 @@ contains
       is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
    end function is_tangent
 
-   !> Takes from p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes neither the angular
-   !> momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|.
-   pure subroutine make_tangent(self, state)
+   !> Takes from the increment of p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes neither
+   !> the angular momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|. A turn keeps q·p,
+   !> so that at the end of the step it lies along q1.
+   pure subroutine make_tangent(self, q1, dp)
       class(eight_equations_t), intent(in) :: self
-      !> At the end of the step.
-      type(state_t), intent(inout) :: state
+      !> At the end of the step; shape (4).
+      real(wp), intent(in) :: q1(4)
+      !> p1 - p0, kg m²/s; shape (4).
+      real(wp), intent(inout) :: dp(4)
       if (.not. self%is_tangent()) return
-      state%p_compensation = state%p_compensation &
-                             - (self%w0(1)*self%momentum_unit/dot_product(state%q, state%q))*state%q
+      dp = dp - (self%w0(1)*self%momentum_unit/dot_product(q1, q1))*q1
    end subroutine make_tangent
 
    !> ∂R/∂z, the Jacobian of the discrete (9a) and (11); shape (8,8).
