@@ -217,22 +217,19 @@ typedef int (*nutate_torque)(double t, const double q[4], const double omega[3],
  *   ==>  direction  [3], n, space axes, not zero, of the unit that the potential is written in
  *   ==>  potential  called with gamma; must stay callable as long as the system, its copies and steppers are used
  *   ==>  hessian    or NULL: by differences of the gradient
- *   ==>  user       passed through, never looked at; or NULL */
+ *   ==>  user       passed through; or NULL */
 int nutate_system_add_potential(nutate_system *system, const double direction[3], nutate_potential potential,
                                 nutate_hessian hessian, void *user);
 
-/* A torque of your own.
- *   ==>  torque     called with t, q, omega
- *   ==>  user       passed through; or NULL */
+/* A torque of your own.   ==>  torque, called with t, q, omega; user, passed through or NULL */
 int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, void *user);
 
 /* Bounds of the callback that was added last: with them the root of a step can be proved to be that of the true motion;
  * else each step counts as not proved (nutate_stepper_unproved). They are promised, not tested, and may be generous;
- * wide ones prove shorter steps only. Status: NUTATE_BAD_ARGUMENT for none of 0 and 1e-300 to 1e100, or no callback. */
-
-/* Of a potential, for all gamma up to |n| long, in J over powers of the unit of gamma.
- *   ==>  gradient     of |dU/dgamma|          ==>  hessian  of the sizes of the eigenvalues of d2U/dgamma2
- *   ==>  third        of the third derivative of U along any unit vector */
+ * wide ones prove shorter steps only. Status: NUTATE_BAD_ARGUMENT for none of 0 and 1e-300 to 1e100, or no callback.
+ * Of a potential, for all gamma up to |n| long, in J over powers of the unit of gamma.
+ *   ==>  gradient, hessian, third   of |dU/dgamma|, of the eigenvalues of d2U/dgamma2, of the third derivative along a
+ *                                   unit vector */
 int nutate_system_bound_potential(nutate_system *system, double gradient, double hessian, double third);
 
 /* Of a torque that does not depend on omega, at all attitudes and times, N m.
@@ -489,8 +486,7 @@ int nutate_attitude_distance(const double a[4], const double b[4], double *angle
  *   ==>  system   without effects
  *   ==>  q0       [4], attitude at t = 0
  *   ==>  omega0   [3], angular velocity at t = 0, body axes, rad/s
- *   ==>  n        number of times
- *   ==>  t        [n], s, of either sign
+ *   ==>  n, t     number of times; [n], s, of either sign
  *   <==  q        [n][4], attitudes; or NULL
  *   <==  omega    [n][3], angular velocities, body axes, rad/s; or NULL
  * Status: NUTATE_BAD_ARGUMENT for effects, an attitude or numbers that have no solution. */

@@ -6,7 +6,8 @@
 !> docs/stability.md, the total to standard error; `--stress` alone names the groups (see tools/stress.sh).
 !> `--attack SEED STAGES` does so with the attack on the true root, `--attack SEED case NUMBER` repeats one case of it
 !> (see tools/attack.sh). `--accuracy`
-!> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see tools/accuracy.sh).
+!> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see
+!> tools/accuracy.sh).
 program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &

@@ -42,46 +42,32 @@ module test_c_interface
       procedure :: watch => follow_state
    end type keeper_t
 
+   abstract interface
+      !> A test in C: how many of its expectations failed.
+      integer(c_int) function c_test() bind(C)
+         import :: c_int
+      end function c_test
+   end interface
+
+   procedure(c_test), bind(C, name='test_c_null_handles') :: test_c_null_handles
+   procedure(c_test), bind(C, name='test_c_null_arguments') :: test_c_null_arguments
+   procedure(c_test), bind(C, name='test_c_foreign_handles') :: test_c_foreign_handles
+   procedure(c_test), bind(C, name='test_c_sizes') :: test_c_sizes
+   procedure(c_test), bind(C, name='test_c_bad_steps') :: test_c_bad_steps
+   procedure(c_test), bind(C, name='test_c_bad_numbers') :: test_c_bad_numbers
+   procedure(c_test), bind(C, name='test_c_unknown_names') :: test_c_unknown_names
+   procedure(c_test), bind(C, name='test_c_unprepared') :: test_c_unprepared
+   procedure(c_test), bind(C, name='test_c_bad_callbacks') :: test_c_bad_callbacks
+   procedure(c_test), bind(C, name='test_c_bad_callbacks_in_runs') :: test_c_bad_callbacks_in_runs
+   procedure(c_test), bind(C, name='test_c_jumping_torque') :: test_c_jumping_torque
+   procedure(c_test), bind(C, name='test_c_texts') :: test_c_texts
+   procedure(c_test), bind(C, name='test_c_attitudes') :: test_c_attitudes
+   procedure(c_test), bind(C, name='test_c_account_of_a_new_state') :: test_c_account_of_a_new_state
+   procedure(c_test), bind(C, name='test_c_unproved_steps') :: test_c_unproved_steps
+   procedure(c_test), bind(C, name='test_c_exact_motion') :: test_c_exact_motion
+   procedure(c_test), bind(C, name='test_c_threads') :: test_c_threads
+
    interface
-      integer(c_int) function test_c_null_handles() bind(C)
-         import :: c_int
-      end function test_c_null_handles
-      integer(c_int) function test_c_null_arguments() bind(C)
-         import :: c_int
-      end function test_c_null_arguments
-      integer(c_int) function test_c_foreign_handles() bind(C)
-         import :: c_int
-      end function test_c_foreign_handles
-      integer(c_int) function test_c_sizes() bind(C)
-         import :: c_int
-      end function test_c_sizes
-      integer(c_int) function test_c_bad_steps() bind(C)
-         import :: c_int
-      end function test_c_bad_steps
-      integer(c_int) function test_c_bad_numbers() bind(C)
-         import :: c_int
-      end function test_c_bad_numbers
-      integer(c_int) function test_c_unknown_names() bind(C)
-         import :: c_int
-      end function test_c_unknown_names
-      integer(c_int) function test_c_unprepared() bind(C)
-         import :: c_int
-      end function test_c_unprepared
-      integer(c_int) function test_c_bad_callbacks() bind(C)
-         import :: c_int
-      end function test_c_bad_callbacks
-      integer(c_int) function test_c_bad_callbacks_in_runs() bind(C)
-         import :: c_int
-      end function test_c_bad_callbacks_in_runs
-      integer(c_int) function test_c_jumping_torque() bind(C)
-         import :: c_int
-      end function test_c_jumping_torque
-      integer(c_int) function test_c_texts() bind(C)
-         import :: c_int
-      end function test_c_texts
-      integer(c_int) function test_c_attitudes() bind(C)
-         import :: c_int
-      end function test_c_attitudes
       integer(c_int) function test_c_own_gravity(with_hessian, worst) bind(C)
          import :: c_double, c_int
          integer(c_int), intent(in), value :: with_hessian
@@ -91,18 +77,6 @@ module test_c_interface
          import :: c_double, c_int
          real(c_double), intent(out) :: worst
       end function test_c_own_damping
-      integer(c_int) function test_c_account_of_a_new_state() bind(C)
-         import :: c_int
-      end function test_c_account_of_a_new_state
-      integer(c_int) function test_c_unproved_steps() bind(C)
-         import :: c_int
-      end function test_c_unproved_steps
-      integer(c_int) function test_c_exact_motion() bind(C)
-         import :: c_int
-      end function test_c_exact_motion
-      integer(c_int) function test_c_threads() bind(C)
-         import :: c_int
-      end function test_c_threads
       integer(c_int) function test_c_many_handles(times) bind(C)
          import :: c_int
          integer(c_int), intent(in), value :: times

@@ -273,7 +273,8 @@ contains
       if (.not. allocated(error)) call check_below(error, most%change, 1 + 64*eps/spacing, 'change over its bound')
       if (.not. allocated(error)) call check(error, most%force > nearest, 'the bound of the force is too wide')
       if (.not. allocated(error)) call check(error, most%slope > nearest/3, 'the bound of the slope is too wide')
-      if (.not. allocated(error)) call check(error, most%curvature > nearest/6, 'the bound of the curvature is too wide')
+      if (.not. allocated(error)) &
+         call check(error, most%curvature > nearest/6, 'the bound of the curvature is too wide')
    end subroutine judge_quotients
 
    !> Draws steps and maps, and compares what an effect does in them with its bounds.

@@ -168,6 +168,12 @@ contains
       call record%require_below(max(record%momentum, record%norm), 1e-11_wp, 'momentum and norm')
    end subroutine run_meeting
 
+   !> Index of the median of three.
+   pure integer function middle_of(values)
+      real(wp), intent(in) :: values(3)
+      middle_of = 6 - minloc(values, 1) - maxloc(values, 1, back=.true.)
+   end function middle_of
+
    subroutine run_rest(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole
@@ -175,8 +181,10 @@ contains
       type(motion_meter_t) :: meter, blank
       real(wp), parameter :: aside(3) = [0.0_wp, 1.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
       real(wp), parameter :: slow(3) = [0.0_wp, 0.0_wp, 0.01_wp]
+      type(record_t) :: swings(3)
       real(wp) :: amplitude
       integer(long) :: n, cuts
+      integer :: i
       n = merge(100000_long, 1000_long, whole)
       call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), at_rest, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
       call record%require_below(meter%swing, 4*eps, 'swing of the spring at its rest length')
@@ -190,9 +198,16 @@ contains
       ! ℓ - l₀ = s/√2 for a swing by s, which k/2 and J₃ make 630 rad/s: a step is one period.
       amplitude = 0.01_wp*sqrt(2.5_wp/0.5e6_wp)
       cuts = record%cut_steps
-      meter = blank
-      call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), slow, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
-      call record%require_below(meter%swing, 1.1_wp*amplitude, 'swing about the rest length')
+      ! The rounding of the length walks at random: of three swings the one in the middle counts.
+      do i = 1, 3
+         meter = blank
+         swings(i) = record
+         call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), (1 + 0.01_wp*(i - 2))*slow, 0.0_wp), way, 0.01_wp, n, &
+                     swings(i), meter=meter)
+         call swings(i)%require_below(meter%swing, (1 + 0.01_wp*(i - 2))*1.1_wp*amplitude, &
+                                      'swing about the rest length')
+      end do
+      record = swings(middle_of(swings%energy))
       call record%require_below(record%energy, 16*eps/amplitude*sqrt(real(n, wp)), 'energy about the rest length')
       call record%require(.not. record%refused, trim(record%outcome))
       if (way%order == 2) call record%require(record%cut_steps == cuts, 'a step that suits the motion was cut')

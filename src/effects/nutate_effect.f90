@@ -157,7 +157,8 @@ contains
       type(linear_map_t), intent(in) :: map
       !> ρ: the bounds hold for |b| ≤ ρ.
       real(wp), intent(in) :: radius
-      !> γ = Rᵀn of a potential at the start of the step, body axes; shape (3). The bounds hold wherever γ at the start is
+      !> γ = Rᵀn of a potential at the start of the step, body axes; shape (3). The bounds hold wherever γ at the
+      !> start is
       !> no farther from it than `slack` times |n|: at every attitude for a slack of 2.
       real(wp), intent(in) :: gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
@@ -172,7 +173,8 @@ contains
       type(effect_bounds_t), intent(out) :: bounds
       associate (given => self%given)
          if (given%known) then
-            bounds = bounds_of_potential(map, radius, vector_length(self%direction), given%first, given%second, given%third)
+            bounds = bounds_of_potential(map, radius, vector_length(self%direction), given%first, given%second, &
+               given%third)
          else
             bounds%known = .false.
          end if

@@ -113,7 +113,8 @@ contains
    end function bounds_of_potential
 
    !> Any torque that depends on attitude and time alone, with bounded derivatives: T = (1+β)τ - 2b(b·τ) at the attitude
-   !> of mid step, which a change of b turns by 2|δb| at most, in second order by 1.6 |δb|² beside 4 |δb|² of its square.
+   !> of mid step, which a change of b turns by 2|δb| at most, in second order by 1.6 |δb|² beside 4 |δb|² of its
+   !> square.
    pure type(effect_bounds_t) function bounds_of_torque(map, radius, torque, slope, curvature, rate) result(bounds)
       type(linear_map_t), intent(in) :: map
       !> ρ

@@ -138,7 +138,8 @@ contains
          strength(i) = abs(dot_product(map%axes(:, i), times_vector(self%stiffness, map%axes(:, i))))
       end do
       do i = 1, 3
-         sides(:, i) = max(strength(1 + modulo(i, 3)), strength(1 + modulo(i + 1, 3)))*times_vector(map%matrix, map%axes(:, i))
+         sides(:, i) = max(strength(1 + modulo(i, 3)), strength(1 + modulo(i + 1, 3))) &
+                       *times_vector(map%matrix, map%axes(:, i))
       end do
       square = dot_product(self%direction, self%direction)
       direct = 0.0_wp

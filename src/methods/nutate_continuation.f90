@@ -16,7 +16,8 @@ module nutate_continuation
 
    public :: root_t, root_judge_t, continuation_t
 
-   !> |b|, b = ¼Δt Ω̄, below which a root may be taken: where that of a free body with a positive determinant is the true
+   !> |b|, b = ¼Δt Ω̄, below which a root may be taken: where that of a free body with a positive determinant is the
+   !> true
    !> one (`nutate_root_proof`).
    real(wp), parameter :: near = 0.41_wp
    !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes

@@ -10,6 +10,7 @@ module nutate_implicit_step
    use nutate_archive, only: archive_t
    use nutate_continuation, only: continuation_t, root_judge_t, root_t
    use nutate_kinds, only: wp, eps
+   use nutate_newton_increment, only: has_converged, increment_t, most_cancellation, usual_cancellation
    use nutate_predictor, only: most_unknowns, predictor_t
    use nutate_range, only: check_start, check_system
    use nutate_root_proof, only: BEYOND_PROOF, PROVED, root_proof_t
@@ -26,14 +27,6 @@ module nutate_implicit_step
    !> Increments that fall by less than this per iteration call for a new Jacobian: from there a new one, and quadratic
    !> convergence, is cheaper than the iterations that are left to round-off.
    real(wp), parameter :: too_slow = 0.1_wp
-   !> Relative increment that is round-off of the residual: of a sum and a product.
-   real(wp), parameter :: round_off = 2*eps
-   !> Relative increment below which an iteration that no longer falls has reached round-off, of sums whose terms may be
-   !> so many times the result.
-   real(wp), parameter :: usual_cancellation = 1e4_wp
-   !> Where they are larger than this, the root of a needle has lost so many digits of the turn about it that its energy
-   !> is no longer kept to round-off.
-   real(wp), parameter :: most_cancellation = 1e6_wp
    !> A force that varies steeply with the attitude is as uncertain as the attitude's own round-off makes it, however
    !> short the step: increments of the attitude (rad) at this level, a rounding of each of some 16 products, that
    !> failed to fall so many times (not by chance) are that noise.
@@ -48,18 +41,6 @@ module nutate_implicit_step
 
    character(len=*), parameter :: too_long = 'the step is too long to follow the motion', &
                                   no_convergence = 'the Newton iteration of the step did not converge'
-
-   !> What a Newton increment came to.
-   type :: increment_t
-      !> Largest entry of the increment, and of the unknowns.
-      real(wp) :: size = huge(1.0_wp), length = 0.0_wp
-      !> Largest entry of the part of the increment that is the attitude's, rad of half the turn.
-      real(wp) :: attitude = 0.0_wp
-      !> The unknowns left all bounds.
-      logical :: diverged = .false.
-      !> A bound says that no further increment would change anything.
-      logical :: is_last = .false.
-   end type increment_t
 
    !> A step whose unknowns solve equations. `advance` allocates nothing.
    type, abstract, extends(stepper_t) :: implicit_stepper_t
@@ -325,7 +306,7 @@ contains
       end if
    end subroutine find_root
 
-   !> The root to which the branch was followed, with all digits. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
+   !> The root to which the branch was followed. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
    subroutine take_followed_root(self, system, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -470,26 +451,6 @@ contains
          status = fail(NUTATE_NOT_CONVERGED, no_convergence)
       end if
    end subroutine iterate
-
-   !> True if a further increment would change nothing: the present one is below the tolerance, or, by default, so far
-   !> down at round-off that even at the slowest rate the next is below it, or the increments stopped falling at that
-   !> level. How fast they fell so far says nothing of those in directions not yet seen: trusting it makes energy drift.
-   pure logical function has_converged(increment, previous, tolerance, cancellation)
-      type(increment_t), intent(in) :: increment
-      !> Largest entry of the previous increment.
-      real(wp), intent(in) :: previous
-      !> 0: until the increment stops falling.
-      real(wp), intent(in) :: tolerance
-      !> How many times the result terms of the equations can be.
-      real(wp), intent(in) :: cancellation
-      associate (size => increment%size, length => increment%length)
-         if (tolerance > 0.0_wp) then
-            has_converged = size <= tolerance*length
-         else
-            has_converged = size <= round_off*length .or. (size > 0.5_wp*previous .and. size <= cancellation*eps*length)
-         end if
-      end associate
-   end function has_converged
 
    !> What it remembers of its steps.
    subroutine transfer(self, archive)

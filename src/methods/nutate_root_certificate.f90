@@ -27,7 +27,8 @@ module nutate_root_certificate
 
    public :: root_certificate_t
 
-   !> ρ: the finer the grid, the nearer to the largest b0 that can be proved; beyond the last θ < 1 for no body. The small
+   !> ρ: the finer the grid, the nearer to the largest b0 that can be proved; beyond the last θ < 1 for no body. The
+   !> small
    !> ones are for the first part of a step of needles, whose κ is large.
    real(wp), parameter :: radii(23) = [ &
                           1e-6_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 2.5e-3_wp, 5e-3_wp, 0.01_wp, 0.02_wp, 0.04_wp, 0.06_wp, &

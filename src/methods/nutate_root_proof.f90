@@ -15,8 +15,10 @@ module nutate_root_proof
    !> What is known of a stage: its true root; that it has none which could be followed; nothing.
    integer, parameter :: PROVED = 1, ENDED = 2, BEYOND_PROOF = 3
 
-   !> |b| below which a root of a free body with a positive determinant is the true one. On its axis the branch ends where
-   !> λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the earliest. Off the
+   !> |b| below which a root of a free body with a positive determinant is the true one. On its axis the branch ends
+   !> where
+   !> λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the earliest. Off
+   !> the
    !> axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
    real(wp), parameter :: surely_true = 0.41_wp
    !> Two roots of a stage are never this near to each other where each is proved to be alone in its ball or tube; the
@@ -82,7 +84,8 @@ contains
       holds = holds .or. (determinant > 0.0_wp .and. length_of(root) < surely_true)
    end function holds
 
-   !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `PROVED` leaves the root in b
+   !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `PROVED` leaves the root
+   !> in b
    !> unless the given one is proved already.
    subroutine judge(self, system, state, dt, window_time, start, root, verdict)
       class(root_proof_t), intent(inout) :: self
