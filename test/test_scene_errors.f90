@@ -116,6 +116,8 @@ contains
          case_t(body//initial//integrator, "scene.title='x", '--set: a text is not closed'), &
          case_t(body//initial//integrator, "body.shape='box'", &
                 '--set: inertia and shape in &body say the same thing'), &
+         case_t(body//initial//integrator, 'integrator.accuracy=1e-6', &
+                '--set: time_step and accuracy in &integrator say the same thing'), &
          case_t(body//initial//integrator, 'integrator.end_time=-1', '--set: end_time has not the sign of time_step'), &
          case_t(body//initial, 'integrator.end_time=1', '--set: &integrator is incomplete'), &
          case_t(body//initial, 'body.mass=1', 'a.nml:2: the group &integrator is missing'), &

@@ -84,7 +84,7 @@ contains
    pure logical function leaves_method_open(group)
       type(group_t), intent(in) :: group
       integer :: i
-      leaves_method_open = group%has('accuracy') .and. .not. group%has('method')
+      leaves_method_open = group%has('accuracy') .and. .not. (group%has('method') .or. group%has('time_step'))
       do i = 1, size(of_a_method)
          if (group%has(trim(of_a_method(i)))) leaves_method_open = .false.
       end do
