@@ -88,9 +88,9 @@ contains
       if (.not. allocated(error)) call check_norm(error, problem, 'reduced', 0.0_wp, 1e-6_wp, 100000)
    end subroutine fast_spin_keeps_momentum
 
-   !> Steps of 3.9 rad, close to the end of the branch, of a top at 1e6 rad/s: what rounding leaves of q·p must go along q
-   !> of the end of the step. Along that of its start, nearly half a turn away, it changes the momentum by as much, 1e-15,
-   !> in every step.
+   !> Steps of 3.9 rad, close to the end of the branch, of a top at 1e6 rad/s: what rounding leaves of q·p must go along
+   !> q of the end of the step. Along that of its start, half a turn away, it changes the momentum by as much, 1e-15, in
+   !> every step.
    subroutine long_turns_keep_momentum(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem

@@ -62,6 +62,9 @@ module nutate_accuracy
    real(wp), parameter :: gain_of_few = 0.03_wp, gain_of_equals = 0.1_wp, hardly_more = 1.15_wp
    !> The tolerance of the second pilot over that of the first, and at most.
    real(wp), parameter :: other_ratio = 10.0_wp, coarsest_other = 1e-2_wp
+   !> The same ratio for the series, whose second pilot is asked for the response to noise alone: a coarse one costs
+   !> half.
+   real(wp), parameter :: other_ratio_of_series = 1e4_wp
    !> A floor above this part of the accuracy is measured twice, and the larger counts.
    real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
    !> Bounds above this part of the accuracy are met only just: most of those that are met by accident.
@@ -221,7 +224,8 @@ contains
       real(wp) :: tolerance
       search%n_noisy = 2
       before = search%runs(search%n)
-      tolerance = min(other_ratio*search%coarse, coarsest_other)
+      tolerance = merge(other_ratio_of_series, other_ratio, search%method%dense)*search%coarse
+      tolerance = min(tolerance, coarsest_other)
       call run_pilot(search, tolerance, noise_part*tolerance, system, settings, progress, own, status, observer)
       if (status%ok()) then
          search%runs(search%n - 1) = search%runs(search%n)
