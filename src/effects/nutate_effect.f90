@@ -42,7 +42,7 @@ module nutate_effect
       !> Name of the effect: the scene's group name for the built-in ones.
       character(len=24) :: name = ''
       !> Bounds, where they are known and `bound` is not overridden.
-      type(given_bounds_t) :: given
+      type(given_bounds_t) :: given = given_bounds_t()
    contains
       !> `NO_SERIES` unless overridden, `LINEAR_SERIES` or `GENERAL_SERIES`.
       procedure :: series_kind => no_kind
