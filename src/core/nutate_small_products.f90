@@ -1,6 +1,5 @@
 !> Products of matrices of three rows, and the length of a vector. The compiler's `matmul` puts its result on the heap
-!> wherever it is not simply
-!> assigned, which a step must not do.
+!> wherever it is not simply assigned, which a step must not do.
 module nutate_small_products
    use nutate_kinds, only: wp
    implicit none

@@ -4,7 +4,7 @@ module nutate_applied_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, GENERAL_SERIES, torque_t
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_effect_bounds, only: effect_bounds_t, let_change, linear_map_t
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
@@ -135,7 +135,7 @@ contains
       type(linear_map_t), intent(in) :: map
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
-      real(wp) :: whole, square, rate
+      real(wp) :: whole, square
       whole = map%norm*vector_length(self%amplitude)
       square = radius*radius
       if (self%in_space) then
@@ -146,10 +146,7 @@ contains
          bounds%slope = 2*radius*whole
       end if
       bounds%curvature = 2*whole
-      rate = 2*pi*abs(self%frequency)
-      bounds%change = rate*bounds%force
-      bounds%change_slope = rate*bounds%slope
-      bounds%change_rate = rate*bounds%change
+      call let_change(bounds, 2*pi*abs(self%frequency))
    end subroutine applied_bound
 
    !> -2πf τ₀ sin(2πft + phase)

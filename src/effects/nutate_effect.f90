@@ -158,8 +158,7 @@ contains
       !> ρ: the bounds hold for |b| ≤ ρ.
       real(wp), intent(in) :: radius
       !> γ = Rᵀn of a potential at the start of the step, body axes; shape (3). The bounds hold wherever γ at the
-      !> start is
-      !> no farther from it than `slack` times |n|: at every attitude for a slack of 2.
+      !> start is no farther from it than `slack` times |n|: at every attitude for a slack of 2.
       real(wp), intent(in) :: gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
       bounds%known = .false.
@@ -172,12 +171,9 @@ contains
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
       associate (given => self%given)
-         if (given%known) then
-            bounds = bounds_of_potential(map, radius, vector_length(self%direction), given%first, given%second, &
-               given%third)
-         else
-            bounds%known = .false.
-         end if
+         bounds%known = given%known
+         if (given%known) bounds = bounds_of_potential(map, radius, vector_length(self%direction), given%first, &
+                                                       given%second, given%third)
       end associate
    end subroutine bound_potential
 
@@ -188,11 +184,9 @@ contains
       real(wp), intent(in) :: radius, gamma(3), slack
       type(effect_bounds_t), intent(out) :: bounds
       associate (given => self%given)
-         if (given%known) then
+         bounds%known = given%known
+         if (given%known) &
             bounds = bounds_of_torque(map, radius, given%first, given%second, given%third, given%rate)
-         else
-            bounds%known = .false.
-         end if
       end associate
    end subroutine bound_torque
 

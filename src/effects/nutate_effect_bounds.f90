@@ -13,7 +13,7 @@ module nutate_effect_bounds
 
    public :: effect_bounds_t, linear_map_t, map_of
    public :: bounds_of_drag, bounds_of_linear, bounds_of_potential, bounds_of_torque
-   public :: projection_part, projection_slope, projection_curvature, spectral_norm
+   public :: let_change, projection_part, projection_slope, projection_curvature, spectral_norm, times_cross
 
    !> Norm of the second derivative of 2bbᵀ/(1+β): it is 4 at b = 0 and less elsewhere.
    real(wp), parameter :: projection_curvature = 4.0_wp

@@ -47,8 +47,8 @@ module nutate_branch_tubes
       real(wp) :: b(3) = 0.0_wp
       !> Part of the stage that is reached.
       real(wp) :: part = 0.0_wp
-      !> Lengths that were tried, and Newton iterations at them.
-      integer :: tried = 0, iterations = 0
+      !> Lengths that were tried.
+      integer :: tried = 0
       !> An effect has no bounds near the root reached: what follows cannot be proved.
       logical :: is_unbounded = .false.
       !> Step, s, b0, and |b0|.
@@ -137,7 +137,6 @@ contains
       call set_length(equations, system, state, part*self%dt, window_time)
       b = self%b
       do i = 1, most_iterations
-         self%iterations = self%iterations + 1
          call equations%residual(system, b, f)
          if (equations%forces%active) call equations%linearize_forces(system, b)
          call equations%invert(b, rows, determinant)

@@ -17,8 +17,7 @@ module nutate_continuation
    public :: root_t, root_judge_t, continuation_t
 
    !> |b|, b = ¼Δt Ω̄, below which a root may be taken: where that of a free body with a positive determinant is the
-   !> true
-   !> one (`nutate_root_proof`).
+   !> true one (`nutate_root_proof`).
    real(wp), parameter :: near = 0.41_wp
    !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes
    !> it large and brings no other root near, forces that depend on the attitude do. No bound is proved with it: a

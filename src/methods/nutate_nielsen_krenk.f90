@@ -37,8 +37,7 @@ module nutate_nielsen_krenk
    !> |q| - 1, and ¼Δt times half the rate at which |q| grows, whose squares are round-off.
    real(wp), parameter :: near_manifold = 1e-8_wp
    !> Round-off of the residual: that of some thirty products in w̄, times the equations' gain, far larger than their
-   !> sum
-   !> for a needle; its increments have it times the inverse of the Jacobian.
+   !> sum for a needle; its increments have it times the inverse of the Jacobian.
    real(wp), parameter :: roundings = 32.0_wp
    !> Bound of the exponent of the determinant, within the range of numbers and of a product of two.
    integer, parameter :: largest_power = 500

@@ -22,7 +22,6 @@ module nutate_projected_stepper
    contains
       !> Takes the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
-      !> Takes the noise of a pilot run.
       procedure :: disturb
       procedure :: set_up
       procedure :: advance

@@ -15,11 +15,9 @@
 !> the branch that starts at b = 0 never leaves it. That root is the true one. Where E admits a smaller ball than θ,
 !> the root is the only one in the larger ball too.
 module nutate_root_certificate
-   use nutate_body, only: body_t
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm, times_cross
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body
-   use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -28,8 +26,7 @@ module nutate_root_certificate
    public :: root_certificate_t
 
    !> ρ: the finer the grid, the nearer to the largest b0 that can be proved; beyond the last θ < 1 for no body. The
-   !> small
-   !> ones are for the first part of a step of needles, whose κ is large.
+   !> small ones are for the first part of a step of needles, whose κ is large.
    real(wp), parameter :: radii(23) = [ &
                           1e-6_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 2.5e-3_wp, 5e-3_wp, 0.01_wp, 0.02_wp, 0.04_wp, 0.06_wp, &
                           0.08_wp, 0.1_wp, 0.125_wp, 0.15_wp, 0.175_wp, 0.2_wp, 0.225_wp, 0.25_wp, 0.275_wp, 0.3_wp, &
@@ -84,17 +81,10 @@ contains
    pure subroutine set_up(self, system)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp) :: columns(3, 3)
-      integer :: i
       associate (effects => system%effects, inverse => system%body%inverse_inertia)
          self%inverse = map_of(inverse, system%body%axes)
          self%gyration = gyration_of(system%body%moments)
-         do i = 1, 3
-            columns(:, i) = 0.0_wp
-            columns(i, i) = 1.0_wp
-            columns(:, i) = times_vector(inverse, product_of(effects%rotor_momentum, columns(:, i)))
-         end do
-         self%rotor_rate = spectral_norm(columns)
+         self%rotor_rate = spectral_norm(times_cross(inverse, effects%rotor_momentum))
          if (allocated(self%acts)) deallocate (self%acts)
          allocate (self%acts(effects%n_torques), source=.true.)
          if (allocated(self%gamma)) deallocate (self%gamma)
@@ -299,12 +289,5 @@ contains
       end if
       kappa = scale*sqrt(kappa)
    end function gyration_of
-
-   !> a×b; shape (3).
-   pure function product_of(a, b) result(c)
-      real(wp), intent(in) :: a(3), b(3)
-      real(wp) :: c(3)
-      c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-   end function product_of
 
 end module nutate_root_certificate

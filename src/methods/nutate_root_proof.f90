@@ -16,10 +16,8 @@ module nutate_root_proof
    integer, parameter :: PROVED = 1, ENDED = 2, BEYOND_PROOF = 3
 
    !> |b| below which a root of a free body with a positive determinant is the true one. On its axis the branch ends
-   !> where
-   !> λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the earliest. Off
-   !> the
-   !> axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
+   !> where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the earliest.
+   !> Off the axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
    real(wp), parameter :: surely_true = 0.41_wp
    !> Two roots of a stage are never this near to each other where each is proved to be alone in its ball or tube; the
    !> same root found in two ways is, with a margin for round-off of badly conditioned steps.
@@ -29,20 +27,22 @@ module nutate_root_proof
    type :: root_proof_t
       !> Root of the stage last followed, the Cayley vector b = ¼Δt Ω̄; shape (3).
       real(wp) :: b(3) = 0.0_wp
-      !> Lengths that were tried to find it, and Newton iterations at them.
-      integer :: tried = 0, iterations = 0
+      !> Lengths that were tried to find it.
+      integer :: tried = 0
       !> Length of a stage, s, and |b|² below which its root is the true one if the determinant of the Jacobian is
       !> positive: all that is asked in most steps.
-      real(wp) :: length = 0.0_wp, near = 0.0_wp
+      real(wp), private :: length = 0.0_wp, near = 0.0_wp
       !> Times between which they hold, s.
-      real(wp) :: from = 0.0_wp, to = 0.0_wp
-      !> No effects and no rotors.
+      real(wp), private :: from = 0.0_wp, to = 0.0_wp
+      !> Neither effects nor rotors, and moments of a rigid body.
       logical, private :: is_free = .true.
       type(root_certificate_t), private :: certificate
       type(reduced_equations_t), private :: equations
    contains
       !> Takes a system.
       procedure :: set_up
+      !> The root is the true one, as bounds show that were found for an earlier step.
+      procedure :: holds_again
       !> The root is the true one, as bounds show that belong to the step's length.
       procedure :: holds
       !> Looks for a proof in the attitude at the start, then along the branch.
@@ -57,12 +57,26 @@ contains
    subroutine set_up(self, system)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      self%is_free = system%effects%n_potentials + system%effects%n_torques + system%effects%n_rotors == 0
+      self%is_free = system%effects%n_potentials + system%effects%n_torques + system%effects%n_rotors == 0 .and. &
+                     .not. system%body%breaks_triangle
       call self%certificate%set_up(system)
       call self%equations%forces%prepare(system%effects, .true.)
       self%equations%dt = 0.0_wp
       self%length = 0.0_wp
    end subroutine set_up
+
+   !> True if bounds that were found for an earlier step of the same length prove the root.
+   pure logical function holds_again(self, dt, window_time, root, determinant)
+      class(root_proof_t), intent(in) :: self
+      !> s, and the time that decides which torques act, s.
+      real(wp), intent(in) :: dt, window_time
+      !> b; shape (3).
+      real(wp), intent(in) :: root(3)
+      !> Of the Jacobian at the root, over that of a very short step.
+      real(wp), intent(in) :: determinant
+      holds_again = dt == self%length .and. window_time > self%from .and. window_time < self%to
+      if (holds_again) holds_again = determinant > 0.0_wp .and. root(1)**2 + root(2)**2 + root(3)**2 < self%near
+   end function holds_again
 
    !> True if bounds that belong to the step's length prove the root. They stay for steps of the same length.
    logical function holds(self, system, dt, window_time, start, root, determinant)
@@ -84,9 +98,8 @@ contains
       holds = holds .or. (determinant > 0.0_wp .and. length_of(root) < surely_true)
    end function holds
 
-   !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `PROVED` leaves the root
-   !> in b
-   !> unless the given one is proved already.
+   !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `PROVED` leaves the root in
+   !> b unless the given one is proved already.
    subroutine judge(self, system, state, dt, window_time, start, root, verdict)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -100,7 +113,6 @@ contains
       type(branch_t) :: branch
       logical :: proved_here
       self%tried = 0
-      self%iterations = 0
       self%b = root
       verdict = PROVED
       call self%certificate%holds_here(system, state, dt, length_of(start), length_of(root), proved_here)
@@ -109,7 +121,6 @@ contains
       if (.not. self%certificate%followable) return
       call branch%follow(self%certificate, self%equations, system, state, dt, window_time)
       self%tried = branch%tried
-      self%iterations = branch%iterations
       self%b = branch%b
       if (branch%is_unbounded) return
       verdict = ENDED

@@ -2,6 +2,7 @@
 module nutate_stepper
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
+   use nutate_noise, only: noise_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -67,6 +68,8 @@ module nutate_stepper
       !> Shows to an archive all that the next steps depend on, each value once, so that a stepper prepared in the same
       !> way can go on in its place, to the last digit. A method that does not say so cannot be archived.
       procedure :: transfer => refuse_archive
+      !> Takes the noise of a pilot run, for the states before their projection; a stepper without one leaves it.
+      procedure :: disturb => leave_noise
    end type stepper_t
 
    !> A method that knows the length of a step before it takes it, and the states inside of it (dense output).
@@ -165,5 +168,10 @@ contains
       class(archive_t), intent(inout) :: archive
       call archive%refuse('this method cannot be interrupted and go on')
    end subroutine refuse_archive
+
+   subroutine leave_noise(self, noise)
+      class(stepper_t), intent(inout) :: self
+      type(noise_t), intent(in) :: noise
+   end subroutine leave_noise
 
 end module nutate_stepper

@@ -12,14 +12,12 @@ module nutate_error_control
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_step, progress_t
-   use nutate_projected_stepper, only: projected_stepper_t
    use nutate_quaternion, only: attitude_distance, quat_norm, quat_product
    use nutate_run_loop, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
    use nutate_system, only: system_t
-   use nutate_taylor_stepper, only: taylor_t
    implicit none
    private
 
@@ -125,24 +123,12 @@ contains
       class(error_control_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise
       if (self%method%projected) then
-         call disturb_stepper(self%half, noise)
-         if (allocated(self%whole)) call disturb_stepper(self%whole, noise)
+         call self%half%disturb(noise)
+         if (allocated(self%whole)) call self%whole%disturb(noise)
       else if (.not. self%method%conserving) then
          self%noise = noise
       end if
    end subroutine disturb
-
-   !> Gives noise to a stepper with a projection.
-   subroutine disturb_stepper(stepper, noise)
-      class(stepper_t), intent(inout) :: stepper
-      type(noise_t), intent(in) :: noise
-      select type (stepper)
-      class is (projected_stepper_t)
-         call stepper%disturb(noise)
-      class is (taylor_t)
-         call stepper%disturb(noise)
-      end select
-   end subroutine disturb_stepper
 
    !> Adds noise η to a state: a turn by η about each axis, η|L| to each component of L.
    subroutine shake(noise, state)

@@ -234,8 +234,7 @@ contains
 
    !> Takes from the increment of p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes neither
    !> the angular momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|. A turn keeps
-   !> q·p,
-   !> so that at the end of the step it lies along q1.
+   !> q·p, so that at the end of the step it lies along q1.
    pure subroutine make_tangent(self, q1, dp)
       class(eight_equations_t), intent(in) :: self
       !> At the end of the step; shape (4).

@@ -53,7 +53,6 @@ module nutate_taylor_stepper
       type(state_t) :: first
       logical, allocatable :: acted(:)
    contains
-      !> Takes the noise of a pilot run.
       procedure :: disturb
       procedure :: set_up
       procedure :: advance
