@@ -31,9 +31,9 @@ module nutate_root_proof
       integer :: tried = 0
       !> Length of a stage, s, and |b|² below which its root is the true one if the determinant of the Jacobian is
       !> positive: all that is asked in most steps.
-      real(wp), private :: length = 0.0_wp, near = 0.0_wp
+      real(wp) :: length = 0.0_wp, near = 0.0_wp
       !> Times between which they hold, s.
-      real(wp), private :: from = 0.0_wp, to = 0.0_wp
+      real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> Neither effects nor rotors, and moments of a rigid body.
       logical, private :: is_free = .true.
       type(root_certificate_t), private :: certificate
@@ -41,8 +41,6 @@ module nutate_root_proof
    contains
       !> Takes a system.
       procedure :: set_up
-      !> The root is the true one, as bounds show that were found for an earlier step.
-      procedure :: holds_again
       !> The root is the true one, as bounds show that belong to the step's length.
       procedure :: holds
       !> Looks for a proof in the attitude at the start, then along the branch.
@@ -64,19 +62,6 @@ contains
       self%equations%dt = 0.0_wp
       self%length = 0.0_wp
    end subroutine set_up
-
-   !> True if bounds that were found for an earlier step of the same length prove the root.
-   pure logical function holds_again(self, dt, window_time, root, determinant)
-      class(root_proof_t), intent(in) :: self
-      !> s, and the time that decides which torques act, s.
-      real(wp), intent(in) :: dt, window_time
-      !> b; shape (3).
-      real(wp), intent(in) :: root(3)
-      !> Of the Jacobian at the root, over that of a very short step.
-      real(wp), intent(in) :: determinant
-      holds_again = dt == self%length .and. window_time > self%from .and. window_time < self%to
-      if (holds_again) holds_again = determinant > 0.0_wp .and. root(1)**2 + root(2)**2 + root(3)**2 < self%near
-   end function holds_again
 
    !> True if bounds that belong to the step's length prove the root. They stay for steps of the same length.
    logical function holds(self, system, dt, window_time, start, root, determinant)
