@@ -38,7 +38,7 @@ stress: setup ## run the stability cases at full length, a quarter of an hour, a
 attack: setup ## look for steps on a wrong root among 100 000 and write docs/stability.md (ATTACK='--seed 2 --case 7' repeats one)
 	@bash tools/attack.sh $(ATTACK)
 
-accuracy: setup ## run 2000 random scenes against an oracle and write the table of docs/accuracy.md (CASE=7 repeats one)
+accuracy: setup ## run 2000 random scenes against an oracle and write the table of docs/accuracy.md (CASE=7 repeats one, CASE=2001:4000 takes others)
 	@bash tools/accuracy.sh $(CASE)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)

@@ -94,42 +94,61 @@ contains
                                                    "out of reach although it was not")
    end subroutine accuracy_is_kept
 
-   !> Runs all cases, or one again, and writes the table; failures go to standard error.
+   !> Runs all cases and writes the table; or one again; or those from one to another, say 2001:4000. Failures go to
+   !> standard error.
    subroutine report_accuracy(argument, failures)
-      !> The number of a case; else all of them.
+      !> The number of a case, or two with a colon between; else all of them.
       character(len=:), allocatable, intent(in) :: argument
       integer, intent(out) :: failures
       type(outcome_t), allocatable :: outcomes(:)
-      type(tally_t) :: tally
-      integer :: i, case, problem
+      integer :: i, first, last
       failures = 0
       if (.not. has_oracle) then
          write (error_unit, '(a)') 'no kind of 33 digits: nothing to compare with'
          return
       end if
-      if (allocated(argument)) then
-         read (argument, *, iostat=problem) case
-         if (problem /= 0 .or. case < 1) then
-            write (error_unit, '(a)') "no case '"//argument//"'"
-            failures = 1
-            return
-         end if
-         call run_cases(case, case, outcomes)
-         call describe(case, outcomes(case))
-         failures = merge(1, 0, .not. outcomes(case)%miss() <= 2.0_wp)
+      first = 1
+      last = all_runs
+      if (allocated(argument)) call read_numbers(argument, first, last)
+      if (first < 1 .or. last < first) then
+         write (error_unit, '(a)') "no case '"//argument//"'"
+         failures = 1
          return
       end if
-      call run_cases(1, all_runs, outcomes)
-      do i = 1, size(outcomes)
-         if (.not. outcomes(i)%miss() <= 2.0_wp) call describe(i, outcomes(i))
+      call run_cases(first, last, outcomes)
+      do i = first, last
+         if (first == last .or. .not. outcomes(i)%miss() <= 2.0_wp) call describe(i, outcomes(i))
       end do
-      call write_table(outcomes)
-      tally = tally_of(outcomes, 0)
+      if (first == last) then
+         failures = merge(1, 0, .not. outcomes(first)%miss() <= 2.0_wp)
+      else
+         call write_table(outcomes)
+         failures = failures_of(tally_of(outcomes, 0))
+      end if
+   end subroutine report_accuracy
+
+   !> `N`, or `N:M`; 0 where it is neither.
+   pure subroutine read_numbers(text, first, last)
+      character(len=*), intent(in) :: text
+      integer, intent(out) :: first, last
+      integer :: colon, problem
+      colon = index(text, ':')
+      if (colon == 0) colon = len(text) + 1
+      read (text(:colon - 1), *, iostat=problem) first
+      if (problem /= 0) first = 0
+      last = first
+      if (colon < len(text)) read (text(colon + 1:), *, iostat=problem) last
+      if (problem /= 0) last = 0
+   end subroutine read_numbers
+
+   !> How many of the bounds on many runs are broken, each run that breaks one by itself counted.
+   pure integer function failures_of(tally) result(failures)
+      type(tally_t), intent(in) :: tally
       failures = tally%failed + tally%above_10
       if (tally%above_2 > 0.005_wp*tally%runs) failures = failures + tally%above_2
       if (tally%in_reach < 0.85_wp*tally%runs) failures = failures + 1
       if (tally%needlessly > 0.06_wp*tally%runs) failures = failures + 1
-   end subroutine report_accuracy
+   end function failures_of
 
    !> Runs cases of consecutive numbers.
    subroutine run_cases(first, last, outcomes)

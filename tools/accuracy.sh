@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs random scenes against the oracle of the tests, all of them, and puts the table that came out into docs/accuracy.md,
-# between its markers; or one run again. Fails if the accuracy was not kept.
-#    tools/accuracy.sh [CASE]
+# between its markers; or one run again, or those from one to another (2001:4000). Fails if the accuracy was not kept.
+#    tools/accuracy.sh [CASE[:CASE]]
 set -u
 . "$(dirname "$0")/environment.sh"
 

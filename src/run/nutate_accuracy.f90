@@ -35,20 +35,28 @@ module nutate_accuracy
       real(wp) :: caution
       !> Tolerance of the first A over that of B.
       real(wp) :: ratio
+      !> Tolerance of A and of B at most: with larger ones A follows no motion that grows, and runs are hardly shorter.
+      real(wp) :: coarsest_a, coarsest_b
       !> Errors fall at least as the tolerance to this power.
       real(wp) :: power
       !> Round-off that steps make, in units of the response to noise of ½ε.
       real(wp) :: round_off
    end type behaviour_t
 
-   !> Of the series; of explicit steps; of implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it.
-   type(behaviour_t), parameter :: of_series = behaviour_t(100.0_wp, 1e3_wp, 0.75_wp, 8.0_wp), &
-                                   of_explicit = behaviour_t(30.0_wp, 100.0_wp, 0.8_wp, 6.0_wp), &
-                                   of_halves = behaviour_t(100.0_wp, 100.0_wp, 0.84_wp, 5.0_wp)
+   !> Of the series; of explicit steps of order 8, and of lower ones, which pay more for a smaller tolerance; of
+   !> implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it.
+   type(behaviour_t), parameter :: &
+      of_series = behaviour_t(caution=1e4_wp, ratio=1e3_wp, coarsest_a=1e-5_wp, coarsest_b=1e-8_wp, &
+                              power=0.75_wp, round_off=8.0_wp), &
+      of_explicit = behaviour_t(caution=300.0_wp, ratio=300.0_wp, coarsest_a=1e-4_wp, coarsest_b=1e-6_wp, &
+                                power=0.8_wp, round_off=6.0_wp), &
+      of_low_order = behaviour_t(caution=30.0_wp, ratio=100.0_wp, coarsest_a=1e-3_wp, coarsest_b=1e-4_wp, &
+                                 power=0.8_wp, round_off=6.0_wp), &
+      of_halves = behaviour_t(caution=100.0_wp, ratio=100.0_wp, coarsest_a=1e-3_wp, coarsest_b=1e-4_wp, &
+                              power=0.84_wp, round_off=5.0_wp)
 
-   !> Tolerance of A and of B at most: a step that errs by more follows no motion. The smallest tolerance of use, far
-   !> below round-off.
-   real(wp), parameter :: coarsest_a = 1e-3_wp, coarsest_b = 1e-4_wp, finest = 1e-17_wp
+   !> The smallest tolerance of use, far below round-off.
+   real(wp), parameter :: finest = 1e-17_wp
    !> Noise over the tolerance of its run.
    real(wp), parameter :: noise_part = 0.05_wp
    !> A and B farther apart than this measure nothing, rad: their tolerances are then divided by `much_finer`, unless
@@ -65,6 +73,8 @@ module nutate_accuracy
    !> The same ratio for the series, whose second pilot is asked for the response to noise alone: a coarse one costs
    !> half.
    real(wp), parameter :: other_ratio_of_series = 1e4_wp
+   !> A response that a draw of noise gave by accident may be smaller by this factor than that of another.
+   real(wp), parameter :: by_accident = 50.0_wp
    !> A floor above this part of the accuracy is measured twice, and the larger counts.
    real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
    !> Bounds above this part of the accuracy are met only just: most of those that are met by accident.
@@ -144,8 +154,10 @@ contains
       if (search%method%order < 1) return
       search%behaviour = behaviour_of(search%method)
       search%drifts = system%effects%n_torques > 0
-      search%fine = max(finest, min(coarsest_b, search%accuracy/search%behaviour%caution))
-      search%coarse = min(coarsest_a, search%behaviour%ratio*search%fine)
+      associate (behaviour => search%behaviour)
+         search%fine = max(finest, min(behaviour%coarsest_b, search%accuracy/behaviour%caution))
+         search%coarse = min(behaviour%coarsest_a, behaviour%ratio*search%fine)
+      end associate
       fresh = .true.
       do round = 1, most_rounds
          if (fresh) call run_noisy(search, system, settings, progress, own, status, observer)
@@ -180,6 +192,7 @@ contains
          behaviour = of_series
       else if (method%estimate_power > 0) then
          behaviour = of_explicit
+         if (method%order < 8) behaviour = of_low_order
       else
          behaviour = of_halves
          behaviour%power = behaviour%power*real(method%order, wp)/real(method%order + 1, wp)
@@ -224,8 +237,7 @@ contains
       real(wp) :: tolerance
       search%n_noisy = 2
       before = search%runs(search%n)
-      tolerance = merge(other_ratio_of_series, other_ratio, search%method%dense)*search%coarse
-      tolerance = min(tolerance, coarsest_other)
+      tolerance = min(other_ratio_here(search)*search%coarse, coarsest_other)
       call run_pilot(search, tolerance, noise_part*tolerance, system, settings, progress, own, status, observer)
       if (status%ok()) then
          search%runs(search%n - 1) = search%runs(search%n)
@@ -234,6 +246,17 @@ contains
          status = success
       end if
    end subroutine run_other
+
+   !> Tolerance of the second pilot with noise over that of the first: one that was followed by a pilot too far apart
+   !> would be no second opinion.
+   pure real(wp) function other_ratio_here(search) result(ratio)
+      type(search_t), intent(in) :: search
+      real(wp) :: distance
+      distance = 0.0_wp
+      if (search%n > 1) distance = attitude_distance(search%runs(search%n - 1)%q, search%runs(search%n)%q)
+      ratio = merge(other_ratio_of_series, other_ratio, search%method%dense)
+      if (distance*ratio*by_accident > too_far) ratio = max(1.0_wp, too_far/(by_accident*distance))
+   end function other_ratio_here
 
    !> True for what shorter steps may help against.
    pure logical function went_astray(status)
