@@ -5,6 +5,7 @@ module test_control
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps, long
+   use nutate_methods, only: default_settings
    use nutate_quaternion, only: attitude_distance
    use nutate_progress, only: run_summary_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -17,6 +18,7 @@ module test_control
    use nutate_system, only: system_t
    use test_controlled_run, only: recorder_t, run_to
    use test_problems, only: box, bruls_top, free_body, precessing_top, problem_t, simo_top
+   use test_random_scenes, only: make_random_scene, random_scene_t
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -52,6 +54,8 @@ contains
                   new_unittest("a goal without tolerance is refused, a limit ends the run", bad_goals_and_limits), &
                   new_unittest("plans that nothing can follow are refused", impossible_plans), &
                   new_unittest("a run of no length has its state as its only row", runs_of_no_length), &
+                  new_unittest("a search that needs too many steps says so", search_has_a_limit), &
+                  new_unittest("what a finer run cannot reach is out of reach", failing_finer_runs), &
                   new_unittest("pilot runs can be stopped, and begun again", pilots_can_be_stopped), &
                   new_unittest("a run is the same without observer and in parts", runs_in_parts)]
    end subroutine collect_control
@@ -413,6 +417,42 @@ contains
       call check_close(error, [run_1%summary%estimate, real(run_1%summary%steps, wp)], &
                        [summary%estimate, real(summary%steps, wp)], 0.0_wp, "summary")
    end subroutine runs_in_parts
+
+   subroutine search_has_a_limit(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      problem = bruls_top()
+      state = problem%start
+      call integrate(problem%system, default_settings('rk4'), state, &
+                     run_plan_t(end_time=1.0_wp, max_steps=200_long, goal=run_goal_t(accuracy=1e-9_wp)), status)
+      call check(error, status%code, NUTATE_STEP_LIMIT)
+      if (.not. allocated(error)) call check(error, trim(status%message), &
+                                             'the accuracy takes more than 200 steps of this method')
+   end subroutine search_has_a_limit
+
+   !> Steps of order 4 with an error far below round-off cannot be found: the answer is what larger ones give, and the
+   !> estimate says how good it is.
+   subroutine failing_finer_runs(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(random_scene_t) :: scene
+      type(integrator_settings_t) :: settings
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      type(run_plan_t) :: plan
+      call make_random_scene(617, scene)
+      state = scene%problem%start
+      plan%end_time = scene%end_time
+      plan%goal%accuracy = 4.6e-6_wp
+      settings = default_settings('rk4')
+      settings%conserve = .true.
+      call integrate(scene%problem%system, settings, state, plan, status, summary=summary)
+      call check(error, status%ok(), 'the run: '//trim(status%message))
+      if (allocated(error)) return
+      call check(error, summary%estimate > 1e-3_wp, 'out of reach, and said so')
+   end subroutine failing_finer_runs
 
    subroutine ignore_row(self, system, state, record, status)
       class(stopper_t), intent(inout) :: self

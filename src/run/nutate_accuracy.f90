@@ -21,7 +21,9 @@ module nutate_accuracy
    use nutate_quaternion, only: attitude_distance
    use nutate_run_loop, only: drive
    use nutate_run_plan, only: run_goal_t, run_plan_t
-   use nutate_status, only: status_t, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, &
+      NUTATE_STEP_LIMIT
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
@@ -89,6 +91,8 @@ module nutate_accuracy
    !> The next tolerance aims at the accuracy over the first; errors go as tolerances to the second power; the change of
    !> the tolerance at a time.
    real(wp), parameter :: aim = 2.5_wp, usual_power = 0.9_wp, most_change = 1e-5_wp, least_change = 0.1_wp
+   !> Steps of a pilot at most: hours of low orders end in a message after minutes.
+   integer(long), parameter :: most_steps = 100000000_long
    !> Pairs of runs at most; runs, with two pilots for each.
    integer, parameter :: most_rounds = 9, most_runs = 3*most_rounds
 
@@ -145,7 +149,7 @@ contains
       type(progress_t), intent(inout), optional :: last
       type(search_t) :: search
       type(progress_t) :: own
-      logical :: fresh, done
+      logical :: fresh, done, at_limit
       integer :: round
 
       search%method = method_of(settings)
@@ -161,9 +165,11 @@ contains
       fresh = .true.
       do round = 1, most_rounds
          if (fresh) call run_noisy(search, system, settings, progress, own, status, observer)
-         if (status%ok()) call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
+         if (status%ok()) call run_fine(search, round == 1, fresh, system, settings, progress, own, at_limit, &
+                                        status, observer)
          if (.not. status%ok()) return
          call judge(search, fresh)
+         if (at_limit) exit
          if (.not. fresh .and. is_doubtful(search)) then
             call run_other(search, system, settings, progress, status, observer)
             if (.not. status%ok()) return
@@ -222,6 +228,28 @@ contains
       search%n_noisy = 1
       search%first_pair = .true.
    end subroutine run_noisy
+
+   !> Runs B. Where round-off keeps the error of a step above its tolerance, what an earlier one had is all that can be
+   !> had: it is run again. Errors: those of the run.
+   subroutine run_fine(search, first, fresh, system, settings, progress, own, at_limit, status, observer)
+      type(search_t), intent(inout) :: search
+      !> There is no earlier run without noise; this one belongs to a new pair.
+      logical, intent(in) :: first, fresh
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(progress_t), intent(in) :: progress
+      type(progress_t), intent(inout) :: own
+      logical, intent(out) :: at_limit
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(status_t) :: success
+      call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
+      at_limit = went_astray(status) .and. .not. first
+      if (.not. at_limit) return
+      status = success
+      search%fine = merge(much_finer*search%fine, search%coarse, fresh)
+      call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
+   end subroutine run_fine
 
    !> Runs the second pilot with noise; that it fails does no harm. Its place is before the last run.
    subroutine run_other(search, system, settings, progress, status, observer)
@@ -361,18 +389,27 @@ contains
       plan%goal = run_goal_t(local_tolerance=tolerance)
       plan%interval = 0.0_wp
       plan%every = huge(plan%every)
-      call start_run(own, system%effects, progress%state, plan, status)
-      if (.not. status%ok()) return
+      plan%max_steps = min(plan%max_steps, most_steps)
       if (noise > 0.0_wp) then
-         call drive_noisy(noise_of(noise, search%n), system, settings, own, control, status, observer)
+         call drive_noisy(noise_of(noise, search%n), system, settings, progress%state, plan, own, control, status, &
+                          observer)
       else
-         call control%begin(system, settings, own, status)
+         call start_run(own, system%effects, progress%state, plan, status)
+         if (status%ok()) call control%begin(system, settings, own, status)
          if (status%ok()) call drive(own, control, system, status, observer)
       end if
+      if (status%code == NUTATE_STEP_LIMIT) status = fail(NUTATE_STEP_LIMIT, needs_more(plan%max_steps))
       if (.not. status%ok()) return
       search%n = search%n + 1
       search%runs(search%n) = pilot_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
    end subroutine run_pilot
+
+   !> What is said of a pilot that its steps end.
+   pure function needs_more(limit) result(message)
+      integer(long), intent(in) :: limit
+      character(len=80) :: message
+      write (message, '("the accuracy takes more than ",i0," steps of this method")') limit
+   end function needs_more
 
    !> Noise with numbers of its own for each run.
    pure type(noise_t) function noise_of(amplitude, draw) result(noise)
@@ -388,21 +425,34 @@ contains
       noise%amplitude = amplitude
    end function noise_of
 
-   !> A run with noise in its data, its start and its steps.
-   subroutine drive_noisy(source, system, settings, own, control, status, observer)
+   !> A run with noise in its data, its start, its clock and its steps.
+   subroutine drive_noisy(source, system, settings, start, nominal, own, control, status, observer)
       type(noise_t), intent(in) :: source
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
+      type(state_t), intent(in) :: start
+      type(run_plan_t), intent(in) :: nominal
       type(progress_t), intent(inout) :: own
       type(error_control_t), intent(inout) :: control
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(noise_t) :: noise
       type(system_t) :: noisy
+      type(state_t) :: state
+      type(run_plan_t) :: plan
+      real(wp) :: shift
       noise = source
       noisy = system
-      call disturb_problem(noise, noisy, own%state)
-      call control%begin(noisy, settings, own, status)
+      state = start
+      plan = nominal
+      call disturb_problem(noise, noisy, state)
+      ! What acts at given times acts a little earlier or later; the duration is the same.
+      call noise%next(shift)
+      shift = shift*max(abs(state%t), abs(plan%end_time))
+      state%t = state%t + shift
+      plan%end_time = plan%end_time + shift
+      call start_run(own, noisy%effects, state, plan, status)
+      if (status%ok()) call control%begin(noisy, settings, own, status)
       if (.not. status%ok()) return
       call control%disturb(noise)
       call drive(own, control, noisy, status, observer)
