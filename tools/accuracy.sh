@@ -6,20 +6,15 @@ set -u
 . "$(dirname "$0")/environment.sh"
 
 document=docs/accuracy.md
-part=build/accuracy.md
-begin='<!-- begin kept -->' end='<!-- end kept -->'
+parts=build/accuracy
 
 quietly build-accuracy build build-accuracy --tests || exit 1
 path=$(fpm_path test unit)
 [ $# -eq 0 ] || exec "$path" --accuracy "$@"
 
-grep -qxF "$begin" "$document" && grep -qxF "$end" "$document" || die "accuracy: $document lacks its markers"
-"$path" --accuracy >"$part"
+mkdir -p "$parts"
+"$path" --accuracy >"$parts/kept.md"
 status=$?
-cat "$part"
-[ -s "$part" ] && awk -v begin="$begin" -v end="$end" -v part="$part" '
-   $0 == end {inside = 0}
-   !inside {print}
-   $0 == begin {inside = 1; while ((getline line < part) > 0) print line}
-' "$document" >"$part.new" && cat "$part.new" >"$document"
+cat "$parts/kept.md"
+[ -s "$parts/kept.md" ] && insert_part accuracy "$document" kept "$parts"
 exit $status
