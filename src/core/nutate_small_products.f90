@@ -1,11 +1,11 @@
-!> Products of matrices of three rows, and the length of a vector. The compiler's `matmul` puts its result on the heap
+!> Products of matrices of three rows, the length of a vector, and what lies along an axis. The compiler's `matmul` puts its result on the heap
 !> wherever it is not simply assigned, which a step must not do.
 module nutate_small_products
    use nutate_kinds, only: wp
    implicit none
    private
 
-   public :: times_vector, times_columns, vector_length
+   public :: times_vector, times_columns, vector_length, lies_along, is_symmetric_about
 
 contains
 
@@ -34,5 +34,26 @@ contains
       real(wp), intent(in) :: v(3)
       vector_length = sqrt(v(1)*v(1) + v(2)*v(2) + v(3)*v(3))
    end function vector_length
+
+   !> True for a vector all of whose components but one vanish.
+   pure logical function lies_along(v, axis)
+      real(wp), intent(in) :: v(3)
+      !> 1, 2 or 3.
+      integer, intent(in) :: axis
+      lies_along = .not. (abs(v(1 + modulo(axis, 3))) > 0.0_wp .or. abs(v(1 + modulo(axis + 1, 3))) > 0.0_wp)
+   end function lies_along
+
+   !> True for a diagonal matrix whose elements across an axis are equal, to the last bit: turned about the axis it is
+   !> the same.
+   pure logical function is_symmetric_about(a, axis)
+      real(wp), intent(in) :: a(3, 3)
+      !> 1, 2 or 3.
+      integer, intent(in) :: axis
+      integer :: i, j
+      i = 1 + modulo(axis, 3)
+      j = 1 + modulo(axis + 1, 3)
+      is_symmetric_about = lies_along(a(:, axis), axis) .and. lies_along(a(:, i), i) .and. lies_along(a(:, j), j) .and. &
+                           .not. abs(a(i, i) - a(j, j)) > 0.0_wp
+   end function is_symmetric_about
 
 end module nutate_small_products

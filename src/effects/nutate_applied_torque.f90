@@ -10,7 +10,7 @@ module nutate_applied_torque
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
    use nutate_power_series, only: cosine_term
-   use nutate_small_products, only: times_vector, vector_length
+   use nutate_small_products, only: lies_along, times_vector, vector_length
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -50,6 +50,7 @@ module nutate_applied_torque
       procedure :: auxiliary_series => harmonic_auxiliary
       procedure :: series_direction => amplitude_in_space
       procedure :: series_torque => harmonic_torque
+      procedure :: has_axis => torque_has_axis
    end type applied_torque_t
 
 contains
@@ -198,6 +199,13 @@ contains
          tau = tau + auxiliary(k - j, 1)*gamma(:, j)
       end do
    end subroutine harmonic_torque
+
+   !> τ₀ stands in space, or lies along the axis.
+   pure logical function torque_has_axis(self, axis)
+      class(applied_torque_t), intent(in) :: self
+      integer, intent(in) :: axis
+      torque_has_axis = self%in_space .or. lies_along(self%amplitude, axis)
+   end function torque_has_axis
 
    !> Start and stop may be anything that can be compared.
    pure logical function torque_is_moderate(self)

@@ -6,6 +6,7 @@ module nutate_damping
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
+   use nutate_small_products, only: is_symmetric_about
    use nutate_status, only: status_t
    implicit none
    private
@@ -27,6 +28,7 @@ module nutate_damping
       procedure :: bound => damping_bound
       procedure :: series_kind => linear_kind
       procedure :: series_drag => damping_drag
+      procedure :: has_axis => damping_has_axis
    end type damping_t
 
    !> Damping.
@@ -101,6 +103,13 @@ contains
          drag(i, i) = -self%coefficient(i)
       end do
    end function damping_drag
+
+   !> The coefficients across the axis are equal.
+   pure logical function damping_has_axis(self, axis)
+      class(damping_t), intent(in) :: self
+      integer, intent(in) :: axis
+      damping_has_axis = is_symmetric_about(self%series_drag(), axis)
+   end function damping_has_axis
 
    pure logical function damping_is_moderate(self)
       class(damping_t), intent(in) :: self

@@ -53,6 +53,8 @@ module nutate_effect
       procedure :: is_moderate => not_judged
       !> Bounds of the torque in a step and of its derivatives; those that are given unless overridden.
       procedure :: bound => not_bounded
+      !> A body axis is one of symmetry of the effect, exactly; `.false.` unless overridden.
+      procedure :: has_axis => no_axis
    end type effect_t
 
    !> V(q) = U(γ), γ = R(q)ᵀ n, the V of equation (8) of Nielsen & Krenk (2012).
@@ -149,6 +151,15 @@ contains
       class(effect_t), intent(in) :: self
       not_judged = .true.
    end function not_judged
+
+   !> True where the effect's torque in axes that turn with the body is the same function of γ, Ω and t in all axes that
+   !> differ from them by a turn about the axis, and its potential the same function of γ.
+   pure logical function no_axis(self, axis)
+      class(effect_t), intent(in) :: self
+      !> Body axis: 1, 2 or 3.
+      integer, intent(in) :: axis
+      no_axis = .false.
+   end function no_axis
 
    !> An effect of which nothing is known.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)

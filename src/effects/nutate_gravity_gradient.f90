@@ -8,7 +8,7 @@ module nutate_gravity_gradient
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
-   use nutate_small_products, only: times_vector, vector_length
+   use nutate_small_products, only: is_symmetric_about, times_vector, vector_length
    use nutate_status, only: status_t
    implicit none
    private
@@ -41,6 +41,7 @@ module nutate_gravity_gradient
       procedure :: series_kind => quadratic_series
       procedure :: auxiliary_series => quadratic_auxiliary
       procedure :: series_torque => quadratic_torque
+      procedure :: has_axis => quadratic_has_axis
    end type gravity_gradient_t
 
    !> A gravity gradient on a body.
@@ -184,6 +185,13 @@ contains
          tau(3) = tau(3) + (gamma(1, j)*auxiliary(k - j, 2) - gamma(2, j)*auxiliary(k - j, 1))
       end do
    end subroutine quadratic_torque
+
+   !> A is diagonal and has equal elements across the axis.
+   pure logical function quadratic_has_axis(self, axis)
+      class(gravity_gradient_t), intent(in) :: self
+      integer, intent(in) :: axis
+      quadratic_has_axis = is_symmetric_about(self%stiffness, axis)
+   end function quadratic_has_axis
 
    !> All that it is made of, and the sum of |A| by rows and U₀: the largest energy and torque.
    pure logical function gradient_is_moderate(self)

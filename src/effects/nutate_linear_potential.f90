@@ -4,7 +4,7 @@ module nutate_linear_potential
    use nutate_effect_bounds, only: bounds_of_linear, effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_small_products, only: vector_length
+   use nutate_small_products, only: lies_along, vector_length
    implicit none
    private
 
@@ -25,6 +25,7 @@ module nutate_linear_potential
       procedure :: bound => linear_bound
       procedure :: series_kind => linear_kind
       procedure :: series_moment => constant_moment
+      procedure :: has_axis => linear_has_axis
    end type linear_potential_t
 
 contains
@@ -82,6 +83,13 @@ contains
       real(wp) :: moment(3)
       moment = self%moment
    end function constant_moment
+
+   !> m lies along the axis.
+   pure logical function linear_has_axis(self, axis)
+      class(linear_potential_t), intent(in) :: self
+      integer, intent(in) :: axis
+      linear_has_axis = lies_along(self%moment, axis)
+   end function linear_has_axis
 
    !> All that it is given, and |m||n|: the largest energy and torque.
    pure logical function linear_is_moderate(self)

@@ -8,7 +8,7 @@ module nutate_spring
    use nutate_kinds, only: wp
    use nutate_limits, only: least_size, is_moderate
    use nutate_power_series, only: power_term
-   use nutate_small_products, only: vector_length
+   use nutate_small_products, only: lies_along, vector_length
    use nutate_status, only: status_t
    implicit none
    private
@@ -57,6 +57,7 @@ module nutate_spring
       procedure :: auxiliary_series => spring_auxiliary
       procedure :: series_moment => spring_moment
       procedure :: series_torque => spring_torque
+      procedure :: has_axis => spring_has_axis
    end type spring_t
 
    !> A spring.
@@ -284,5 +285,12 @@ contains
       if (spring_is_moderate) spring_is_moderate = is_moderate(self%stiffness*( &
          sum(abs(self%direction)) + sum(abs(self%body_point)) + abs(self%rest_length))**2)
    end function spring_is_moderate
+
+   !> x lies along the axis.
+   pure logical function spring_has_axis(self, axis)
+      class(spring_t), intent(in) :: self
+      integer, intent(in) :: axis
+      spring_has_axis = lies_along(self%body_point, axis)
+   end function spring_has_axis
 
 end module nutate_spring

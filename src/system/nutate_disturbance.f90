@@ -4,6 +4,7 @@ module nutate_disturbance
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_norm, quat_product
+   use nutate_small_products, only: is_symmetric_about
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -31,10 +32,25 @@ contains
       q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
       state = make_state(system, q/quat_norm(q), omega, state%t)
       part = 0.5_wp*(part + transpose(part))
+      call keep_symmetry(system%body%inverse_inertia, part)
       system%body%inverse_inertia = (1 + part)*system%body%inverse_inertia
       do i = 1, 3
          system%body%moments(i) = (1 - part(i, i))*system%body%moments(i)
       end do
    end subroutine disturb_problem
+
+   !> The same noise for equal moments: a symmetric body stays one, so that methods that recognise it run as they will.
+   pure subroutine keep_symmetry(inverse_inertia, part)
+      real(wp), intent(in) :: inverse_inertia(3, 3)
+      !> Noise, as a part; shape (3,3).
+      real(wp), intent(inout) :: part(3, 3)
+      integer :: axis, i, j
+      do axis = 1, 3
+         if (.not. is_symmetric_about(inverse_inertia, axis)) cycle
+         i = 1 + modulo(axis, 3)
+         j = 1 + modulo(axis + 1, 3)
+         part(j, j) = part(i, i)
+      end do
+   end subroutine keep_symmetry
 
 end module nutate_disturbance
