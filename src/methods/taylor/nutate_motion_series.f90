@@ -13,6 +13,7 @@ module nutate_motion_series
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_power_series, only: highest_order, inverses
+   use nutate_series_tail, only: most_parts, series_tail_t
    use nutate_torque_series, only: torque_series_t
    use nutate_system, only: system_t
    implicit none
@@ -37,6 +38,8 @@ module nutate_motion_series
       !> Ω times the unit of time; shape (3, 0:highest_order).
       real(wp) :: omega(3, 0:highest_order) = 0.0_wp
       type(torque_series_t) :: torques
+      !> What comes after the highest coefficient.
+      type(series_tail_t) :: tail
       !> `TWO_PAIRS`, ...: of the system, and of the present series.
       integer, private :: best = TWO_PAIRS, equations = TWO_PAIRS
       !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
@@ -54,9 +57,8 @@ module nutate_motion_series
       procedure :: expand
       !> Momentum and rotation at a time.
       procedure :: evaluate
-      !> Size of a coefficient.
-      procedure :: size_of
-      procedure :: momentum_square
+      !> Fits the tail.
+      procedure :: fit_tail
    end type motion_series_t
 
 contains
@@ -276,12 +278,13 @@ contains
       !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4). Without attitude it may say
       !> nothing.
       real(wp), intent(out) :: rotation(4)
-      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4)
+      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4), weights(2)
+      call self%tail%weights(self%order, s, weights(1), weights(2))
       select case (self%equations)
       case (FREE_BODY)
-         call sum_series(3, self%order, s, self%omega, momentum)
+         call sum_series(3, self%order, s, self%omega, weights, momentum)
          momentum = self%momentum + self%inertia*momentum
-         call sum_series(1, self%order, s, self%angle, angle)
+         call sum_series(1, self%order, s, self%angle, weights, angle)
          axis = self%frame(:, 2)
          along = momentum/length_of(momentum)
          shortest(1) = 1 + (along(1)*axis(1) + along(2)*axis(2) + along(3)*axis(3))
@@ -291,14 +294,14 @@ contains
          rotation = quat_product(about, shortest)
          return
       case (TOP)
-         call sum_series(3, self%order, s, self%omega, momentum)
+         call sum_series(3, self%order, s, self%omega, weights, momentum)
          momentum = self%momentum + self%inertia*momentum
-         call sum_series(6, self%order, s, self%lanes_1, values)
+         call sum_series(6, self%order, s, self%lanes_1, weights, values)
          rows(:, 1) = self%frame(:, 1) + values(1, :)
          rows(:, 2) = self%frame(:, 2) + values(2, :)
          rows(:, 3) = cross(rows(:, 1), rows(:, 2))
       case default
-         call sum_series(6, self%order, s, self%lanes_1, values)
+         call sum_series(6, self%order, s, self%lanes_1, weights, values)
          momentum = self%momentum + values(1, :)
          rows(:, 1) = self%frame(:, 1) + values(2, :)
          if (self%equations == ONE_PAIR) then
@@ -307,7 +310,7 @@ contains
             rows(:, 1) = rows(:, 1)/length_of(rows(:, 1))
             rows(:, 3) = cross(rows(:, 1), rows(:, 2))
          else
-            call sum_series(6, self%order, s, self%lanes_2, values)
+            call sum_series(6, self%order, s, self%lanes_2, weights, values)
             rows(:, 2) = self%frame(:, 2) + values(1, :)
             rows(:, 3) = self%frame(:, 3) + values(2, :)
          end if
@@ -315,12 +318,14 @@ contains
       rotation = rotation_between(self%frame, rows)
    end subroutine evaluate
 
-   !> Σ xₖ sᵏ from k = 1 on; even and odd powers apart, which halves the chain.
-   pure subroutine sum_series(n, order, s, x, total)
+   !> Σ xₖ sᵏ from k = 1 on, and the tail; even and odd powers apart, which halves the chain.
+   pure subroutine sum_series(n, order, s, x, weights, total)
       !> Number of series, and their highest coefficient.
       integer, intent(in) :: n, order
       real(wp), intent(in) :: s
       real(wp), intent(in) :: x(n, 0:highest_order)
+      !> Of the last coefficient and of the one before in the tail; shape (2).
+      real(wp), intent(in) :: weights(2)
       real(wp), intent(out) :: total(n)
       real(wp) :: even(most_series), square
       integer :: k, last
@@ -333,7 +338,7 @@ contains
          total = total*square + x(:, k - 1)
          even(1:n) = even(1:n)*square + x(:, k)
       end do
-      total = s*(total + s*even(1:n))
+      total = s*(total + s*even(1:n)) + (weights(1)*x(:, order) + weights(2)*x(:, order - 1))
    end subroutine sum_series
 
    !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:
@@ -360,24 +365,53 @@ contains
       if (c(1) < 0.0_wp) c = -c
    end function rotation_between
 
-   !> Size of a coefficient as an angle, squared: |Lₖ|²/scale² + ½Σ|Eₖ|², or θₖ² in the place of the rows.
-   pure real(wp) function size_of(self, k, inverse_square) result(square)
+   !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² in the place of the rows.
+   pure subroutine fit_tail(self)
+      class(motion_series_t), intent(inout) :: self
+      real(wp) :: x(most_parts, 4), scale
+      integer :: k, n
+      ! Errors of the momentum are relative to it: of a body that starts from rest, to what it gains.
+      scale = 0.0_wp
+      do k = 0, 2
+         scale = max(scale, momentum_square(self, k))
+      end do
+      if (scale > tiny(1.0_wp)) scale = 1/sqrt(scale)
+      do k = 1, 4
+         call get_parts(self, self%order + 1 - k, scale, x(:, k), n)
+      end do
+      call self%tail%fit(n, x)
+   end subroutine fit_tail
+
+   !> The components of a coefficient, as angles.
+   pure subroutine get_parts(self, k, scale, x, n)
       class(motion_series_t), intent(in) :: self
       integer, intent(in) :: k
-      !> 1/scale² of the momentum.
-      real(wp), intent(in) :: inverse_square
+      !> 1 over the size of L, (N m s)⁻¹.
+      real(wp), intent(in) :: scale
+      !> Shape (most_parts), of which the first n are set.
+      real(wp), intent(inout) :: x(most_parts)
+      integer, intent(out) :: n
+      real(wp), parameter :: root_half = sqrt(0.5_wp)
       select case (self%equations)
       case (FREE_BODY)
-         square = self%angle(k)**2
-      case (ONE_PAIR)
-         square = sum(self%lanes_1(2, :, k)**2)
+         n = 4
+         x(1:3) = (scale*self%inertia)*self%omega(:, k)
+         x(4) = self%angle(k)
       case (TOP)
-         square = 0.5_wp*sum(self%lanes_1(:, :, k)**2)
+         n = 9
+         x(1:3) = (scale*self%inertia)*self%omega(:, k)
+         x(4:6) = root_half*self%lanes_1(1, :, k)
+         x(7:9) = root_half*self%lanes_1(2, :, k)
       case default
-         square = 0.5_wp*(sum(self%lanes_1(2, :, k)**2) + sum(self%lanes_2(:, :, k)**2))
+         n = 6
+         x(1:3) = scale*self%lanes_1(1, :, k)
+         x(4:6) = root_half*self%lanes_1(2, :, k)
+         if (self%equations == ONE_PAIR) return
+         n = 12
+         x(7:9) = root_half*self%lanes_2(1, :, k)
+         x(10:12) = root_half*self%lanes_2(2, :, k)
       end select
-      square = square + inverse_square*self%momentum_square(k)
-   end function size_of
+   end subroutine get_parts
 
    !> |Lₖ|², (N m s)².
    pure real(wp) function momentum_square(self, k) result(square)

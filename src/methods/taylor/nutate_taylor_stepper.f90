@@ -33,6 +33,9 @@ module nutate_taylor_stepper
    real(wp), parameter :: largest_turn = 3.0_wp
    !> Longest step in units of time, where all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
+   !> Step by the rest of the recurrence over that by the last terms, at most: beyond, products of coefficients are
+   !> rounding.
+   real(wp), parameter :: most_gain = 3.0_wp
    !> Units of time tried, each `shorter` than the one before: 72 decades, from any step down to none.
    integer, parameter :: most_units = 60
    real(wp), parameter :: shorter = 0.0625_wp
@@ -114,6 +117,7 @@ contains
          if (.not. converges) self%rates%failure = NUTATE_OFF_BRANCH
       end if
       if (self%rates%failure == 0) then
+         call self%series%tail%use_in_step(dt/self%series%time_unit)
          if (self%conserve) call self%projection%follow(system, state)
          call get_state(self, dt, y)
       end if
@@ -175,37 +179,29 @@ contains
       order = min(max(order, least_order), highest_order)
    end function order_for
 
-   !> Time in units at which the larger of the last two terms has the size that the goal allows.
+   !> Time in units at which the larger of the last two terms has the size that the goal allows, or, if that is later,
+   !> what the recurrence of the tail leaves of the last one.
    real(wp) function reach_of(self, goal, time_unit) result(s)
       class(taylor_t), intent(in) :: self
       type(step_goal_t), intent(in) :: goal
       !> s.
       real(wp), intent(in) :: time_unit
-      real(wp) :: allowed, size, scale, exponent
+      real(wp) :: allowed, exponent
       integer :: k, power
-      scale = momentum_scale(self)
       allowed = max(goal%tolerance, goal%rate*time_unit, 0.5_wp*eps)
       allowed = 2*log(allowed)
       exponent = log(longest_reach)
-      do k = self%series%order - 1, self%series%order
-         power = k
-         if (goal%rate > 0.0_wp) power = power - 1
-         size = self%series%size_of(k, scale)
-         if (size > tiny(1.0_wp)) exponent = min(exponent, (allowed - log(size))/(2*power))
-      end do
-      s = exp(exponent)
+      associate (tail => self%series%tail)
+         do k = 1, 2
+            power = self%series%order - 2 + k
+            if (goal%rate > 0.0_wp) power = power - 1
+            if (tail%squares(k) > tiny(1.0_wp)) exponent = min(exponent, (allowed - log(tail%squares(k)))/(2*power))
+         end do
+         s = exp(exponent)
+         if (tail%limit > s .and. tail%rest > tiny(1.0_wp)) &
+            s = max(s, min(exp((allowed - log(tail%rest))/(2*power)), most_gain*s, tail%limit))
+      end associate
    end function reach_of
-
-   !> 1/|L|² that errors of the momentum are relative to: of a body that starts from rest, of what it gains.
-   pure real(wp) function momentum_scale(self) result(scale)
-      class(taylor_t), intent(in) :: self
-      integer :: k
-      scale = 0.0_wp
-      do k = 0, 2
-         scale = max(scale, self%series%momentum_square(k))
-      end do
-      if (scale > tiny(1.0_wp)) scale = 1/scale
-   end function momentum_scale
 
    !> True if the series of a step that was chosen starts from this state, with the same torques.
    logical function is_expanded(self, system, state, dt, window_time)
@@ -243,6 +239,7 @@ contains
       self%series%t = state%t
       self%series%time_unit = time_unit
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
+      if (converges) call self%series%fit_tail()
       self%expanded = converges
       self%first = state
       do i = 1, size(self%acted)
@@ -272,7 +269,7 @@ contains
       real(wp), intent(in) :: time
       work = 0.0_wp
       if (self%acted(i)) work = self%series%torques%work_until(i, self%series%order, self%series%time_unit, &
-                                                               time/self%series%time_unit)
+                                                               time/self%series%time_unit, self%series%tail)
    end function work_of
 
    !> The state at a time inside the last step.

@@ -11,6 +11,7 @@ module nutate_torque_series
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
    use nutate_power_series, only: highest_order, inverses
+   use nutate_series_tail, only: series_tail_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -253,15 +254,17 @@ contains
       end do
    end subroutine add_terms
 
-   !> ∫ Ω·τᵢ dt of the torque i from the start of the series to `s`, J: term by term.
-   pure real(wp) function work_until(self, i, order, time_unit, s) result(work)
+   !> ∫ Ω·τᵢ dt of the torque i from the start of the series to `s`, J: term by term, and the tail.
+   pure real(wp) function work_until(self, i, order, time_unit, s, tail) result(work)
       class(torque_series_t), intent(in) :: self
       integer, intent(in) :: i
       !> Coefficients 0..order - 1 of the power are used.
       integer, intent(in) :: order
       !> Unit of time, s, and time in it.
       real(wp), intent(in) :: time_unit, s
-      real(wp) :: power(0:highest_order)
+      !> Of the motion.
+      type(series_tail_t), intent(in) :: tail
+      real(wp) :: power(0:highest_order), last, before
       integer :: k, j
       power = 0.0_wp
       ! Along k no sum waits for the one before.
@@ -276,7 +279,9 @@ contains
       do k = order - 1, 0, -1
          work = work*s + power(k)*inverses(k + 1)
       end do
-      work = work*s*time_unit
+      call tail%weights(order, s, last, before)
+      work = work*s + (last*(power(order - 1)*inverses(order)) + before*(power(order - 2)*inverses(order - 1)))
+      work = work*time_unit
    end function work_until
 
 end module nutate_torque_series

@@ -1,0 +1,138 @@
+!> What a power series leaves out, from its last coefficients.
+!>
+!> All components of a motion have their singularities at the same complex times, so that far coefficients of all of
+!> them follow one recurrence, that of the nearest pair of poles: `xₖ + αxₖ₋₁ + βxₖ₋₂ ≈ 0`. α and β that fit the last
+!> coefficient best give the sum of all that would come after it, as a rational function:
+!>
+!>     Σₖ₎ₙ xₖsᵏ ≈ -sⁿ⁺¹ ((α + βs)xₙ + βxₙ₋₁)/(1 + αs + βs²)
+!>
+!> How well the recurrence foretells the last coefficient, when it is fitted to the one before, is what the sum errs by.
+module nutate_series_tail
+   use nutate_kinds, only: wp
+   implicit none
+   private
+
+   public :: series_tail_t, most_parts
+
+   !> Components of a coefficient at most: L and three rows.
+   integer, parameter :: most_parts = 12
+   !> Least of `1 + αs + βs²` from the start to the end of a step: a pole nearer to it would spoil states inside.
+   real(wp), parameter :: least_denominator = 0.3_wp
+   !> A recurrence that leaves more of the last coefficient than this is none.
+   real(wp), parameter :: largest_rest = 0.5_wp
+   !> Below the first part of a square, products of coefficients are rounding. Of two vectors with a smaller square of the
+   !> sine between them, one counts. Squares in the last range only, so that products of two do not leave that of
+   !> numbers.
+   real(wp), parameter :: rounding = 1e-14_wp, same_direction = 1e-10_wp, least = 1e-140_wp, largest = 1e140_wp
+
+   !> The recurrence of a series, in units of time.
+   type :: series_tail_t
+      !> |xₙ₋₁|², |xₙ|².
+      real(wp) :: squares(2) = 0.0_wp
+      real(wp), private :: alpha = 0.0_wp, beta = 0.0_wp
+      !> What the recurrence left of the last coefficient, squared, when fitted to the one before.
+      real(wp) :: rest = 0.0_wp
+      !> Largest time from the start up to which no pole comes near; 0 where there is no recurrence.
+      real(wp) :: limit = 0.0_wp
+      !> It is used in the present step.
+      logical, private :: used = .false.
+   contains
+      !> Fits the recurrence.
+      procedure :: fit
+      !> Decides whether it is used in a step.
+      procedure :: use_in_step
+      !> What it makes of the last two coefficients.
+      procedure :: weights
+   end type series_tail_t
+
+contains
+
+   !> Fits the recurrence to the last four coefficients.
+   pure subroutine fit(self, n, x)
+      class(series_tail_t), intent(inout) :: self
+      !> Components of a coefficient, and coefficients, the last one first; shape (most_parts, 4).
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x(most_parts, 4)
+      real(wp) :: s(4), next(3), second(2), alpha, beta
+      integer :: i
+      s = 0.0_wp
+      next = 0.0_wp
+      second = 0.0_wp
+      do i = 1, n
+         s = s + x(i, :)*x(i, :)
+         next = next + x(i, 1:3)*x(i, 2:4)
+         second = second + x(i, 1:2)*x(i, 3:4)
+      end do
+      self%squares = [s(2), s(1)]
+      self%limit = 0.0_wp
+      self%used = .false.
+      if (.not. (minval(s) > least .and. maxval(s) < largest)) return
+      call solve(s(3), s(4), next(3), next(2), second(2), alpha, beta)
+      self%rest = s(1) + alpha*(alpha*s(2) + 2*next(1)) + beta*(beta*s(3) + 2*second(1)) + 2*alpha*beta*next(2)
+      self%rest = max(rounding*s(1), self%rest)
+      if (.not. self%rest < largest_rest**2*s(1)) return
+      call solve(s(2), s(3), next(2), next(1), second(1), self%alpha, self%beta)
+      self%limit = limit_of(self%alpha, self%beta)
+   end subroutine fit
+
+   !> α and β that minimise |x₀ + αx₁ + βx₂|².
+   pure subroutine solve(s1, s2, c12, c1, c2, alpha, beta)
+      !> |x₁|², |x₂|², x₁·x₂, x₀·x₁, x₀·x₂.
+      real(wp), intent(in) :: s1, s2, c12, c1, c2
+      real(wp), intent(out) :: alpha, beta
+      real(wp) :: area, inverse
+      area = s1*s2 - c12*c12
+      if (area > same_direction*(s1*s2)) then
+         inverse = 1/area
+         alpha = inverse*(c12*c2 - s2*c1)
+         beta = inverse*(c12*c1 - s1*c2)
+      else
+         alpha = -c1/s1
+         beta = 0.0_wp
+      end if
+   end subroutine solve
+
+   !> The first root of `1 + αs + βs² = least_denominator`.
+   pure real(wp) function limit_of(alpha, beta) result(limit)
+      real(wp), intent(in) :: alpha, beta
+      real(wp) :: square
+      limit = huge(1.0_wp)
+      square = alpha*alpha - 4*beta*(1 - least_denominator)
+      if (square < 0.0_wp .or. (alpha >= 0.0_wp .and. beta >= 0.0_wp)) return
+      limit = 2*(1 - least_denominator)/(sqrt(square) - alpha)
+   end function limit_of
+
+   !> Decides whether the sum is used in a step: at all times of it, or at none.
+   pure subroutine use_in_step(self, s)
+      class(series_tail_t), intent(inout) :: self
+      !> Its end, in units of time.
+      real(wp), intent(in) :: s
+      self%used = s <= self%limit
+   end subroutine use_in_step
+
+   !> The sum of what comes after coefficient n is `last` times it and `before` times the one before.
+   pure subroutine weights(self, order, s, last, before)
+      class(series_tail_t), intent(in) :: self
+      !> n.
+      integer, intent(in) :: order
+      real(wp), intent(in) :: s
+      real(wp), intent(out) :: last, before
+      real(wp) :: power, square
+      integer :: k
+      last = 0.0_wp
+      before = 0.0_wp
+      if (.not. self%used) return
+      power = s
+      square = s
+      k = order
+      do while (k > 0)
+         if (mod(k, 2) == 1) power = power*square
+         square = square*square
+         k = k/2
+      end do
+      power = -power/(1 + s*(self%alpha + s*self%beta))
+      last = power*(self%alpha + s*self%beta)
+      before = power*self%beta
+   end subroutine weights
+
+end module nutate_series_tail
