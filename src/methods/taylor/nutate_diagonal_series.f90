@@ -8,7 +8,7 @@ module nutate_diagonal_series
    implicit none
    private
 
-   public :: expand_free, expand_top, steepest_growth
+   public :: expand_free, expand_top, expand_axial_top, steepest_growth
 
    !> Coefficients of Ω that grow faster than this to the power of their index belong to a unit of time far longer than
    !> any step; up to there products of two at the highest order stay below 1e224.
@@ -147,5 +147,52 @@ contains
       end do
       p = [p1, p2, p3]
    end subroutine add_inner
+
+   !> A symmetric top in the axial frame, components with the axis last: w = L/J₁·time_unit, of which the last component
+   !> is constant, and two rows E, the first of which is that of the potential: w₁' = -gE₂, w₂' = gE₁, E' = E×w.
+   pure subroutine expand_axial_top(order, g, w, rows, converges)
+      integer, intent(in) :: order
+      !> Moment of the potential along the axis, over J₁, times the square of the unit of time.
+      real(wp), intent(in) :: g
+      !> Coefficient 0 on entry, all on exit; shapes (3, 0:highest_order), (2, 3, 0:highest_order).
+      real(wp), intent(inout) :: w(3, 0:highest_order), rows(2, 3, 0:highest_order)
+      !> False where the coefficients grow so fast that the unit of time is far too long.
+      logical, intent(out) :: converges
+      real(wp), dimension(2) :: e1, e2, e3, s1, s2, s3
+      real(wp) :: w1, w2, w3, bound
+      integer :: k, j
+      w1 = w(1, 0)
+      w2 = w(2, 0)
+      w3 = w(3, 0)
+      e1 = rows(:, 1, 0)
+      e2 = rows(:, 2, 0)
+      e3 = rows(:, 3, 0)
+      bound = steepest_growth
+      do k = 0, order
+         converges = max(abs(w1), abs(w2)) <= bound
+         if (.not. converges) return
+         bound = bound*steepest_growth
+         w(1, k) = w1
+         w(2, k) = w2
+         if (k > 0) w(3, k) = 0.0_wp
+         rows(:, 1, k) = e1
+         rows(:, 2, k) = e2
+         rows(:, 3, k) = e3
+         if (k == order) exit
+         s1 = e2*w3
+         s2 = -e1*w3
+         s3 = 0.0_wp
+         do j = 0, k
+            s1 = s1 - rows(:, 3, j)*w(2, k - j)
+            s2 = s2 + rows(:, 3, j)*w(1, k - j)
+            s3 = s3 + (rows(:, 1, j)*w(2, k - j) - rows(:, 2, j)*w(1, k - j))
+         end do
+         w1 = -(g*inverses(k + 1))*e2(1)
+         w2 = (g*inverses(k + 1))*e1(1)
+         e1 = inverses(k + 1)*s1
+         e2 = inverses(k + 1)*s2
+         e3 = inverses(k + 1)*s3
+      end do
+   end subroutine expand_axial_top
 
 end module nutate_diagonal_series

@@ -7,9 +7,14 @@
 !> pair, as many as a vector instruction takes at a time. Three rows are the attitude, and cost less than the series of
 !> q; without torque L is one of them, another follows, and one pair does. A free body and a top of diagonal inertia
 !> have series of their own (`nutate_diagonal_series`).
+!>
+!> Where body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
+!> (`nutate_axial_frame`) and starts with its axes: there L/J₁ takes the place of Ω in the products. The angle by which
+!> the body turns in that frame is one more series.
 module nutate_motion_series
+   use nutate_axial_frame, only: axial_frame_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_diagonal_series, only: expand_free, expand_top, steepest_growth
+   use nutate_diagonal_series, only: expand_axial_top, expand_free, expand_top, steepest_growth
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_power_series, only: highest_order, inverses
@@ -21,8 +26,8 @@ module nutate_motion_series
 
    public :: motion_series_t
 
-   !> The equations used: L and three rows; L and one; a top; a free body.
-   integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4
+   !> The equations used: L and three rows; L and one; a top; a free body; the latter two in the axial frame.
+   integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6
    !> Series that are summed at a time, at most.
    integer, parameter :: most_series = 6
    !> The momentum is a row of the attitude where it is at least this part of a rotor's: rounding, which goes by the
@@ -35,7 +40,7 @@ module nutate_motion_series
       integer :: order = 0
       !> Start and unit of time, s, to be set; the latter is negative backwards in time.
       real(wp) :: t = 0.0_wp, time_unit = 1.0_wp
-      !> Ω times the unit of time; shape (3, 0:highest_order).
+      !> Rate of the axes used times the unit of time: of Ω, or of L/J₁; shape (3, 0:highest_order).
       real(wp) :: omega(3, 0:highest_order) = 0.0_wp
       type(torque_series_t) :: torques
       !> What comes after the highest coefficient.
@@ -44,8 +49,11 @@ module nutate_motion_series
       integer, private :: best = TWO_PAIRS, equations = TWO_PAIRS
       !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
       real(wp), private :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
-      !> Angle about the momentum of a free body, rad; shape (0:highest_order).
+      !> Angle about the momentum of a free body, or of the body in the axial frame, rad; shape (0:highest_order).
       real(wp), private :: angle(0:highest_order) = 0.0_wp
+      !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the body.
+      type(axial_frame_t), private :: axial
+      integer, private :: places(3) = [1, 2, 3]
       !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
       real(wp), private :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
       !> The rows at the start; second, of one pair, and of a free body the only one: L/|L|; shape (3,3).
@@ -73,12 +81,16 @@ contains
       associate (j => system%body%inverse_inertia)
          diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
       end associate
+      call self%axial%recognise(system)
+      self%places = 1 + modulo(self%axial%axis + [0, 1, 2], 3)
       self%best = TWO_PAIRS
       if (.not. self%torques%has_more .and. self%torques%rank == 0) then
          self%best = ONE_PAIR
          if (diagonal) self%best = FREE_BODY
-      else if (.not. self%torques%has_more .and. self%torques%n_moments == 1 .and. diagonal) then
-         self%best = TOP
+         if (self%axial%axis > 0) self%best = AXIAL_FREE
+      else if (.not. self%torques%has_more .and. self%torques%n_moments == 1 .and. &
+               (diagonal .or. self%axial%axis > 0)) then
+         self%best = merge(AXIAL_TOP, TOP, self%axial%axis > 0)
       else if (.not. attitude .and. self%torques%rank < 2) then
          self%best = ONE_PAIR
       end if
@@ -98,10 +110,14 @@ contains
       integer :: i
       self%momentum = momentum
       call choose_frame(self, system, q)
-      if (self%equations == TWO_PAIRS .or. self%equations == ONE_PAIR) then
+      select case (self%equations)
+      case (TWO_PAIRS, ONE_PAIR)
          call expand_pairs(self, system, acts, converges)
          return
-      end if
+      case (AXIAL_TOP, AXIAL_FREE)
+         call expand_axial(self, converges)
+         return
+      end select
       associate (inverse => system%body%inverse_inertia, inertia => system%body%inertia)
          do i = 1, 3
             self%omega(i, 0) = self%time_unit*inverse(i, i)*momentum(i)
@@ -121,6 +137,30 @@ contains
       end if
    end subroutine expand
 
+   !> Symmetric tops and free bodies in the axial frame, where only the directions of L and of the axis change.
+   pure subroutine expand_axial(self, converges)
+      class(motion_series_t), intent(inout) :: self
+      logical, intent(out) :: converges
+      real(wp) :: rate
+      integer :: axis, k
+      axis = self%axial%axis
+      rate = self%time_unit*self%axial%inverse_across
+      self%angle = 0.0_wp
+      self%angle(1) = self%time_unit*self%axial%spin(self%momentum(axis))
+      self%momentum = self%momentum(self%places)
+      self%omega(:, 0) = rate*self%momentum
+      self%inertia = 1/rate
+      converges = maxval(abs(self%omega(:, 0))) <= steepest_growth
+      if (.not. converges .or. self%equations == AXIAL_FREE) return
+      do k = 1, 3
+         self%frame(:, k) = self%frame(self%places, k)
+      end do
+      self%lanes_1(1, :, 0) = self%frame(:, 1)
+      self%lanes_1(2, :, 0) = self%frame(:, 2)
+      call expand_axial_top(self%order, rate*(self%time_unit*self%torques%moments(axis, 1)), self%omega, self%lanes_1, &
+                            converges)
+   end subroutine expand_axial
+
    !> The rows at the start: of the basis of the directions; without torque a vector across L, and L.
    pure subroutine choose_frame(self, system, q)
       class(motion_series_t), intent(inout) :: self
@@ -136,6 +176,7 @@ contains
             end do
             return
          end if
+         if (self%best == AXIAL_FREE) return
          length = length_of(self%momentum)
          if (length > max(least_share*length_of(system%effects%rotor_momentum), tiny(1.0_wp))) then
             f(:, 2) = self%momentum/length
@@ -165,10 +206,11 @@ contains
       logical, intent(in) :: acts(:)
       logical, intent(out) :: converges
       real(wp), dimension(2, 3) :: a, b, sums_a, sums_b
-      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), tau(3), bound
+      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), bound, across
       logical :: two
       integer :: k
       to_omega = self%time_unit*system%body%inverse_inertia
+      across = self%time_unit*self%axial%inverse_across
       moments = self%time_unit*self%torques%moments
       two = self%equations == TWO_PAIRS
       a(1, :) = self%momentum
@@ -181,13 +223,18 @@ contains
          self%lanes_1(:, :, k) = a
          self%lanes_2(:, :, k) = b
          w = to_omega(:, 1)*w(1) + to_omega(:, 2)*w(2) + to_omega(:, 3)*w(3)
+         omega = w
+         if (self%axial%axis > 0) then
+            w = across*a(1, :)
+            if (k < self%order) self%angle(k + 1) = inverses(k + 1)*(omega(self%axial%axis) - w(self%axial%axis))
+         end if
          self%omega(:, k) = w
          converges = max(abs(w(1)), abs(w(2)), abs(w(3))) <= bound
          if (.not. converges .or. k == self%order) return
          bound = bound*steepest_growth
          tau = 0.0_wp
          if (self%torques%n_moments > 0 .or. self%torques%has_more) &
-            call add_torque(self, system%effects, k, acts, moments, tau)
+            call add_torque(self, system%effects, k, acts, moments, omega, tau)
          call add_inner(k, self%lanes_1, self%omega, sums_a)
          if (two) call add_inner(k, self%lanes_2, self%omega, sums_b)
          call add_outer(k, self%lanes_1(:, :, 0), a, self%omega(:, 0), w, sums_a)
@@ -246,13 +293,15 @@ contains
    end subroutine add_moment
 
    !> Adds coefficient k of the torque times the unit of time.
-   pure subroutine add_torque(self, effects, k, acts, moments, tau)
+   pure subroutine add_torque(self, effects, k, acts, moments, omega, tau)
       class(motion_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: k
       logical, intent(in) :: acts(:)
       !> Of the linear potentials, times the unit of time.
       real(wp), intent(in) :: moments(3, 3)
+      !> Ω times the unit of time.
+      real(wp), intent(in) :: omega(3)
       real(wp), intent(inout) :: tau(3)
       real(wp) :: rows(3, 3), more(3)
       integer :: i
@@ -264,7 +313,7 @@ contains
       end do
       if (.not. self%torques%has_more) return
       more = 0.0_wp
-      call self%torques%add_terms(effects, k, self%t, self%time_unit, acts, self%omega(:, k)/self%time_unit, rows, more)
+      call self%torques%add_terms(effects, k, self%t, self%time_unit, acts, omega/self%time_unit, rows, more)
       tau = tau + self%time_unit*more
    end subroutine add_torque
 
@@ -278,9 +327,38 @@ contains
       !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4). Without attitude it may say
       !> nothing.
       real(wp), intent(out) :: rotation(4)
-      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4), weights(2)
+      real(wp) :: turned(1), weights(2), own(3), c(4)
       call self%tail%weights(self%order, s, weights(1), weights(2))
+      call evaluate_frame(self, s, weights, momentum, rotation)
+      if (self%axial%axis == 0) return
+      if (self%equations == AXIAL_TOP .or. self%equations == AXIAL_FREE) then
+         own = momentum
+         c = rotation
+         momentum(self%places) = own
+         rotation(1 + self%places) = c(2:4)
+         turned = s*self%angle(1)
+      else
+         call sum_series(1, self%order, s, self%angle, weights, turned)
+      end if
+      momentum = self%axial%to_body(turned(1), momentum)
+      rotation = self%axial%turn(turned(1), rotation)
+   end subroutine evaluate
+
+   !> Momentum and rotation of the axes used.
+   pure subroutine evaluate_frame(self, s, weights, momentum, rotation)
+      class(motion_series_t), intent(in) :: self
+      !> s, and of the last two coefficients in the tail; shape (2).
+      real(wp), intent(in) :: s, weights(2)
+      real(wp), intent(out) :: momentum(3), rotation(4)
+      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4)
       select case (self%equations)
+      case (AXIAL_FREE)
+         momentum = self%momentum
+         angle = length_of(self%omega(:, 0))
+         rotation = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+         if (angle(1) > tiny(1.0_wp)) rotation = [cos(0.5_wp*s*angle(1)), &
+                                                  (sin(0.5_wp*s*angle(1))/angle(1))*self%omega(:, 0)]
+         return
       case (FREE_BODY)
          call sum_series(3, self%order, s, self%omega, weights, momentum)
          momentum = self%momentum + self%inertia*momentum
@@ -293,7 +371,7 @@ contains
          about(2:4) = sin(0.5_wp*angle(1))*axis
          rotation = quat_product(about, shortest)
          return
-      case (TOP)
+      case (TOP, AXIAL_TOP)
          call sum_series(3, self%order, s, self%omega, weights, momentum)
          momentum = self%momentum + self%inertia*momentum
          call sum_series(6, self%order, s, self%lanes_1, weights, values)
@@ -316,7 +394,7 @@ contains
          end if
       end select
       rotation = rotation_between(self%frame, rows)
-   end subroutine evaluate
+   end subroutine evaluate_frame
 
    !> Σ xₖ sᵏ from k = 1 on, and the tail; even and odd powers apart, which halves the chain.
    pure subroutine sum_series(n, order, s, x, weights, total)
@@ -370,6 +448,10 @@ contains
       class(motion_series_t), intent(inout) :: self
       real(wp) :: x(most_parts, 4), scale
       integer :: k, n
+      if (self%equations == AXIAL_FREE) then
+         call self%tail%leave()
+         return
+      end if
       ! Errors of the momentum are relative to it: of a body that starts from rest, to what it gains.
       scale = 0.0_wp
       do k = 0, 2
@@ -397,7 +479,7 @@ contains
          n = 4
          x(1:3) = (scale*self%inertia)*self%omega(:, k)
          x(4) = self%angle(k)
-      case (TOP)
+      case (TOP, AXIAL_TOP)
          n = 9
          x(1:3) = (scale*self%inertia)*self%omega(:, k)
          x(4:6) = root_half*self%lanes_1(1, :, k)
@@ -406,10 +488,15 @@ contains
          n = 6
          x(1:3) = scale*self%lanes_1(1, :, k)
          x(4:6) = root_half*self%lanes_1(2, :, k)
-         if (self%equations == ONE_PAIR) return
-         n = 12
-         x(7:9) = root_half*self%lanes_2(1, :, k)
-         x(10:12) = root_half*self%lanes_2(2, :, k)
+         if (self%equations == TWO_PAIRS) then
+            n = 12
+            x(7:9) = root_half*self%lanes_2(1, :, k)
+            x(10:12) = root_half*self%lanes_2(2, :, k)
+         end if
+         if (self%axial%axis > 0) then
+            n = n + 1
+            x(n) = self%angle(k)
+         end if
       end select
    end subroutine get_parts
 
@@ -418,7 +505,7 @@ contains
       class(motion_series_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp) :: term(3)
-      if (self%equations == TOP .or. self%equations == FREE_BODY) then
+      if (self%equations == TOP .or. self%equations == FREE_BODY .or. self%equations == AXIAL_TOP) then
          term = self%inertia*self%omega(:, k)
       else
          term = self%lanes_1(1, :, k)

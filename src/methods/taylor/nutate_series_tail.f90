@@ -14,8 +14,8 @@ module nutate_series_tail
 
    public :: series_tail_t, most_parts
 
-   !> Components of a coefficient at most: L and three rows.
-   integer, parameter :: most_parts = 12
+   !> Components of a coefficient at most: L, three rows and an angle.
+   integer, parameter :: most_parts = 13
    !> Least of `1 + αs + βs²` from the start to the end of a step: a pole nearer to it would spoil states inside.
    real(wp), parameter :: least_denominator = 0.3_wp
    !> A recurrence that leaves more of the last coefficient than this is none.
@@ -39,6 +39,8 @@ module nutate_series_tail
    contains
       !> Fits the recurrence.
       procedure :: fit
+      !> There is nothing more: the sums are exact.
+      procedure :: leave
       !> Decides whether it is used in a step.
       procedure :: use_in_step
       !> What it makes of the last two coefficients.
@@ -74,6 +76,14 @@ contains
       call solve(s(2), s(3), next(2), next(1), second(1), self%alpha, self%beta)
       self%limit = limit_of(self%alpha, self%beta)
    end subroutine fit
+
+   !> There is nothing more.
+   pure subroutine leave(self)
+      class(series_tail_t), intent(inout) :: self
+      self%squares = 0.0_wp
+      self%limit = 0.0_wp
+      self%used = .false.
+   end subroutine leave
 
    !> α and β that minimise |x₀ + αx₁ + βx₂|².
    pure subroutine solve(s1, s2, c12, c1, c2, alpha, beta)
