@@ -98,6 +98,7 @@ contains
       real(wp) :: rate, duration
 
       self%method = method_of(settings)
+      self%is_dense = self%method%dense
       call make_stepper(system, settings, self%half, status)
       if (.not. status%ok()) return
       if (self%method%estimate_power == 0 .and. .not. self%method%dense) &

@@ -44,8 +44,8 @@ module nutate_observer
       !> Called after every 1024 nominal steps, and after every step chosen by its error, rows or not: the place for a
       !> progress bar or a request to stop.
       procedure :: poll => ignore_poll
-      !> Called after every step, and after every part of one that is cut, before `observe`, if `sees_every_step`: for
-      !> what must be followed from step to step.
+      !> Called after every step, and after every part of one that is cut or turns the body far, before `observe`, if
+      !> `sees_every_step`: for what must be followed from step to step.
       procedure :: watch => ignore_watch
       !> Called with all that the run needs to go on from where it is, in an archive; after the rows of that moment.
       procedure :: keep => ignore_archive

@@ -4,6 +4,7 @@
 module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
@@ -16,10 +17,16 @@ module nutate_run_loop
 
    public :: step_policy_t, drive, transfer_run
 
+   !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
+   !> Parts at most: beyond, attitudes have lost their digits.
+   real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 1e6_wp
+
    !> A way to choose and take steps, with the steppers that it needs.
    type, abstract :: step_policy_t
       !> Steps between two calls of the observer's `poll`.
       integer(long) :: steps_per_poll = 1
+      !> `state_inside` can be asked at all times of a step: by dense output.
+      logical :: is_dense = .false.
    contains
       !> Moves a run by one step.
       procedure(move_on), deferred :: advance
@@ -66,6 +73,7 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       integer(long) :: steps, next_poll
+      real(wp) :: watched
       logical :: over, is_row
 
       if (present(observer)) call show_first(progress, policy, system, observer, status)
@@ -80,17 +88,19 @@ contains
             end if
             return
          end if
+         watched = progress%state%t
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
          over = is_over(progress)
          if (.not. present(observer) .or. progress%summary%steps == steps) cycle
-         if (observer%sees_every_step) call observer%watch(progress%state)
          is_row = over
          if (progress%plan%interval > 0.0_wp) then
-            call show_inside(progress, policy, system, observer, status)
+            call show_inside(progress, policy, system, watched, observer, status)
          else if (mod(progress%summary%steps, progress%plan%every) == 0) then
             is_row = .true.
          end if
+         if (observer%sees_every_step) &
+            call watch_turn(progress, policy, system, progress%state, watched, observer, status)
          if (is_row .and. status%code == 0) then
             progress%record%work = sum(progress%summary%work)
             call observer%observe(system, progress%state, progress%record, status)
@@ -116,10 +126,12 @@ contains
 
    !> Shows the rows at intervals that lie inside the last step. Errors: `NUTATE_STEP_LIMIT` where there are more of
    !> them than steps are allowed; those of the method, and of the observer.
-   subroutine show_inside(progress, policy, system, observer, status)
+   subroutine show_inside(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
+      !> Time up to which the observer watched, s.
+      real(wp), intent(inout) :: watched
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
       type(state_t) :: state
@@ -136,10 +148,49 @@ contains
                exit
             end if
             call policy%state_inside(system, progress, t, state, record, status)
+            if (observer%sees_every_step .and. status%ok()) &
+               call watch_turn(progress, policy, system, state, watched, observer, status)
             if (status%ok()) call observer%observe(system, state, record, status)
          end do
       end associate
    end subroutine show_inside
+
+   !> How many parts of a turn from a time to that of a state an observer is to watch, so that none is lost.
+   pure integer function parts_of_turn(policy, system, state, since) result(n)
+      class(step_policy_t), intent(in) :: policy
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: since
+      real(wp) :: turn
+      n = 1
+      if (.not. policy%is_dense) return
+      turn = norm2(angular_velocity(system, state))*abs(state%t - since)
+      if (turn > followed_turn) n = int(min(2*turn, most_parts)/followed_turn) + 1
+   end function parts_of_turn
+
+   !> Lets the observer watch the states inside the last step from a time up to a state, and this one.
+   subroutine watch_turn(progress, policy, system, state, watched, observer, status)
+      type(progress_t), intent(in) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> s; that of the state on exit.
+      real(wp), intent(inout) :: watched
+      class(observer_t), intent(inout) :: observer
+      type(status_t), intent(inout) :: status
+      type(state_t) :: between
+      type(run_record_t) :: record
+      integer :: i, n
+      n = parts_of_turn(policy, system, state, watched)
+      do i = 1, n - 1
+         if (status%code /= 0) return
+         call policy%state_inside(system, progress, watched + (real(i, wp)/n)*(state%t - watched), between, record, status)
+         call observer%watch(between)
+      end do
+      call observer%watch(state)
+      watched = state%t
+   end subroutine watch_turn
 
    !> Puts the run in an archive and shows it to the observer.
    subroutine offer(progress, policy, observer, status)
