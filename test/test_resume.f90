@@ -336,11 +336,11 @@ contains
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
          call check_run(error, windowed_top(), settings_of(methods(m)), &
-                        run_plan_t(end_time=0.045_wp, goal=run_goal_t(local_tolerance=1e-7_wp)), [1, 2, 3, 5, 8], &
+                        run_plan_t(end_time=0.15_wp, goal=run_goal_t(local_tolerance=1e-7_wp)), [1, 2, 3, 5, 8], &
                         label_of(methods(m)))
          if (allocated(error)) return
          call check_run(error, forced_body(), settings_of(methods(m)), &
-                        run_plan_t(end_time=2.0_wp, every=2_long, goal=run_goal_t(error_rate=1e-6_wp)), [1, 2, 4], &
+                        run_plan_t(end_time=3.0_wp, every=2_long, goal=run_goal_t(error_rate=1e-6_wp)), [1, 2, 4], &
                         label_of(methods(m)))
          if (allocated(error)) return
       end do
@@ -353,7 +353,7 @@ contains
       do m = 1, size(methods)
          if (methods(m)%order < 1) cycle
          call check_run(error, windowed_top(), settings_of(methods(m)), &
-                        run_plan_t(end_time=0.04_wp, interval=0.013_wp, goal=goal), [1, 2, 3, 6], label_of(methods(m)))
+                        run_plan_t(end_time=0.06_wp, interval=0.013_wp, goal=goal), [1, 2, 3, 6], label_of(methods(m)))
          if (allocated(error)) return
          call check_run(error, forced_body(), settings_of(methods(m)), &
                         run_plan_t(end_time=-1.0_wp, interval=0.27_wp, goal=goal), [1, 2, 3], label_of(methods(m)))

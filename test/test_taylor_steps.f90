@@ -106,7 +106,7 @@ contains
       do order = 4, 10
          settings%series_order = order
          do k = 1, 2
-            call solve(problem, settings, merge(30, 15, order < 8)*2**(k - 1), state, status)
+            call solve(problem, settings, merge(30, 12, order < 8)*2**(k - 1), state, status)
             errors(k) = attitude_distance(state%q, exact%q)
          end do
          write (label, '("order ",i0)') order
