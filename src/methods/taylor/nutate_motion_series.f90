@@ -67,6 +67,10 @@ module nutate_motion_series
       procedure :: evaluate
       !> Fits the tail.
       procedure :: fit_tail
+      !> Largest turn of the axes used that a step can tell.
+      procedure :: largest_turn
+      !> The equations are those of an axial top.
+      procedure :: is_axial_top
    end type motion_series_t
 
 contains
@@ -442,6 +446,26 @@ contains
       end if
       if (c(1) < 0.0_wp) c = -c
    end function rotation_between
+
+   !> Largest turn of the axes used, rad: rows know a rotation up to its sign, which is lost at π. That of a free body is
+   !> an angle, as far as u = -u₀ is no matter; in the axial frame there is a closed solution.
+   pure real(wp) function largest_turn(self)
+      class(motion_series_t), intent(in) :: self
+      select case (self%equations)
+      case (FREE_BODY)
+         largest_turn = 12.0_wp
+      case (AXIAL_FREE)
+         largest_turn = huge(1.0_wp)
+      case default
+         largest_turn = 3.0_wp
+      end select
+   end function largest_turn
+
+   !> True for a top in the axial frame, whose coefficients cost least.
+   pure logical function is_axial_top(self)
+      class(motion_series_t), intent(in) :: self
+      is_axial_top = self%best == AXIAL_TOP
+   end function is_axial_top
 
    !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² in the place of the rows.
    pure subroutine fit_tail(self)
