@@ -17,6 +17,7 @@ program unit
    use test_attack, only: collect_attack
    use test_attack_report, only: repeat_case, report_attack
    use test_attitude, only: collect_attitude
+   use test_axial_frame, only: collect_axial_frame
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
    use test_bounds, only: collect_bounds
@@ -63,6 +64,7 @@ program unit
    use test_scene_errors, only: collect_scene_errors
    use test_scene_notation, only: collect_scene_notation
    use test_series, only: collect_series
+   use test_series_tail, only: collect_series_tail
    use test_shipped_scenes, only: collect_shipped_scenes
    use test_stability_axes, only: collect_stability_axes
    use test_stability_large_steps, only: collect_stability_large_steps
@@ -141,6 +143,7 @@ contains
          new_testsuite("accuracy", collect_accuracy), &
          new_testsuite("archive", collect_archive), &
          new_testsuite("attitude", collect_attitude), &
+         new_testsuite("axial_frame", collect_axial_frame), &
          new_testsuite("baselines", collect_baselines), &
          new_testsuite("body", collect_body), &
          new_testsuite("c_interface", collect_c_interface), &
@@ -185,6 +188,7 @@ contains
          new_testsuite("scene_errors", collect_scene_errors), &
          new_testsuite("scene_notation", collect_scene_notation), &
          new_testsuite("series", collect_series), &
+         new_testsuite("series_tail", collect_series_tail), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
          new_testsuite("taylor", collect_taylor), &

@@ -20,6 +20,8 @@ module nutate_series_tail
    real(wp), parameter :: least_denominator = 0.3_wp
    !> A recurrence that leaves more of the last coefficient than this is none.
    real(wp), parameter :: largest_rest = 0.5_wp
+   !> What all coefficients after the last one add to its rest, and a denominator below 1: on the box 2.6 was seen.
+   real(wp), parameter :: margin = 3.0_wp
    !> Below the first part of a square, products of coefficients are rounding. Of two vectors with a smaller square of the
    !> sine between them, one counts. Squares in the last range only, so that products of two do not leave that of
    !> numbers.
@@ -30,7 +32,7 @@ module nutate_series_tail
       !> |xₙ₋₁|², |xₙ|².
       real(wp) :: squares(2) = 0.0_wp
       real(wp), private :: alpha = 0.0_wp, beta = 0.0_wp
-      !> What the recurrence left of the last coefficient, squared, when fitted to the one before.
+      !> What the recurrence left of the last coefficient, squared, when fitted to the one before, with a margin.
       real(wp) :: rest = 0.0_wp
       !> Largest time from the start up to which no pole comes near; 0 where there is no recurrence.
       real(wp) :: limit = 0.0_wp
@@ -71,8 +73,8 @@ contains
       if (.not. (minval(s) > least .and. maxval(s) < largest)) return
       call solve(s(3), s(4), next(3), next(2), second(2), alpha, beta)
       self%rest = s(1) + alpha*(alpha*s(2) + 2*next(1)) + beta*(beta*s(3) + 2*second(1)) + 2*alpha*beta*next(2)
-      self%rest = max(rounding*s(1), self%rest)
       if (.not. self%rest < largest_rest**2*s(1)) return
+      self%rest = margin**2*max(rounding*s(1), self%rest)
       call solve(s(2), s(3), next(2), next(1), second(1), self%alpha, self%beta)
       self%limit = limit_of(self%alpha, self%beta)
    end subroutine fit
