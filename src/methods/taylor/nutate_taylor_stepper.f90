@@ -33,9 +33,6 @@ module nutate_taylor_stepper
    real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
    !> Longest step in units of time, where all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
-   !> Step by the rest of the recurrence over that by the last terms, at most: beyond, products of coefficients are
-   !> rounding.
-   real(wp), parameter :: most_gain = 3.0_wp
    !> Units of time tried, each `shorter` than the one before: 72 decades, from any step down to none.
    integer, parameter :: most_units = 60
    real(wp), parameter :: shorter = 0.0625_wp
@@ -185,28 +182,32 @@ contains
       order = min(max(order, least_order), highest_order)
    end function order_for
 
-   !> Time in units at which the larger of the last two terms has the size that the goal allows, or, if that is later,
-   !> what the recurrence of the tail leaves of the last one.
-   real(wp) function reach_of(self, goal, time_unit) result(s)
+   !> Time in units at which what the recurrence of the tail leaves of the last term has the size that the goal allows;
+   !> where the recurrence does not reach so far, or there is none, the larger of the last two terms.
+   pure real(wp) function reach_of(self, goal, time_unit) result(s)
       class(taylor_t), intent(in) :: self
       type(step_goal_t), intent(in) :: goal
       !> s.
       real(wp), intent(in) :: time_unit
       real(wp) :: allowed, exponent
       integer :: k, power
-      allowed = max(goal%tolerance, goal%rate*time_unit, 0.5_wp*eps)
-      allowed = 2*log(allowed)
-      exponent = log(longest_reach)
+      allowed = 2*log(max(goal%tolerance, goal%rate*time_unit, 0.5_wp*eps))
+      power = self%series%order
+      if (goal%rate > 0.0_wp) power = power - 1
+      s = 0.0_wp
       associate (tail => self%series%tail)
-         do k = 1, 2
-            power = self%series%order - 2 + k
-            if (goal%rate > 0.0_wp) power = power - 1
-            if (tail%squares(k) > tiny(1.0_wp)) exponent = min(exponent, (allowed - log(tail%squares(k)))/(2*power))
+         if (tail%limit > 0.0_wp) then
+            s = exp((allowed - log(tail%rest))/(2*power))
+            if (s <= tail%limit) return
+            s = tail%limit
+         end if
+         exponent = log(longest_reach)
+         do k = 0, 1
+            if (tail%squares(2 - k) > tiny(1.0_wp)) &
+               exponent = min(exponent, (allowed - log(tail%squares(2 - k)))/(2*(power - k)))
          end do
-         s = exp(exponent)
-         if (tail%limit > s .and. tail%rest > tiny(1.0_wp)) &
-            s = max(s, min(exp((allowed - log(tail%rest))/(2*power)), most_gain*s, tail%limit))
       end associate
+      s = max(s, exp(exponent))
    end function reach_of
 
    !> True if the series of a step that was chosen starts from this state, with the same torques.
