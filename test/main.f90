@@ -129,21 +129,32 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), roots(:), others(:)
+      type(testsuite_type), allocatable :: stability(:), roots(:), series(:), others(:)
       stability = stability_suites()
       roots = root_suites()
+      series = series_suites()
       others = other_suites()
-      suites = [stability, roots, others]
+      suites = [stability, roots, series, others]
    end subroutine list_suites
 
-   !> The suites but those of stability cases and of roots: one line for each, here or there.
+   !> The suites of the Taylor series.
+   function series_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("axial_frame", collect_axial_frame), &
+         new_testsuite("series", collect_series), &
+         new_testsuite("series_tail", collect_series_tail), &
+         new_testsuite("taylor", collect_taylor), &
+         new_testsuite("taylor_steps", collect_taylor_steps)]
+   end function series_suites
+
+   !> The suites but those of stability cases, of roots and of series: one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("accuracy", collect_accuracy), &
          new_testsuite("archive", collect_archive), &
          new_testsuite("attitude", collect_attitude), &
-         new_testsuite("axial_frame", collect_axial_frame), &
          new_testsuite("baselines", collect_baselines), &
          new_testsuite("body", collect_body), &
          new_testsuite("c_interface", collect_c_interface), &
@@ -187,12 +198,8 @@ contains
          new_testsuite("scene", collect_scene), &
          new_testsuite("scene_errors", collect_scene_errors), &
          new_testsuite("scene_notation", collect_scene_notation), &
-         new_testsuite("series", collect_series), &
-         new_testsuite("series_tail", collect_series_tail), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
-         new_testsuite("taylor", collect_taylor), &
-         new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &
          new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("work_precision", collect_work_precision) &

@@ -140,7 +140,8 @@ contains
          call effects%add(applied_torque_t(name='torque', amplitude=[0.2_wp, -0.5_wp, 0.4_wp], in_space=.true.))
          call effects%add(rotor_t(name='rotor', momentum=0.9_wp*along))
       end associate
-      problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], 8.0_wp*along + [0.5_wp, -0.3_wp, 0.7_wp])
+      problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], &
+                                 8.0_wp*along + [0.5_wp, -0.3_wp, 0.7_wp])
    end function symmetric_body
 
    subroutine agrees_with_dop853(error)
@@ -282,8 +283,8 @@ contains
          call check(error, status%ok(), trim(label)//': '//trim(status%message))
          if (allocated(error)) return
          associate (invariants => recorder%invariants)
-            call check_below(error, max(invariants%energy_error(), invariants%momentum_error(), invariants%norm_error), &
-                             4e-15_wp, label)
+            call check_below(error, max(invariants%energy_error(), invariants%momentum_error(), &
+                                        invariants%norm_error), 4e-15_wp, label)
          end associate
          if (allocated(error)) return
       end do
@@ -302,7 +303,8 @@ contains
          call self%columns%start(system, state, 0.0_wp)
       end if
       call self%columns%evaluate(system, state, record, values)
-      self%difference = max(self%difference, attitude_distance(state%q, quat_from_euler(values(2), values(3), values(4))))
+      self%difference = max(self%difference, &
+                            attitude_distance(state%q, quat_from_euler(values(2), values(3), values(4))))
    end subroutine compare_row
 
    subroutine follow_state(self, state)

@@ -1,5 +1,5 @@
-!> Products of matrices of three rows, the length of a vector, and what lies along an axis. The compiler's `matmul` puts its result on the heap
-!> wherever it is not simply assigned, which a step must not do.
+!> Products of matrices of three rows, the length of a vector, and what lies along an axis. The compiler's `matmul` puts its
+!> result on the heap wherever it is not simply assigned, which a step must not do.
 module nutate_small_products
    use nutate_kinds, only: wp
    implicit none
@@ -52,8 +52,8 @@ contains
       integer :: i, j
       i = 1 + modulo(axis, 3)
       j = 1 + modulo(axis + 1, 3)
-      is_symmetric_about = lies_along(a(:, axis), axis) .and. lies_along(a(:, i), i) .and. lies_along(a(:, j), j) .and. &
-                           .not. abs(a(i, i) - a(j, j)) > 0.0_wp
+      is_symmetric_about = lies_along(a(:, axis), axis) .and. lies_along(a(:, i), i) .and. &
+                           lies_along(a(:, j), j) .and. .not. abs(a(i, i) - a(j, j)) > 0.0_wp
    end function is_symmetric_about
 
 end module nutate_small_products

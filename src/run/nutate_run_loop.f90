@@ -185,7 +185,8 @@ contains
       n = parts_of_turn(policy, system, state, watched)
       do i = 1, n - 1
          if (status%code /= 0) return
-         call policy%state_inside(system, progress, watched + (real(i, wp)/n)*(state%t - watched), between, record, status)
+         call policy%state_inside(system, progress, watched + (real(i, wp)/n)*(state%t - watched), between, record, &
+                                  status)
          call observer%watch(between)
       end do
       call observer%watch(state)

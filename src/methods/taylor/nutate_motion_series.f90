@@ -18,6 +18,7 @@ module nutate_motion_series
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_power_series, only: highest_order, inverses
+   use nutate_series_sum, only: length_of, rotation_between, sum_series
    use nutate_series_tail, only: most_parts, series_tail_t
    use nutate_torque_series, only: torque_series_t
    use nutate_system, only: system_t
@@ -28,8 +29,6 @@ module nutate_motion_series
 
    !> The equations used: L and three rows; L and one; a top; a free body; the latter two in the axial frame.
    integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6
-   !> Series that are summed at a time, at most.
-   integer, parameter :: most_series = 6
    !> The momentum is a row of the attitude where it is at least this part of a rotor's: rounding, which goes by the
    !> larger of the two, then leaves its direction to 100ε.
    real(wp), parameter :: least_share = 1e-2_wp
@@ -51,7 +50,8 @@ module nutate_motion_series
       real(wp), private :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
       !> Angle about the momentum of a free body, or of the body in the axial frame, rad; shape (0:highest_order).
       real(wp), private :: angle(0:highest_order) = 0.0_wp
-      !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the body.
+      !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the
+      !> body.
       type(axial_frame_t), private :: axial
       integer, private :: places(3) = [1, 2, 3]
       !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
@@ -121,6 +121,8 @@ contains
       case (AXIAL_TOP, AXIAL_FREE)
          call expand_axial(self, converges)
          return
+      case default
+         continue
       end select
       associate (inverse => system%body%inverse_inertia, inertia => system%body%inertia)
          do i = 1, 3
@@ -196,12 +198,6 @@ contains
          end if
       end associate
    end subroutine choose_frame
-
-   !> √(x·x), cheaper than the intrinsic, which guards against overflow.
-   pure real(wp) function length_of(x)
-      real(wp), intent(in) :: x(3)
-      length_of = sqrt(x(1)*x(1) + x(2)*x(2) + x(3)*x(3))
-   end function length_of
 
    !> Momentum and rows as pairs of lanes.
    pure subroutine expand_pairs(self, system, acts, converges)
@@ -400,55 +396,8 @@ contains
       rotation = rotation_between(self%frame, rows)
    end subroutine evaluate_frame
 
-   !> Σ xₖ sᵏ from k = 1 on, and the tail; even and odd powers apart, which halves the chain.
-   pure subroutine sum_series(n, order, s, x, weights, total)
-      !> Number of series, and their highest coefficient.
-      integer, intent(in) :: n, order
-      real(wp), intent(in) :: s
-      real(wp), intent(in) :: x(n, 0:highest_order)
-      !> Of the last coefficient and of the one before in the tail; shape (2).
-      real(wp), intent(in) :: weights(2)
-      real(wp), intent(out) :: total(n)
-      real(wp) :: even(most_series), square
-      integer :: k, last
-      square = s*s
-      last = 2*((order - 1)/2)
-      total = x(:, last + 1)
-      even(1:n) = 0.0_wp
-      if (order > last + 1) even(1:n) = x(:, order)
-      do k = last, 2, -2
-         total = total*square + x(:, k - 1)
-         even(1:n) = even(1:n)*square + x(:, k)
-      end do
-      total = s*(total + s*even(1:n)) + (weights(1)*x(:, order) + weights(2)*x(:, order - 1))
-   end subroutine sum_series
-
-   !> The quaternion c, to be normalised, with R(c) gᵢ = fᵢ for two frames, right-handed and orthonormal but for errors:
-   !> 4cᵢcⱼ are linear in Σ fᵢgᵢᵀ; the row with the largest diagonal is taken.
-   pure function rotation_between(f, g) result(c)
-      !> Columns; shape (3,3).
-      real(wp), intent(in) :: f(3, 3), g(3, 3)
-      real(wp) :: c(4)
-      real(wp) :: m(3, 3)
-      integer :: i
-      do i = 1, 3
-         m(:, i) = f(:, 1)*g(i, 1) + f(:, 2)*g(i, 2) + f(:, 3)*g(i, 3)
-      end do
-      c(1) = 1 + (m(1, 1) + m(2, 2) + m(3, 3))
-      if (c(1) > 1.0_wp) then
-         c(2:4) = [m(3, 2) - m(2, 3), m(1, 3) - m(3, 1), m(2, 1) - m(1, 2)]
-      else if (m(1, 1) >= max(m(2, 2), m(3, 3))) then
-         c = [m(3, 2) - m(2, 3), 1 + m(1, 1) - m(2, 2) - m(3, 3), m(1, 2) + m(2, 1), m(1, 3) + m(3, 1)]
-      else if (m(2, 2) >= m(3, 3)) then
-         c = [m(1, 3) - m(3, 1), m(1, 2) + m(2, 1), 1 + m(2, 2) - m(1, 1) - m(3, 3), m(2, 3) + m(3, 2)]
-      else
-         c = [m(2, 1) - m(1, 2), m(1, 3) + m(3, 1), m(2, 3) + m(3, 2), 1 + m(3, 3) - m(1, 1) - m(2, 2)]
-      end if
-      if (c(1) < 0.0_wp) c = -c
-   end function rotation_between
-
-   !> Largest turn of the axes used, rad: rows know a rotation up to its sign, which is lost at π. That of a free body is
-   !> an angle, as far as u = -u₀ is no matter; in the axial frame there is a closed solution.
+   !> Largest turn of the axes used, rad: rows know a rotation up to its sign, which is lost at π. That of a free body
+   !> is an angle; in the axial frame there is a closed solution.
    pure real(wp) function largest_turn(self)
       class(motion_series_t), intent(in) :: self
       select case (self%equations)

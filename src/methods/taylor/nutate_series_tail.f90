@@ -22,8 +22,8 @@ module nutate_series_tail
    real(wp), parameter :: largest_rest = 0.5_wp
    !> What all coefficients after the last one add to its rest, and a denominator below 1: on the box 2.6 was seen.
    real(wp), parameter :: margin = 3.0_wp
-   !> Below the first part of a square, products of coefficients are rounding. Of two vectors with a smaller square of the
-   !> sine between them, one counts. Squares in the last range only, so that products of two do not leave that of
+   !> Below the first part of a square, products of coefficients are rounding. Of two vectors with a smaller square of
+   !> the sine between them, one counts. Squares in the last range only, so that products of two do not leave that of
    !> numbers.
    real(wp), parameter :: rounding = 1e-14_wp, same_direction = 1e-10_wp, least = 1e-140_wp, largest = 1e140_wp
 
