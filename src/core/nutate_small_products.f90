@@ -1,5 +1,5 @@
-!> Products of matrices of three rows, the length of a vector, and what lies along an axis. The compiler's `matmul` puts its
-!> result on the heap wherever it is not simply assigned, which a step must not do.
+!> Products of matrices of three rows, the length of a vector, and what lies along an axis. The compiler's `matmul` puts
+!> its result on the heap wherever it is not simply assigned, which a step must not do.
 module nutate_small_products
    use nutate_kinds, only: wp
    implicit none
