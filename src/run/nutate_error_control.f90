@@ -95,15 +95,18 @@ contains
       !> Started.
       type(progress_t), intent(in) :: progress
       type(status_t), intent(inout) :: status
+      type(integrator_settings_t) :: own
       real(wp) :: rate, duration
 
       self%method = method_of(settings)
-      call make_stepper(system, settings, self%half, status)
+      own = settings
+      own%project_each = .true.
+      call make_stepper(system, own, self%half, status)
       if (.not. status%ok()) return
       if (self%method%estimate_power == 0 .and. .not. self%method%dense) &
-         call make_stepper(system, settings, self%whole, status)
+         call make_stepper(system, own, self%whole, status)
       if (progress%plan%interval > 0.0_wp .and. .not. self%method%dense .and. status%ok()) &
-         call make_stepper(system, settings, self%branch, status)
+         call make_stepper(system, own, self%branch, status)
       allocate (self%work(system%effects%n_torques), source=0.0_wp)
       self%power = self%method%order + 1
       if (self%method%estimate_power > 0) self%power = self%method%estimate_power
