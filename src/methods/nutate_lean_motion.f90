@@ -20,7 +20,7 @@ module nutate_lean_motion
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
-   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product
    use nutate_system, only: system_t
    implicit none
    private
@@ -316,7 +316,7 @@ contains
       type(lean_motion_t), intent(in) :: self
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
-      real(wp) :: x(8), change(8), largest
+      real(wp) :: x(8), change(7), largest
       x = y
       if (self%first /= 1) call permute(self%first, x)
       if (self%turned) x(1:4) = quat_product(self%space, x(1:4))
@@ -326,8 +326,8 @@ contains
       largest = max(abs(x(5)), abs(x(6)), abs(x(7)))
       followed = self%stiffness*largest + self%pulled <= longest
       if (.not. followed) return
-      call heavy_stages(self, x, change)
-      x = x + change
+      call heavy_stages(self, x(1:7), change)
+      x(1:7) = x(1:7) + change
       if (self%turned) x(1:4) = quat_product(quat_conjugate(self%space), x(1:4))
       x(5) = self%back(1)*x(5)
       x(6) = self%back(2)*x(6)
@@ -371,27 +371,29 @@ contains
    !> Increments of q and w in a step.
    pure subroutine heavy_stages(self, y, change)
       type(lean_motion_t), intent(in) :: self
-      !> [q, w, 0]; shape (8).
-      real(wp), intent(in) :: y(8)
-      real(wp), intent(out) :: change(8)
-      real(wp) :: k(8, n_stages), stage(8), row(3)
+      !> [q, w]; shape (7).
+      real(wp), intent(in) :: y(7)
+      real(wp), intent(out) :: change(7)
+      real(wp) :: k(7, n_stages), stage(7), row(3)
       integer :: i
       stage = y
       do i = 1, n_stages
-         k(1, i) = -(stage(2)*stage(5) + stage(3)*stage(6) + stage(4)*stage(7))
-         k(2, i) = stage(1)*stage(5) + stage(3)*stage(7) - stage(4)*stage(6)
-         k(3, i) = stage(1)*stage(6) + stage(4)*stage(5) - stage(2)*stage(7)
-         k(4, i) = stage(1)*stage(7) + stage(2)*stage(6) - stage(3)*stage(5)
-         row(1) = stage(2)*stage(4) - stage(1)*stage(3)
-         row(2) = stage(3)*stage(4) + stage(1)*stage(2)
-         row(3) = (stage(1)*stage(1) + stage(4)*stage(4)) - (stage(2)*stage(2) + stage(3)*stage(3))
-         associate (c => self%pull)
-            k(5, i) = self%kappa(1)*stage(6)*stage(7) + (c(1, 2, 3)*row(2) + c(1, 3, 3)*row(3))
-            k(6, i) = self%kappa(2)*stage(7)*stage(5) + (c(2, 1, 3)*row(1) + c(2, 3, 3)*row(3))
-            k(7, i) = self%kappa(3)*stage(5)*stage(6) + (c(3, 1, 3)*row(1) + c(3, 2, 3)*row(2))
-         end associate
-         k(8, i) = 0.0_wp
-         if (.not. self%single) call add_other_rows(self%pull, stage, k(5:7, i))
+         if (self%single) then
+            k(1, i) = -(stage(2)*stage(5) + stage(3)*stage(6) + stage(4)*stage(7))
+            k(2, i) = stage(1)*stage(5) + stage(3)*stage(7) - stage(4)*stage(6)
+            k(3, i) = stage(1)*stage(6) + stage(4)*stage(5) - stage(2)*stage(7)
+            k(4, i) = stage(1)*stage(7) + stage(2)*stage(6) - stage(3)*stage(5)
+            row(1) = stage(2)*stage(4) - stage(1)*stage(3)
+            row(2) = stage(3)*stage(4) + stage(1)*stage(2)
+            row(3) = (stage(1)*stage(1) + stage(4)*stage(4)) - (stage(2)*stage(2) + stage(3)*stage(3))
+            associate (c => self%pull, kappa => self%kappa)
+               k(5, i) = kappa(1)*(stage(6)*stage(7)) + (c(1, 2, 3)*row(2) + c(1, 3, 3)*row(3))
+               k(6, i) = kappa(2)*(stage(7)*stage(5)) + (c(2, 1, 3)*row(1) + c(2, 3, 3)*row(3))
+               k(7, i) = kappa(3)*(stage(5)*stage(6)) + (c(3, 1, 3)*row(1) + c(3, 2, 3)*row(2))
+            end associate
+         else
+            call rates_in_fields(self, stage, k(:, i))
+         end if
          select case (i)
          case (1)
             stage = y + a(1, 2)*k(:, 1)
@@ -426,26 +428,36 @@ contains
       end do
    end subroutine heavy_stages
 
-   !> Adds what pulls along the first and second space axis.
-   pure subroutine add_other_rows(pull, q, rate)
-      real(wp), intent(in) :: pull(3, 3, 3)
-      !> Begins with the attitude.
-      real(wp), intent(in) :: q(8)
-      !> Shape (3).
-      real(wp), intent(inout) :: rate(3)
-      real(wp) :: row(3, 2)
+   !> The rates of q and w where directions differ: all rows of R count.
+   pure subroutine rates_in_fields(self, y, rate)
+      type(lean_motion_t), intent(in) :: self
+      !> [q, w]; shape (7).
+      real(wp), intent(in) :: y(7)
+      real(wp), intent(out) :: rate(7)
+      real(wp) :: row(3, 3)
       integer :: k
-      row(1, 1) = (q(1)*q(1) + q(2)*q(2)) - (q(3)*q(3) + q(4)*q(4))
-      row(2, 1) = q(2)*q(3) - q(1)*q(4)
-      row(3, 1) = q(2)*q(4) + q(1)*q(3)
-      row(1, 2) = q(2)*q(3) + q(1)*q(4)
-      row(2, 2) = (q(1)*q(1) + q(3)*q(3)) - (q(2)*q(2) + q(4)*q(4))
-      row(3, 2) = q(3)*q(4) - q(1)*q(2)
-      do k = 1, 2
-         rate(1) = rate(1) + (pull(1, 2, k)*row(2, k) + pull(1, 3, k)*row(3, k))
-         rate(2) = rate(2) + (pull(2, 1, k)*row(1, k) + pull(2, 3, k)*row(3, k))
-         rate(3) = rate(3) + (pull(3, 1, k)*row(1, k) + pull(3, 2, k)*row(2, k))
+      associate (q => y(1:4), w => y(5:7))
+         rate(1:4) = quat_vector_product(q, w)
+         rate(5) = self%kappa(1)*(w(2)*w(3))
+         rate(6) = self%kappa(2)*(w(3)*w(1))
+         rate(7) = self%kappa(3)*(w(1)*w(2))
+         row(1, 1) = (q(1)*q(1) + q(2)*q(2)) - (q(3)*q(3) + q(4)*q(4))
+         row(2, 1) = q(2)*q(3) - q(1)*q(4)
+         row(3, 1) = q(2)*q(4) + q(1)*q(3)
+         row(1, 2) = q(2)*q(3) + q(1)*q(4)
+         row(2, 2) = (q(1)*q(1) + q(3)*q(3)) - (q(2)*q(2) + q(4)*q(4))
+         row(3, 2) = q(3)*q(4) - q(1)*q(2)
+         row(1, 3) = q(2)*q(4) - q(1)*q(3)
+         row(2, 3) = q(3)*q(4) + q(1)*q(2)
+         row(3, 3) = (q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3))
+      end associate
+      do k = 1, 3
+         associate (c => self%pull)
+            rate(5) = rate(5) + (c(1, 2, k)*row(2, k) + c(1, 3, k)*row(3, k))
+            rate(6) = rate(6) + (c(2, 1, k)*row(1, k) + c(2, 3, k)*row(3, k))
+            rate(7) = rate(7) + (c(3, 1, k)*row(1, k) + c(3, 2, k)*row(2, k))
+         end associate
       end do
-   end subroutine add_other_rows
+   end subroutine rates_in_fields
 
 end module nutate_lean_motion

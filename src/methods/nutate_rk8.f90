@@ -8,7 +8,7 @@ module nutate_rk8
    use nutate_dop853, only: b, get_stages
    use nutate_kinds, only: wp
    use nutate_lean_motion, only: lean_motion_t
-   use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, rigid_rates_t
+   use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, read_state, rigid_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -52,13 +52,15 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates)
       logical :: is_lean, followed
-      call begin_step(self%rates, system, state, dt, window_time, y)
       call self%lean%fits(dt, is_lean)
-      if (.not. is_lean) then
-         call take_stages(self%rates, system, y)
-      else if (self%rates%failure == 0) then
-         call self%lean%move(y, followed)
+      if (is_lean) then
+         call read_state(self%rates, state, dt, y)
+         followed = .true.
+         if (self%rates%failure == 0) call self%lean%move(y, followed)
          if (.not. followed) self%rates%failure = NUTATE_OFF_BRANCH
+      else
+         call begin_step(self%rates, system, state, dt, window_time, y)
+         call take_stages(self%rates, system, y)
       end if
       call end_step(self%rates, y, state, status)
       if (status%code == 0) self%work(:) = self%rates%work

@@ -40,6 +40,11 @@ module nutate_stepper
       real(wp) :: tolerance = 0.0_wp, rate = 0.0_wp
       !> Where a step must end at the latest, s: no torque starts or stops before.
       real(wp) :: end_time = 0.0_wp
+      !> The ends of steps are seen: a method without an error, which could go to the end at once, makes them as long as
+      !> suits that.
+      logical :: seen = .false.
+      !> Its longest step otherwise, s.
+      real(wp) :: longest = huge(1.0_wp)
    end type step_goal_t
 
    !> A method with its work space. One stepper serves one run at a time; several threads each use their own. What a
