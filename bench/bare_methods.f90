@@ -1,5 +1,5 @@
-!> What the library is measured against: the best explicit methods as one would write them for a single problem, in q and
-!> Ω, without a check of anything, and with nothing conserved.
+!> What the library is measured against: the best explicit methods as one would write them for a single problem, in q
+!> and Ω, without a check of anything, and with nothing conserved.
 !>
 !> A body with diagonal inertia and one uniform field along the third space axis. The coefficients are those of DOP853.
 module bare_methods

@@ -127,11 +127,12 @@ contains
       type(bare_problem_t), intent(in) :: bare
       real(wp), intent(in) :: exact(4)
       type(way_t), intent(inout) :: one
-      real(wp) :: setting, q(4)
+      real(wp) :: setting, turn, q(4)
       integer :: k, worse
       worse = 0
-      setting = merge(1e-1_wp, 8.0_wp, one%chosen)
-      if (.not. one%chosen) setting = max(setting, problem%end_time*norm2(angular_velocity(problem%system, problem%start))/60)
+      setting = 1e-1_wp
+      turn = problem%end_time*norm2(angular_velocity(problem%system, problem%start))
+      if (.not. one%chosen) setting = merge(2.0_wp, max(8.0_wp, turn/60), one%settings%method == 'rk8' .and. turn < 400)
       do k = 1, size(one%setting)
          if (one%chosen) setting = setting*finer
          if (.not. one%chosen) setting = real(ceiling(fewer*setting), wp)
@@ -275,8 +276,8 @@ contains
       end if
    end subroutine write_number
 
-   !> What `accuracy` takes with the method of `auto`, pilots included, the error it achieves, and its time over the best
-   !> of ours for that error.
+   !> What `accuracy` takes with the method of `auto`, pilots included, the error it achieves, and its time over the
+   !> best of ours for that error.
    subroutine write_accuracies(problem, exact, ways)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: exact(4)

@@ -81,8 +81,8 @@ contains
       if (.not. allocated(error)) call check_order(error, forced_body(), 2.0_wp, 16, 'all effects')
    end subroutine order_8_in_every_form
 
-   !> Slope of the attitude error over one halving from n steps, against the series; with the projection errors are at most
-   !> twice as large.
+   !> Slope of the attitude error over one halving from n steps, against the series; with the projection errors are at
+   !> most twice as large.
    subroutine check_order(error, problem, t, n, label)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
@@ -294,9 +294,11 @@ contains
       if (.not. allocated(error)) call check_close(error, state%q, problem%start%q, 0.0_wp, "free")
       if (allocated(error)) return
       problem = bruls_top()
-      problem%start = make_state(problem%system, [sqrt(0.5_wp), -sqrt(0.5_wp), 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      problem%start = make_state(problem%system, [sqrt(0.5_wp), -sqrt(0.5_wp), 0.0_wp, 0.0_wp], &
+                                 [0.0_wp, 0.0_wp, 0.0_wp])
       call go(error, problem, 'rk8', .true., 0.01_wp, 20, state)
-      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, problem%start%q), 1e-14_wp, "hanging")
+      if (.not. allocated(error)) &
+         call check_below(error, attitude_distance(state%q, problem%start%q), 1e-14_wp, "hanging")
    end subroutine rest_stays
 
    subroutine too_long_is_refused(error)
@@ -315,7 +317,8 @@ contains
          call stepper%step(problem%system, state, 100.0_wp, status)
          call check(error, status%code, NUTATE_OFF_BRANCH, trim(status%message))
          if (.not. allocated(error)) call check_close(error, [state%t, state%q, state%p], &
-                                                      [problem%start%t, problem%start%q, problem%start%p], 0.0_wp, "state")
+                                                      [problem%start%t, problem%start%q, problem%start%p], 0.0_wp, &
+                                                      "state")
          if (allocated(error)) return
       end do
    end subroutine too_long_is_refused

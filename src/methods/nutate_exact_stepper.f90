@@ -15,8 +15,8 @@ module nutate_exact_stepper
 
    public :: exact_t
 
-   !> Turn in a step of a length that is left to the method, rad: where steps are seen, Euler angles are followed from one
-   !> to the next, and are lost at 2π; elsewhere far below the turn at which digits of the direction are lost.
+   !> Turn in a step of a length that is left to the method, rad: where steps are seen, Euler angles are followed from
+   !> one to the next, and are lost at 2π; elsewhere far below the turn at which digits of the direction are lost.
    real(wp), parameter :: usual_turn = 1.0_wp, longest_turn = 1e6_wp
 
    !> Part of a step by which the time of a state may differ from that of the last step: runs set it to t0 + kΔt, which
@@ -113,8 +113,8 @@ contains
       state%p_compensation = 0.0_wp
    end subroutine put_solution
 
-   !> The end at once, or, where steps are seen, about a radian of turn: |Ω| is at most √(2T/J), J the least moment, which
-   !> does not change.
+   !> The end at once, or, where steps are seen, about a radian of turn: |Ω| is at most √(2T/J), J the least moment,
+   !> which does not change.
    subroutine choose_step(self, system, state, goal, step, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -1,7 +1,8 @@
-!> Steps of the Runge-Kutta method of order 8 for free bodies and for bodies in uniform fields, in the variables that make
-!> them short.
+!> Steps of the Runge-Kutta method of order 8 for free bodies and for bodies in uniform fields, in the variables that
+!> make them short.
 !>
-!> With `s = t/Δt` and `w = ½ΔtΩ` the equations have no factors but constants that are multiplied by the step beforehand:
+!> With `s = t/Δt` and `w = ½ΔtΩ` the equations have no factors but constants that are multiplied by the step
+!> beforehand:
 !>
 !>     q' = q∘w,   wᵢ' = κᵢ wⱼwₖ + ½Δt²(m×γ)ᵢ/Jᵢ,   κ₁ = 2(J₂ - J₃)/J₁, ...
 !>
@@ -10,8 +11,8 @@
 !> * **Free bodies**: w alone is integrated. The attitude follows from the angle φ about the fixed l, a quadrature. With
 !>   u = L/|l| and u₀ at the start of the step, R = R₀ Rot(u₀, φ) S, S the shortest rotation from u to u₀, and
 !>   `φ̇ = (u₀ + u)·Ω/(1 + u₀·u)`; u·Ω = 2T/|l| is constant.
-!> * **Potentials linear in directions**: V = -Σ m·Rᵀn, summed into the matrix Σ m nᵀ. Where all n are parallel, the space
-!>   axes are turned so that n is the third one, and γ the third row of R alone.
+!> * **Potentials linear in directions**: V = -Σ m·Rᵀn, summed into the matrix Σ m nᵀ. Where all n are parallel, the
+!>   space axes are turned so that n is the third one, and γ the third row of R alone.
 !> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that turns with L/J₁: κ = 0, and the body turns in
 !>   it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
 module nutate_lean_motion
@@ -143,8 +144,8 @@ contains
       equal = .not. abs(x - y) > 0.0_wp
    end function equal
 
-   !> The shortest rotation that takes a unit vector to the third axis, or to its opposite where that is nearer: the sign
-   !> is left to the torque.
+   !> The shortest rotation that takes a unit vector to the third axis, or to its opposite where that is nearer: the
+   !> sign is left to the torque.
    pure function to_third(n) result(q)
       real(wp), intent(in) :: n(3)
       real(wp) :: q(4)

@@ -18,8 +18,9 @@ module nutate_projected_stepper
 
    public :: projected_stepper_t
 
-   !> Steps to a projection. A step takes 0.1 to 0.2 µs, a projection 0.06. With 8 energy and momentum are as good, but at
-   !> long steps on the unstable axis of a box the attitude error is up to six times that of a projection in every step.
+   !> Steps to a projection. A step takes 0.1 to 0.2 µs, a projection 0.06. With 8 energy and momentum are as good, but
+   !> at long steps on the unstable axis of a box the attitude error is up to six times that of a projection in every
+   !> step.
    integer, parameter :: usual_interval = 4
    !> Move of a projection, of q and of p relative to |p|, up to which the next may wait: four times it is far from what
    !> the projection refuses, and steps with larger errors are cheap beside what they lose.
@@ -178,8 +179,8 @@ contains
       self%seen_p = state%p
    end subroutine project_if_due
 
-   !> Projects a copy of the state that the last step left. One that the projection cannot reach stays as it is: the step
-   !> that is to be projected fails.
+   !> Projects a copy of the state that the last step left. One that the projection cannot reach stays as it is: the
+   !> step that is to be projected fails.
    subroutine show(self, system, state)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -1,8 +1,8 @@
-!> The explicit Runge-Kutta method of order 8 of Dormand and Prince at fixed steps: the stages and weights of DOP853, without
-!> its estimates.
+!> The explicit Runge-Kutta method of order 8 of Dormand and Prince at fixed steps: the stages and weights of DOP853,
+!> without its estimates.
 !>
-!> Free bodies and bodies in uniform fields take their steps in variables of their own (`nutate_lean_motion`); all others
-!> by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
+!> Free bodies and bodies in uniform fields take their steps in variables of their own (`nutate_lean_motion`); all
+!> others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
 module nutate_rk8
    use nutate_archive, only: archive_t
    use nutate_dop853, only: b, get_stages
