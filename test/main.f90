@@ -58,6 +58,7 @@ program unit
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
    use test_rotation, only: collect_rotation
+   use test_rk8, only: collect_rk8
    use test_round_off, only: collect_round_off
    use test_run, only: collect_run
    use test_scene, only: collect_scene
@@ -156,6 +157,7 @@ contains
          new_testsuite("archive", collect_archive), &
          new_testsuite("attitude", collect_attitude), &
          new_testsuite("baselines", collect_baselines), &
+         new_testsuite("rk8", collect_rk8), &
          new_testsuite("body", collect_body), &
          new_testsuite("c_interface", collect_c_interface), &
          new_testsuite("changed_states", collect_changed_states), &

@@ -6,7 +6,7 @@ module test_choice
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: body_momentum, make_state
    use nutate_kinds, only: wp, eps
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
    use nutate_observer, only: observer_t, run_record_t
@@ -188,12 +188,13 @@ contains
                   'closed solution')
    end subroutine extreme_input
 
-   !> Steps of equal length, rows where they are asked for, each as exact as the last.
+   !> Rows where they are asked for, each as exact as the last, by steps of 64 of them; nobody to see them: one step.
+   !> Steps that are rows turn by a radian.
    subroutine closed_solution_with_accuracy(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(spectator_t) :: spectator
-      type(state_t) :: state
+      type(state_t) :: state, last
       type(run_summary_t) :: summary
       type(status_t) :: status
       problem = box()
@@ -208,8 +209,19 @@ contains
       if (allocated(error)) return
       call check_below(error, spectator%distance, 16*eps, "every row")
       if (allocated(error)) return
+      call check_close(error, real(summary%steps, wp), 11.0_wp, 0.0_wp, "64 rows in a step")
+      if (allocated(error)) return
+      call run(problem, 'exact', run_plan_t(end_time=20.0_wp, goal=run_goal_t(accuracy=1e-6_wp)), spectator, state, &
+               summary, status)
       ! √(2T/J1) = √(1700.05/5) = 18.44 rad/s.
       call check_close(error, real(summary%steps, wp), 369.0_wp, 1.0_wp, "a radian of turn in a step")
+      if (allocated(error)) return
+      last = state
+      state = problem%start
+      call integrate(problem%system, default_settings('exact'), state, &
+                     run_plan_t(end_time=20.0_wp, goal=run_goal_t(accuracy=1e-6_wp)), status, summary=summary)
+      call check(error, status%ok() .and. summary%steps == 1, "the end at once")
+      if (.not. allocated(error)) call check_close(error, state%q, last%q, 16*eps, "the end")
    end subroutine closed_solution_with_accuracy
 
    !> Order 8 on damping so strong that its steps have one length whatever the rate.

@@ -23,6 +23,7 @@ ways=(
    "integrator.order=4"
    "integrator.method='rk4'"
    "integrator.method='dop853' integrator.conserve=.true."
+   "integrator.method='rk8' integrator.conserve=.true."
    "integrator.method='taylor'"
    "integrator.method='exact'"
 )

@@ -15,7 +15,7 @@ module nutate_dop853
    implicit none
    private
 
-   public :: dop853_t
+   public :: dop853_t, get_stages
    ! The coefficients under the names of the literature; to be renamed where they are used.
    public :: a, b, c, b3, e5
 

@@ -15,9 +15,9 @@ module nutate_exact_stepper
 
    public :: exact_t
 
-   !> Turn in a step of a length that is left to the method, rad: Euler angles are followed from step to step, and are
-   !> lost at 2π.
-   real(wp), parameter :: usual_turn = 1.0_wp
+   !> Turn in a step of a length that is left to the method, rad: where steps are seen, Euler angles are followed from
+   !> one to the next, and are lost at 2π; elsewhere far below the turn at which digits of the direction are lost.
+   real(wp), parameter :: usual_turn = 1.0_wp, longest_turn = 1e6_wp
 
    !> Part of a step by which the time of a state may differ from that of the last step: runs set it to t0 + kΔt, which
    !> rounds otherwise.
@@ -113,7 +113,8 @@ contains
       state%p_compensation = 0.0_wp
    end subroutine put_solution
 
-   !> About a radian of turn: |Ω| is at most √(2T/J), J the least moment, which does not change.
+   !> The end at once, or, where steps are seen, about a radian of turn: |Ω| is at most √(2T/J), J the least moment,
+   !> which does not change.
    subroutine choose_step(self, system, state, goal, step, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -121,13 +122,16 @@ contains
       type(step_goal_t), intent(in) :: goal
       real(wp), intent(inout) :: step
       type(status_t), intent(inout) :: status
-      real(wp) :: rate
+      real(wp) :: rate, turn
       associate (body => system%body)
          rate = quat_norm([0.0_wp, matmul(angular_velocity(system, state), body%axes) &
                            *sqrt(body%moments/minval(body%moments))])
       end associate
-      step = abs(goal%end_time - state%t)
-      if (step*rate > usual_turn) step = usual_turn/rate
+      turn = merge(usual_turn, longest_turn, goal%seen)
+      ! Whatever reaches the end is cut there, without the rounding of the time.
+      step = 2*abs(goal%end_time - state%t)
+      if (.not. goal%seen) step = min(step, goal%longest)
+      if (step*rate > turn) step = turn/rate
    end subroutine choose_step
 
    !> The state at any time. Errors: none.

@@ -97,10 +97,10 @@ module nutate_invariant_projection
       procedure :: project
       !> Projects a state inside the last step.
       procedure :: project_inside
+      !> Projects a copy of a state, for others to see.
+      procedure :: project_copy
       !> Shows what it remembers from step to step to an archive.
       procedure :: transfer
-      !> Puts q and p back to where the step started.
-      procedure :: restore
    end type invariant_projection_t
 
 contains
@@ -292,6 +292,31 @@ contains
       self%last_p = last_p
    end subroutine project_inside
 
+   !> Projects a copy of a state that lies some steps without work behind the last one projected, for others to see: all
+   !> that the projection remembers stays as it is. Errors: those of `project`.
+   pure subroutine project_copy(self, system, state, status)
+      class(invariant_projection_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      type(account_t) :: before
+      real(wp) :: last_q(4), last_p(4), size, largest, to_order_one
+      before = self%before
+      last_q = self%last_q
+      last_p = self%last_p
+      size = self%size
+      largest = self%largest
+      to_order_one = self%to_order_one
+      call self%project(system, state, 0.0_wp, status)
+      self%before = before
+      self%last_q = last_q
+      self%last_p = last_p
+      self%size = size
+      self%largest = largest
+      self%to_order_one = to_order_one
+   end subroutine project_copy
+
    !> Shows what it remembers from step to step to an archive.
    subroutine transfer(self, archive)
       class(invariant_projection_t), intent(inout) :: self
@@ -309,14 +334,6 @@ contains
       call archive%transfer(self%last_p)
       call archive%transfer(self%started)
    end subroutine transfer
-
-   !> Puts q and p back to what they were in the last call of `follow`, for a step that is not to be taken.
-   pure subroutine restore(self, state)
-      class(invariant_projection_t), intent(in) :: self
-      type(state_t), intent(inout) :: state
-      state%q = self%last_q
-      state%p = self%last_p
-   end subroutine restore
 
    !> Moves a point to the energy of an account.
    pure subroutine set_energy(self, effects, target, point, reached)

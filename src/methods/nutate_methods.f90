@@ -8,6 +8,7 @@ module nutate_methods
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_reduced, only: reduced_t
    use nutate_rk4, only: rk4_t
+   use nutate_rk8, only: rk8_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
@@ -56,6 +57,8 @@ module nutate_methods
       method_t('nielsen_krenk', 'reduced', 8, 17, three), &
       method_t('rk4', '', 4, 4, explicit, conserving=.false.), &
       method_t('rk4', '', 4, 4, explicit, projected=.true.), &
+      method_t('rk8', '', 8, 12, explicit, projected=.true.), &
+      method_t('rk8', '', 8, 12, explicit, conserving=.false.), &
       method_t('dop853', '', 8, 12, explicit, estimate_power=8, conserving=.false.), &
       method_t('dop853', '', 8, 12, explicit, projected=.true., estimate_power=8), &
       method_t('taylor', '', fixed_step_order, 1, series, projected=.true., dense=.true.), &
@@ -149,6 +152,8 @@ contains
       select case (settings%method)
       case ('rk4')
          allocate (rk4_t :: stepper)
+      case ('rk8')
+         allocate (rk8_t :: stepper)
       case ('dop853')
          allocate (dop853_t :: stepper)
       case ('taylor')

@@ -16,7 +16,7 @@ module nutate_rigid_rates
    implicit none
    private
 
-   public :: rigid_rates_t, prepare_rates, begin_step, get_rates, end_step, n_rates
+   public :: rigid_rates_t, prepare_rates, begin_step, read_state, get_rates, end_step, n_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
@@ -75,10 +75,7 @@ contains
       real(wp), intent(in) :: window_time
       !> [q, L, 0]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
-      real(wp) :: square, half
       integer :: i
-      self%t = state%t
-      self%dt = dt
       self%to_angle = dt*system%body%inverse_inertia
       self%rotor = system%effects%rotor_momentum
       do i = 1, system%effects%n_torques
@@ -88,6 +85,20 @@ contains
          end associate
          self%work(i) = 0.0_wp
       end do
+      call read_state(self, state, dt, y)
+   end subroutine begin_step
+
+   !> The same for a method with rates of its own, and no torques.
+   pure subroutine read_state(self, state, dt, y)
+      type(rigid_rates_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      !> [q, L, 0]; shape (n_rates).
+      real(wp), intent(out) :: y(n_rates)
+      real(wp) :: square, half
+      self%t = state%t
+      self%dt = dt
       associate (q => state%q, p => state%p)
          square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
          call test_state(self, state%t + dt, p, square, q(1)*p(1) + q(2)*p(2) + q(3)*p(3) + q(4)*p(4))
@@ -99,7 +110,7 @@ contains
          y(6) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
          y(7) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
       end associate
-   end subroutine begin_step
+   end subroutine read_state
 
    !> Remembers whether a state is finite and on the constraint manifold.
    pure subroutine test_state(self, end_time, p, square, product)

@@ -23,8 +23,10 @@ module nutate_stepper
       logical :: projection = .true.
       !> Integrate the attitude; `.false.` only where neither an effect nor the output depends on it.
       logical :: attitude = .true.
-      !> Project the state onto the invariants after every step: for methods that do not conserve them.
+      !> Project the state onto the invariants: for methods that do not conserve them.
       logical :: conserve = .false.
+      !> Project it after every step, not only as often as round-off asks for: where steps may be taken back.
+      logical :: project_each = .false.
       !> Order of a Taylor series; 0: as the tolerance asks for, 16 at fixed steps.
       integer :: series_order = 0
       !> Newton: relative increment at which to stop; 0: iterate until the increment stops falling.
@@ -38,6 +40,11 @@ module nutate_stepper
       real(wp) :: tolerance = 0.0_wp, rate = 0.0_wp
       !> Where a step must end at the latest, s: no torque starts or stops before.
       real(wp) :: end_time = 0.0_wp
+      !> The ends of steps are seen: a method without an error, which could go to the end at once, makes them as long as
+      !> suits that.
+      logical :: seen = .false.
+      !> Its longest step otherwise, s.
+      real(wp) :: longest = huge(1.0_wp)
    end type step_goal_t
 
    !> A method with its work space. One stepper serves one run at a time; several threads each use their own. What a
@@ -68,6 +75,9 @@ module nutate_stepper
       !> Shows to an archive all that the next steps depend on, each value once, so that a stepper prepared in the same
       !> way can go on in its place, to the last digit. A method that does not say so cannot be archived.
       procedure :: transfer => refuse_archive
+      !> Makes the state that a step left fit to be seen: projected onto the invariants, where that is not done in every
+      !> step. The steps that follow go on from what they left, whichever of the two they are given.
+      procedure :: show => leave_state
       !> Takes the noise of a pilot run, for the states before their projection; a stepper without one leaves it.
       procedure :: disturb => leave_noise
    end type stepper_t
@@ -149,7 +159,8 @@ contains
       call self%set_up(system, settings, status)
    end subroutine prepare_stepper
 
-   !> Moves a state by one step, the middle of which decides which torques act. On failure the state is as it was.
+   !> Moves a state by one step, the middle of which decides which torques act, and shows it. On failure the state is as
+   !> it was.
    subroutine take_step(self, system, state, dt, status)
       !> Prepared for `system`.
       class(stepper_t), intent(inout) :: self
@@ -159,6 +170,7 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
+      if (status%code == 0) call self%show(system, state)
    end subroutine take_step
 
    !> Refuses: what a method remembers and nobody listed would be missing, and the run another one.
@@ -168,6 +180,15 @@ contains
       class(archive_t), intent(inout) :: archive
       call archive%refuse('this method cannot be interrupted and go on')
    end subroutine refuse_archive
+
+   !> For methods whose steps leave the state as it is to be seen.
+   subroutine leave_state(self, system, state)
+      !> Prepared for `system`.
+      class(stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> The state that `advance` left last; another one stays as it is.
+      type(state_t), intent(inout) :: state
+   end subroutine leave_state
 
    subroutine leave_noise(self, noise)
       class(stepper_t), intent(inout) :: self

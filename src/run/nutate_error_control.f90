@@ -14,6 +14,7 @@ module nutate_error_control
    use nutate_progress, only: count_step, progress_t
    use nutate_quaternion, only: attitude_distance, quat_norm, quat_product
    use nutate_run_loop, only: step_policy_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
@@ -82,6 +83,9 @@ module nutate_error_control
    !> Differences between the whole and the halves below the first are noise, the rounding of two attitudes; and up to
    !> the second may be, that of the steps that lead to them, rad.
    real(wp), parameter :: noise = 2*eps, doubtful = 8*eps
+   !> Rows at intervals in a step of a method without an error: polls come between steps, and a request to stop is to be
+   !> heard soon.
+   real(wp), parameter :: rows_in_a_step = 64.0_wp
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
 
@@ -95,16 +99,19 @@ contains
       !> Started.
       type(progress_t), intent(in) :: progress
       type(status_t), intent(inout) :: status
+      type(integrator_settings_t) :: own
       real(wp) :: rate, duration
 
       self%method = method_of(settings)
       self%is_dense = self%method%dense
-      call make_stepper(system, settings, self%half, status)
+      own = settings
+      own%project_each = .true.
+      call make_stepper(system, own, self%half, status)
       if (.not. status%ok()) return
       if (self%method%estimate_power == 0 .and. .not. self%method%dense) &
-         call make_stepper(system, settings, self%whole, status)
+         call make_stepper(system, own, self%whole, status)
       if (progress%plan%interval > 0.0_wp .and. .not. self%method%dense .and. status%ok()) &
-         call make_stepper(system, settings, self%branch, status)
+         call make_stepper(system, own, self%branch, status)
       allocate (self%work(system%effects%n_torques), source=0.0_wp)
       self%power = self%method%order + 1
       if (self%method%estimate_power > 0) self%power = self%method%estimate_power
@@ -163,10 +170,7 @@ contains
       if (progress%next_break <= size(progress%breaks)) t_end = progress%breaks(progress%next_break)
       select type (method => self%half)
       class is (dense_stepper_t)
-         associate (goal => progress%plan%goal)
-            call method%choose_step(system, progress%state, step_goal_t(goal%local_tolerance, goal%error_rate, t_end), &
-                                    self%step, status)
-         end associate
+         call method%choose_step(system, progress%state, goal_of(progress%plan, t_end, observer), self%step, status)
          if (.not. status%ok()) return
          self%step = min(self%step, self%longest)
       end select
@@ -184,6 +188,20 @@ contains
          self%t_compensation = 0.0_wp
       end if
    end subroutine advance
+
+   !> The goal of the next step.
+   type(step_goal_t) function goal_of(plan, t_end, observer) result(goal)
+      type(run_plan_t), intent(in) :: plan
+      !> Where the step must end at the latest, s.
+      real(wp), intent(in) :: t_end
+      class(observer_t), intent(in), optional :: observer
+      goal%tolerance = plan%goal%local_tolerance
+      goal%rate = plan%goal%error_rate
+      goal%end_time = t_end
+      if (.not. present(observer)) return
+      goal%seen = observer%sees_every_step .or. (plan%interval <= 0.0_wp .and. plan%every < huge(plan%every))
+      if (plan%interval > 0.0_wp) goal%longest = rows_in_a_step*plan%interval
+   end function goal_of
 
    !> One step of a length.
    subroutine try(self, system, progress, step, accepted, status)

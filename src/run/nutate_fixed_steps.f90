@@ -40,6 +40,7 @@ module nutate_fixed_steps
       !> Counts the steps of a run; the stepper must be there.
       procedure :: begin
       procedure :: advance
+      procedure :: show
       procedure :: transfer => transfer_stepper
    end type fixed_steps_t
 
@@ -236,6 +237,18 @@ contains
       if (.not. present(observer)) return
       if (observer%sees_every_step) call observer%watch(state)
    end subroutine show_part
+
+   !> Makes the state that the last step left fit to be seen.
+   subroutine show(self, system, state)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      if (associated(self%lent)) then
+         call self%lent%show(system, state)
+      else
+         call self%own%show(system, state)
+      end if
+   end subroutine show
 
    !> Shows the memory of the stepper, under the name of this policy.
    subroutine transfer_stepper(self, archive)

@@ -32,6 +32,8 @@ module nutate_run_loop
       procedure(move_on), deferred :: advance
       !> The state at a time inside the last step.
       procedure :: state_inside => refuse_state
+      !> Makes the state that the last step left fit to be seen.
+      procedure :: show => leave_state
       !> Shows to an archive what the next steps depend on.
       procedure(show_memory), deferred :: transfer
    end type step_policy_t
@@ -60,7 +62,7 @@ module nutate_run_loop
 
 contains
 
-   !> Takes a run from where it is to its end.
+   !> Takes a run from where it is to its end, and leaves it with a state to be seen.
    !>
    !> Errors: those of the steps, `NUTATE_STEP_LIMIT`, and what the observer returned. The state is then the last one
    !> reached.
@@ -72,6 +74,19 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
+      call take_steps(progress, policy, system, status, observer)
+      call policy%show(system, progress%state)
+   end subroutine drive
+
+   !> Takes the steps of a run. Errors: those of `drive`.
+   subroutine take_steps(progress, policy, system, status, observer)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(state_t) :: seen
       integer(long) :: steps, next_poll
       real(wp) :: watched
       logical :: over, is_row
@@ -103,7 +118,9 @@ contains
             call watch_turn(progress, policy, system, progress%state, watched, observer, status)
          if (is_row .and. status%code == 0) then
             progress%record%work = sum(progress%summary%work)
-            call observer%observe(system, progress%state, progress%record, status)
+            seen = progress%state
+            call policy%show(system, seen)
+            call observer%observe(system, seen, progress%record, status)
          end if
          if (progress%summary%steps >= next_poll .and. status%code == 0) then
             next_poll = next_poll + policy%steps_per_poll
@@ -111,7 +128,7 @@ contains
             if (observer%wants_archive) call offer(progress, policy, observer, status)
          end if
       end do
-   end subroutine drive
+   end subroutine take_steps
 
    !> Shows the first row, unless the run goes on behind it.
    subroutine show_first(progress, policy, system, observer, status)
@@ -217,6 +234,13 @@ contains
       call transfer_progress(progress, archive)
       call policy%transfer(archive)
    end subroutine transfer_run
+
+   !> For policies whose steps leave the state as it is to be seen.
+   subroutine leave_state(self, system, state)
+      class(step_policy_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+   end subroutine leave_state
 
    !> Refuses: inside steps of one length there are no rows.
    subroutine refuse_state(self, system, progress, t, state, record, status)

@@ -181,7 +181,7 @@ def make_overrides(dice):
             b"integrator.time_step=0.01", b"integrator.end_time=-1.0", b"output.columns='energy','solver'",
             b"body.inertia=1.0,2.0,2.5", b"initial.angular_velocity=1.0,2.0,3.0", b"spring.stiffness=2.0",
             b"scene.title='x'", b"torque.space=0.0,0.0,1.0", b"integrator.order=4", b"body.mass=2.0",
-            b"integrator.method='dop853'", b"integrator.auxiliary_inertia=2.0", b"gravity.acceleration=0.0,0.0,-1.0",
+            b"integrator.method='dop853'", b"integrator.method='rk8'", b"integrator.auxiliary_inertia=2.0", b"gravity.acceleration=0.0,0.0,-1.0",
         ))
         for _ in range(dice.choice((0, 1, 1, 2))):
             text = dice.choice(MUTATIONS)(dice, text)

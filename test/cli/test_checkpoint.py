@@ -20,7 +20,7 @@ FORCED = """&body inertia = 2.0, 3.0, 4.0, mass = 1.0, center_of_mass = 0.1, 0.0
 """
 
 CONSERVING = [("nielsen_krenk", solver, order) for solver in ("lapack", "reduced") for order in (2, 4, 6, 8)]
-EXPLICIT = [("rk4", None, None), ("dop853", None, None)]
+EXPLICIT = [("rk4", None, None), ("rk8", None, None), ("dop853", None, None)]
 
 
 def method_settings(method, solver, order):

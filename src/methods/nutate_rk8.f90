@@ -1,0 +1,86 @@
+!> The explicit Runge-Kutta method of order 8 of Dormand and Prince at fixed steps: the stages and weights of DOP853,
+!> without its estimates.
+!>
+!> Free bodies and bodies in uniform fields take their steps in variables of their own (`nutate_lean_motion`); all
+!> others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
+module nutate_rk8
+   use nutate_archive, only: archive_t
+   use nutate_dop853, only: b, get_stages
+   use nutate_kinds, only: wp
+   use nutate_lean_motion, only: lean_motion_t
+   use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, read_state, rigid_rates_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, NUTATE_OFF_BRANCH
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: rk8_t
+
+   !> One step of the method. `step` allocates nothing.
+   type, extends(stepper_t) :: rk8_t
+      private
+      type(rigid_rates_t) :: rates
+      type(lean_motion_t) :: lean
+   contains
+      procedure :: set_up
+      procedure :: advance
+      procedure :: transfer
+   end type rk8_t
+
+contains
+
+   !> Of the settings only `attitude` counts. No errors of its own.
+   subroutine set_up(self, system, settings, status)
+      class(rk8_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(status_t), intent(inout) :: status
+      call prepare_rates(self%rates, system, settings%attitude)
+      call self%lean%prepare(system)
+      if (.not. settings%attitude) self%lean%possible = .false.
+   end subroutine set_up
+
+   !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
+   !> `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
+   subroutine advance(self, system, state, dt, window_time, status)
+      class(rk8_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt, window_time
+      type(status_t), intent(inout) :: status
+      real(wp) :: y(n_rates)
+      logical :: is_lean, followed
+      call self%lean%fits(dt, is_lean)
+      if (is_lean) then
+         call read_state(self%rates, state, dt, y)
+         followed = .true.
+         if (self%rates%failure == 0) call self%lean%move(y, followed)
+         if (.not. followed) self%rates%failure = NUTATE_OFF_BRANCH
+      else
+         call begin_step(self%rates, system, state, dt, window_time, y)
+         call take_stages(self%rates, system, y)
+      end if
+      call end_step(self%rates, y, state, status)
+      if (status%code == 0) self%work(:) = self%rates%work
+   end subroutine advance
+
+   !> A step by the general equations.
+   pure subroutine take_stages(rates, system, y)
+      type(rigid_rates_t), intent(inout) :: rates
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: y(n_rates)
+      real(wp) :: k(n_rates, size(b))
+      call get_stages(rates, system, y, k)
+      y = y + (b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
+               + b(11)*k(:, 11) + b(12)*k(:, 12))
+   end subroutine take_stages
+
+   !> A step remembers nothing of the ones before.
+   subroutine transfer(self, archive)
+      class(rk8_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+   end subroutine transfer
+
+end module nutate_rk8
