@@ -36,6 +36,7 @@ program unit
    use test_effect_reference, only: collect_effect_reference
    use test_effects, only: collect_effects
    use test_euler, only: collect_euler
+   use test_events, only: collect_events
    use test_exact_elliptic, only: collect_exact_elliptic
    use test_exact_free, only: collect_exact_free
    use test_exact_steady, only: collect_exact_steady
@@ -160,6 +161,7 @@ contains
          new_testsuite("effect_reference", collect_effect_reference), &
          new_testsuite("effects", collect_effects), &
          new_testsuite("euler", collect_euler), &
+         new_testsuite("events", collect_events), &
          new_testsuite("exact_elliptic", collect_exact_elliptic), &
          new_testsuite("exact_free", collect_exact_free), &
          new_testsuite("exact_steady", collect_exact_steady), &

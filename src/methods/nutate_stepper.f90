@@ -57,6 +57,8 @@ module nutate_stepper
       real(wp) :: error_estimate = 0.0_wp
       !> Work that each torque did in the last step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
+      !> What it was prepared with.
+      type(integrator_settings_t) :: prepared_with = integrator_settings_t()
       !> Starts of steps are kept, for `state_at`.
       logical :: keeps_steps = .false.
       !> Where the last step started, its length and the time that decided which torques act, s.
@@ -70,6 +72,8 @@ module nutate_stepper
       !> Takes the settings and makes the work space; must be called before the first step and after every change of
       !> the system.
       procedure, non_overridable :: prepare => prepare_stepper
+      !> Takes a system that has changed, with the settings that it has.
+      procedure, non_overridable :: renew
       !> Moves a state by one step.
       procedure, non_overridable :: step => take_step
       !> Keeps the starts of steps from now on, for `state_at`; to be called after `prepare`.
@@ -153,11 +157,26 @@ contains
       self%continued = 0
       self%unproved = 0
       self%error_estimate = 0.0_wp
+      self%prepared_with = settings
       self%keeps_steps = .false.
       self%last_length = 0.0_wp
       if (allocated(self%again)) deallocate (self%again)
       call self%set_up(system, settings, status)
    end subroutine prepare_stepper
+
+   !> Takes a system that has changed; steps are kept as before. Errors: those of `prepare`.
+   subroutine renew(self, system, status)
+      !> Prepared.
+      class(stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      type(integrator_settings_t) :: settings
+      logical :: keeps
+      settings = self%prepared_with
+      keeps = self%keeps_steps
+      call self%prepare(system, settings, status)
+      if (keeps .and. status%ok()) call self%keep_steps()
+   end subroutine renew
 
    !> Moves a state by one step, the middle of which decides which torques act. On failure the state is as it was.
    subroutine take_step(self, system, state, dt, status)

@@ -11,9 +11,9 @@ module nutate_error_control
    use nutate_methods, only: make_stepper, method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: count_step, progress_t
+   use nutate_progress, only: count_step, progress_t, total_work
    use nutate_quaternion, only: attitude_distance, quat_norm, quat_product
-   use nutate_run_loop, only: step_policy_t
+   use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
@@ -33,6 +33,9 @@ module nutate_error_control
       real(wp) :: round_off = 0.0_wp
       !> The whole step, its halves (or the only one), and branches for rows; each with its own memory, where needed.
       class(stepper_t), allocatable :: whole, half, branch
+      !> A branch for events, which rows do not notice; it has been used since the last step.
+      class(stepper_t), allocatable :: probe
+      logical :: probed = .false.
       !> Work of each torque in the step tried, J; shape (number of torques).
       real(wp), allocatable :: work(:)
       !> State and work of all torques before the last step, J.
@@ -57,6 +60,10 @@ module nutate_error_control
       procedure :: disturb
       procedure :: advance
       procedure :: state_inside
+      procedure :: expect_events
+      procedure :: look_inside
+      procedure :: retake
+      procedure :: renew
       procedure :: transfer => transfer_control
    end type error_control_t
 
@@ -175,7 +182,8 @@ contains
       if (rest < 2*step) step = 0.5_wp*rest
       if (rest <= self%step) step = rest
       self%start = progress%state
-      self%work_before = sum(progress%summary%work)
+      self%probed = .false.
+      self%work_before = total_work(progress%summary)
       call try(self, system, progress, step, accepted, status)
       self%longest = merge(huge(self%longest), self%step, accepted)
       if (status%ok() .and. accepted .and. step >= rest) then
@@ -384,6 +392,85 @@ contains
       record%residual = progress%record%residual
       record%unproved = progress%record%unproved
    end subroutine state_inside
+
+   !> Makes what looks inside, where the method does not know.
+   subroutine expect_events(self, system, progress, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      if (.not. self%method%dense) call make_stepper(system, self%half%prepared_with, self%probe, status)
+   end subroutine expect_events
+
+   !> The state at a time inside the last step, for events: by the method, or by two steps of a branch of their own.
+   subroutine look_inside(self, system, before, progress, t, state, work, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before
+      type(progress_t), intent(in) :: progress
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(inout) :: status
+      real(wp) :: middle
+      integer :: i
+      work = 0.0_wp
+      state = before
+      select type (method => self%half)
+      class is (dense_stepper_t)
+         call method%state_at(system, t, state, work, status)
+         return
+      end select
+      if (.not. self%probed) call self%probe%forget_steps()
+      self%probed = .true.
+      middle = 0.5_wp*(before%t + progress%state%t)
+      do i = 1, 2
+         call self%probe%advance(system, state, 0.5_wp*(t - before%t), middle, status)
+         if (status%code /= 0) return
+         work = work + sum(self%probe%work)
+      end do
+      state%t = t
+   end subroutine look_inside
+
+   !> Takes the last step again, shorter. The next step is tried with the length that it had.
+   subroutine retake(self, system, progress, t_end, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp), intent(in) :: t_end
+      type(status_t), intent(inout) :: status
+      type(state_t) :: next
+      real(wp) :: length, error
+      length = t_end - progress%state%t
+      next = progress%state
+      progress%record%iterations = 0
+      progress%record%unproved = 0
+      call self%half%forget_steps()
+      if (allocated(self%whole)) then
+         call self%whole%forget_steps()
+         call go_halves(self, system, progress%record, next, abs(length), error, status)
+      else
+         call take_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status)
+         self%work(:) = self%half%work
+      end if
+      if (status%code /= 0) return
+      next%t = t_end
+      progress%state = next
+      progress%summary%parts = progress%summary%parts + 1
+      progress%summary%work(:) = progress%summary%work + self%work
+      self%t_compensation = 0.0_wp
+   end subroutine retake
+
+   !> Takes a system that has changed.
+   subroutine renew(self, system, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      call self%half%renew(system, status)
+      if (allocated(self%whole) .and. status%ok()) call self%whole%renew(system, status)
+      if (allocated(self%branch) .and. status%ok()) call self%branch%renew(system, status)
+      if (allocated(self%probe) .and. status%ok()) call self%probe%renew(system, status)
+   end subroutine renew
 
    !> Shows what the next steps depend on, under the name of this policy.
    subroutine transfer_control(self, archive)

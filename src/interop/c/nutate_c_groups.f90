@@ -128,14 +128,7 @@ contains
          return
       end if
       system%body = built%body
-      do i = 1, built%effects%n_potentials
-         call system%effects%add(built%effects%potentials(i)%item)
-      end do
-      do i = 1, built%effects%n_torques
-         call system%effects%add(built%effects%torques(i)%item)
-      end do
-      system%effects%n_rotors = system%effects%n_rotors + built%effects%n_rotors
-      system%effects%rotor_momentum = system%effects%rotor_momentum + built%effects%rotor_momentum
+      call system%effects%append(built%effects)
    end subroutine build_system
 
    !> Raises an error for a group that is no part of a system, for a key or a body that is missing.

@@ -183,16 +183,8 @@ contains
       type(system_t), intent(inout) :: to
       !> Two `int`, or null.
       type(c_ptr), intent(in) :: cell
-      integer :: i
       to%body = from%body
-      to%effects%n_rotors = from%effects%n_rotors
-      to%effects%rotor_momentum = from%effects%rotor_momentum
-      do i = 1, from%effects%n_potentials
-         call to%effects%add(from%effects%potentials(i)%item)
-      end do
-      do i = 1, from%effects%n_torques
-         call to%effects%add(from%effects%torques(i)%item)
-      end do
+      call to%effects%append(from%effects)
       call report_failures_to(to%effects, cell)
    end subroutine copy_system
 

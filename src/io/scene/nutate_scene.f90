@@ -136,7 +136,7 @@ contains
       !> The group `&integrator`.
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
-      if (effects%n_potentials + effects%n_torques + effects%n_rotors > 0) call error%raise( &
+      if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0) call error%raise( &
          integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
    end subroutine check_free
 
