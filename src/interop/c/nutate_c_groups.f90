@@ -138,7 +138,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       integer :: i
       do i = 1, size(groups)
-         if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ']) .or. &
+         if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ', 'event     ']) .or. &
              (groups(i)%name == 'body' .and. .not. with_body)) &
             call error%raise(groups(i)%line, '&'//trim(groups(i)%name)//' has no place here')
       end do

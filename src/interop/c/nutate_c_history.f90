@@ -218,7 +218,8 @@ contains
       call add_failure(failure, status)
       if (.not. status%ok()) return
       state = from%scene%initial
-      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector, summary)
+      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector, summary, &
+                     from%scene%events)
       handle%unproved_steps = summary%unproved_steps
    end subroutine collect
 
@@ -242,7 +243,8 @@ contains
       if (.not. status%ok()) return
       call add_failure(failure, status)
       state = from%scene%initial
-      if (status%ok()) call integrate(system, from%scene%integrator, state, from%scene%plan, status, writer)
+      if (status%ok()) call integrate(system, from%scene%integrator, state, from%scene%plan, &
+                                     status, writer, events=from%scene%events)
       call add_failure(failure, status)
       call lock_texts()
       if (status%ok()) then
