@@ -159,7 +159,7 @@ contains
       end select
    end function kept_momentum
 
-   !> Name of a torque, numbered where there are several of the name.
+   !> Name of a torque: with what the scene calls it, or numbered where there are several of the name.
    function torque_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       !> Position among the torques.
@@ -168,6 +168,10 @@ contains
       logical :: same(effects%n_torques)
       integer :: k
       name = trim(effects%torques(i)%item%name)
+      if (effects%torques(i)%item%label /= '') then
+         name = name//" '"//trim(effects%torques(i)%item%label)//"'"
+         return
+      end if
       do k = 1, effects%n_torques
          same(k) = effects%torques(k)%item%name == name
       end do

@@ -81,6 +81,8 @@ module nutate_c_handles
       logical :: tested = .false.
       !> There is nothing around a step: no callback, no work, no angles.
       logical :: bare = .false.
+      !> Starts of steps are kept, for states inside.
+      logical :: keeps_steps = .false.
       !> The settings are to be read from `group`.
       logical :: stale = .false.
       !> There are callbacks.
