@@ -162,7 +162,7 @@ contains
       logical :: accepted
 
       do while (progress%next_break <= size(progress%breaks))
-         if (abs(progress%breaks(progress%next_break) - progress%state%t) > 0.0_wp) exit
+         if (self%sense*(progress%breaks(progress%next_break) - progress%state%t) > 0.0_wp) exit
          progress%next_break = progress%next_break + 1
       end do
       t_end = progress%plan%end_time

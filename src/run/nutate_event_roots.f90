@@ -209,7 +209,8 @@ contains
             next = 0.5_wp*(left%s + right%s)
       end do
       search%found = .true.
-      search%root = node_t(s=min(max(next, a%s), b%s), slope=trial%slope, side=b%side)
+      ! At a root that is nearly double the slope may be noise: it leads to the side behind.
+      search%root = node_t(s=min(max(next, a%s), b%s), slope=b%side*abs(trial%slope), side=b%side)
    end subroutine refine
 
    !> The function at a place, and the side on which it is; where it is zero, that on which it is going to be.
