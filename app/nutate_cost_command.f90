@@ -197,7 +197,8 @@ contains
       integer :: i
       do i = 1, scene%events%count()
          if (scene%events%slots(i)%item%action == 0) cycle
-         call say_error('nutate: '//printable_path(scene%file)//': a study of costs looks for no events, and the scene has '// &
+         call say_error('nutate: '//printable_path(scene%file)// &
+            ': a study of costs looks for no events, and the scene has '// &
                         'effects that events switch (expected no switch)')
          exit_code = EXIT_INPUT
          return

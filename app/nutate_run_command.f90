@@ -58,7 +58,8 @@ contains
          call watcher%checkpoint%prepare(command%resume, command%every_seconds, scene, .true.)
       end if
       call open_history(command, scene, watcher, archive, exit_code)
-      if (exit_code == EXIT_SUCCESS .and. events_file(scene) /= '') call open_events(command, scene, watcher, archive, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. events_file(scene) /= '') call open_events(command, scene, watcher, &
+         archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call simulate(command, scene, run, watcher, archive, exit_code)
    end subroutine run_command
 
@@ -101,7 +102,8 @@ contains
          if (same_file(scene%file, events_file(scene))) &
             problem = printable_path(events_file(scene))//' is the scene itself and will not be written over'
          if (events_file(scene) == scene%output%file) &
-            problem = printable_path(events_file(scene))//' is where the rows go (expected another name in &output events)'
+            problem = printable_path(events_file(scene))// &
+            ' is where the rows go (expected another name in &output events)'
       end if
       if (allocated(command%checkpoint)) then
          associate (file => command%checkpoint)
@@ -204,7 +206,8 @@ contains
       if (name == '') name = events_name(scene%output%file)
    end function events_file
 
-   !> Opens the file of the events, or goes on with that of an archive; where that fails, the history is not kept either.
+   !> Opens the file of the events, or goes on with that of an archive; where that fails, the history is not kept
+   !> either.
    subroutine open_events(command, scene, watcher, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
@@ -227,7 +230,8 @@ contains
       exit_code = EXIT_OUTPUT
       if (allocated(archive)) exit_code = EXIT_INPUT
       if (allocated(archive)) then
-         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(name)//': '// &
+         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(name)// &
+            ': '// &
                         trim(status%message))
       else
          call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))

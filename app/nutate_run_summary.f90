@@ -67,7 +67,8 @@ contains
                                                    count_text(run%summary%parts)//' steps and parts in all')
       end if
       if (run%summary%unproved_steps > 0) &
-         call page%item('not proved', count_text(run%summary%unproved_steps)//' of the steps rest on a root that is '// &
+         call page%item('not proved', count_text(run%summary%unproved_steps)// &
+         ' of the steps rest on a root that is '// &
                         'taken for that of the true motion without a proof (docs/stability.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
                      ' s for the rows')
@@ -113,7 +114,8 @@ contains
             text = 'never'
             if (watched%number == 1) text = 'once, at t = '//rounded_text(watched%first_time, 15)//' s'
             if (watched%number > 1) text = count_text(watched%number)//' times, from t = '// &
-                                           rounded_text(watched%first_time, 15)//' to '//rounded_text(watched%last_time, 15)//' s'
+                                           rounded_text(watched%first_time, 15)//' to '// &
+                                           rounded_text(watched%last_time, 15)//' s'
             if (watched%number > 0) text = text//'; found to '//rounded_text(watched%worst, 2)// &
                                            ' s, else as good as the steps'
             call page%item("event '"//trim(watched%event%name)//"'", text)

@@ -36,6 +36,7 @@ program unit
    use test_effect_reference, only: collect_effect_reference
    use test_effects, only: collect_effects
    use test_euler, only: collect_euler
+   use test_event_switches, only: collect_event_switches
    use test_events, only: collect_events
    use test_exact_elliptic, only: collect_exact_elliptic
    use test_exact_free, only: collect_exact_free
@@ -129,14 +130,15 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), roots(:), others(:)
+      type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), others(:)
       stability = stability_suites()
+      inside = inside_suites()
       roots = root_suites()
       others = other_suites()
-      suites = [stability, roots, others]
+      suites = [stability, roots, inside, others]
    end subroutine list_suites
 
-   !> The suites but those of stability cases and of roots: one line for each, here or there.
+   !> The suites but those of stability cases, of roots and of states inside of steps: one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
@@ -153,7 +155,6 @@ contains
          new_testsuite("conserve", collect_conserve), &
          new_testsuite("conserve_limits", collect_conserve_limits), &
          new_testsuite("control", collect_control), &
-         new_testsuite("dense_output", collect_dense_output), &
          new_testsuite("discrete_states", collect_discrete_states), &
          new_testsuite("effect_calls", collect_effect_calls), &
          new_testsuite("effect_gradients", collect_effect_gradients), &
@@ -161,7 +162,6 @@ contains
          new_testsuite("effect_reference", collect_effect_reference), &
          new_testsuite("effects", collect_effects), &
          new_testsuite("euler", collect_euler), &
-         new_testsuite("events", collect_events), &
          new_testsuite("exact_elliptic", collect_exact_elliptic), &
          new_testsuite("exact_free", collect_exact_free), &
          new_testsuite("exact_steady", collect_exact_steady), &
@@ -198,6 +198,16 @@ contains
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function other_suites
+
+   !> The suites about what lies inside of steps.
+   function inside_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("dense_output", collect_dense_output), &
+         new_testsuite("event_switches", collect_event_switches), &
+         new_testsuite("events", collect_events) &
+         ]
+   end function inside_suites
 
    !> The suites about the true root of a step.
    function root_suites() result(suites)

@@ -1,24 +1,18 @@
-!> Events against closed forms: when a box flips, when a top nutates, when a compass needle passes; switches of a
-!> bang-bang torque; what ends a run; what is not noticed.
+!> Events against closed forms: when a box flips, when a top nutates, when a compass needle passes; what
+!> ends a run; what is not noticed.
 module test_events
-   use nutate_applied_torque, only: applied_torque_t
-   use nutate_body, only: diagonal, make_body
-   use nutate_dipole, only: dipole_t
-   use nutate_event, only: event_t, CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+   use nutate_event, only: EXTREMUM, MAXIMUM, MINIMUM
    use nutate_event_tracker, only: event_list_t
    use nutate_hamiltonian, only: make_state, total_energy
-   use nutate_kinds, only: wp, eps, long, pi
+   use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
-   use nutate_motion, only: motion_t
-   use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
-   use nutate_quaternion, only: rotate_to_space
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
-   use nutate_system, only: system_t
+   use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t, tilt_event_t
    use test_problems, only: box, fast_top, forced_body, problem_t
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -27,46 +21,7 @@ module test_events
 
    public :: collect_events
 
-   !> Most events that a test keeps.
-   integer, parameter :: room = 200
-
-   !> Ω of an axis, body axes, with its rate in closed form.
-   type, extends(event_t) :: rate_event_t
-      integer :: axis = 3
-   contains
-      procedure :: value => rate_of_axis
-      procedure :: rate => acceleration_of_axis
-   end type rate_event_t
-
-   !> cos θ of axis 3, by differences.
-   type, extends(event_t) :: tilt_event_t
-   contains
-      procedure :: value => cosine_of_tilt
-   end type tilt_event_t
-
-   !> The angle about axis 3, ±π.
-   type, extends(event_t) :: angle_event_t
-      !> Weight of Ω3 beside it, s.
-      real(wp) :: lead = 0.0_wp
-   contains
-      procedure :: value => angle_and_rate
-   end type angle_event_t
-
-   !> Keeps what it is shown.
-   type, extends(observer_t) :: keeper_t
-      integer :: n = 0, rows = 0
-      real(wp) :: times(room) = 0.0_wp
-      integer :: which(room) = 0
-      integer(long) :: numbers(room) = 0
-      real(wp) :: energies(room) = 0.0_wp, works(room) = 0.0_wp
-      type(state_t) :: states(0:5000)
-      real(wp) :: last_work = 0.0_wp
-   contains
-      procedure :: observe => keep_row
-      procedure :: show_event => keep_event
-   end type keeper_t
-
-   !> First zeros of Ω3 of the box, K/λ and odd multiples (real_scenes, closed form).
+   !> First zeros of Ω3 of the box, K/λ and odd multiples.
    real(wp), parameter :: quarter = 0.9664094834075236482704_wp
 
 contains
@@ -81,70 +36,9 @@ contains
                   new_unittest("wraps of an angle are no crossings", wraps), &
                   new_unittest("steps, rows and their bits are the same with events", unnoticed), &
                   new_unittest("stop ends the run at the event, count at the n-th", stop_and_count), &
-                  new_unittest("a bang-bang torque keeps the order of the method", bang_bang), &
-                  new_unittest("a potential that is switched books its energy", switched_potential), &
-                  new_unittest("switches without end end the run", endless_switches), &
                   new_unittest("the invariants of states at events are those of the run", invariants_at_events), &
                   new_unittest("directions count", directions)]
    end subroutine collect_events
-
-   pure real(wp) function rate_of_axis(self, system, motion) result(g)
-      class(rate_event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      g = motion%omega(self%axis)
-   end function rate_of_axis
-
-   pure real(wp) function acceleration_of_axis(self, system, motion) result(rate)
-      class(rate_event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      rate = motion%acceleration(self%axis)
-   end function acceleration_of_axis
-
-   pure real(wp) function cosine_of_tilt(self, system, motion) result(g)
-      class(tilt_event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      associate (q => motion%state%q)
-         g = (q(1)**2 - q(2)**2 - q(3)**2 + q(4)**2)/dot_product(q, q)
-      end associate
-   end function cosine_of_tilt
-
-   pure real(wp) function angle_and_rate(self, system, motion) result(g)
-      class(angle_event_t), intent(in) :: self
-      type(system_t), intent(in) :: system
-      type(motion_t), intent(in) :: motion
-      g = 2*atan2(motion%state%q(4), motion%state%q(1)) + self%lead*motion%omega(3)
-   end function angle_and_rate
-
-   subroutine keep_row(self, system, state, record, status)
-      class(keeper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-      self%states(min(self%rows, 5000)) = state
-      self%rows = self%rows + 1
-      self%last_work = record%work
-   end subroutine keep_row
-
-   subroutine keep_event(self, system, event, which, number, state, record, status)
-      class(keeper_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      class(event_t), intent(in) :: event
-      integer, intent(in) :: which
-      integer(long), intent(in) :: number
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(inout) :: status
-      self%n = min(self%n + 1, room)
-      self%times(self%n) = state%t
-      self%which(self%n) = which
-      self%numbers(self%n) = number
-      self%energies(self%n) = total_energy(system, state)
-      self%works(self%n) = record%work
-   end subroutine keep_event
 
    !> Zeros of Ω3 of the box by a method with fixed steps.
    subroutine flip(settings, dt, end_time, keeper, status)
@@ -156,7 +50,8 @@ contains
       type(event_list_t) :: events
       problem = box()
       call events%add(rate_event_t(name='flip'))
-      call integrate(problem%system, settings, problem%start, run_plan_t(time_step=dt, end_time=end_time), status, keeper, &
+      call integrate(problem%system, settings, problem%start, run_plan_t(time_step=dt, end_time=end_time), status, &
+         keeper, &
                      events=events)
    end subroutine flip
 
@@ -241,16 +136,6 @@ contains
       end do
    end subroutine nutation_extremes
 
-   !> A needle about axis 3 of the body, released at 150 degrees: ω0 = 2.378804133800210347603.
-   type(problem_t) function compass() result(problem)
-      real(wp), parameter :: omega0 = 2.378804133800210347603_wp
-      type(status_t) :: status
-      call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), problem%system%body, status)
-      call problem%system%effects%add(dipole_t([omega0**2, 0.0_wp, 0.0_wp], [1.0_wp, 0.0_wp, 0.0_wp]))
-      problem%start = make_state(problem%system, [cos(75*pi/180), 0.0_wp, 0.0_wp, sin(75*pi/180)], &
-                                 [0.0_wp, 0.0_wp, 0.0_wp])
-   end function compass
-
    subroutine needle(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: zero = 1.163636428084856387067_wp, graze(2) = [4.651033272447943756403_wp, &
@@ -291,7 +176,7 @@ contains
       type(status_t) :: status
       integer :: i
       problem = compass()
-      problem%system%effects = system_effects()
+      problem%system%effects = no_effects()
       problem%start = make_state(problem%system, [cos(0.5_wp), 0.0_wp, 0.0_wp, sin(0.5_wp)], [0.0_wp, 0.0_wp, 2.0_wp])
       call events%add(angle_event_t(name='north', period=2*pi))
       allocate (keeper)
@@ -301,12 +186,6 @@ contains
       if (allocated(error)) return
       call check_close(error, keeper%times(1:6), [(pi*i - 0.5_wp, i=1, 6)], 1e-12_wp, 'every pi seconds')
    end subroutine wraps
-
-   !> No effects.
-   function system_effects() result(effects)
-      use nutate_effect_list, only: effect_list_t
-      type(effect_list_t) :: effects
-   end function system_effects
 
    subroutine unnoticed(error)
       type(error_type), allocatable, intent(out) :: error
@@ -329,7 +208,8 @@ contains
             settings%linear_solver = methods(row)%linear_solver
             settings%conserve = methods(row)%projected
             plan = run_plan_t(time_step=0.03_wp, end_time=3.01_wp)
-            if (goal == 1) plan = run_plan_t(end_time=3.01_wp, goal=run_goal_t(local_tolerance=1e-5_wp), interval=0.07_wp)
+            if (goal == 1) plan = run_plan_t(end_time=3.01_wp, goal=run_goal_t(local_tolerance=1e-5_wp), &
+               interval=0.07_wp)
             allocate (plain, watched)
             a = problem%start
             b = problem%start
@@ -342,7 +222,8 @@ contains
             call check(error, plain%rows, watched%rows, trim(methods(row)%name)//': rows')
             if (allocated(error)) return
             do i = 0, plain%rows - 1
-               call check(error, all([plain%states(i)%q, plain%states(i)%p] == [watched%states(i)%q, watched%states(i)%p]), &
+               call check(error, all([plain%states(i)%q, plain%states(i)%p] == [watched%states(i)%q, &
+                  watched%states(i)%p]), &
                           trim(methods(row)%name)//' '//trim(methods(row)%linear_solver)//' noticed')
                if (allocated(error)) return
             end do
@@ -391,136 +272,6 @@ contains
       end do
    end subroutine stop_and_count
 
-   !> real_scenes, section 6: J = 1, u = 0.02, switching line s = θ + 2θ', on at 1e-2, off at 5e-3, 19 switches in 40 s.
-   subroutine bang_bang(error)
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: first(8) = [2.373397172404482_wp, 2.6344122549008547_wp, 4.6315632352028424_wp, &
-                                         4.9168711797659357_wp, 5.1208306770530034_wp, 5.4926958380445302_wp, &
-                                         5.6692506674570252_wp, 6.1735555496876636_wp], &
-                             last(2) = [-0.0039300749765000849_wp, 0.0012881294457582911_wp]
-      type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
-      type(event_list_t) :: events
-      type(integrator_settings_t) :: settings
-      type(state_t) :: state
-      type(status_t) :: status
-      type(run_summary_t) :: summary
-      integer :: row
-      real(wp) :: energy
-      call events%add(angle_event_t(name='minus on', lead=2.0_wp, level=1e-2_wp, direction=1, effect='minus', &
-                                    action=SWITCH_ON))
-      call events%add(angle_event_t(name='minus off', lead=2.0_wp, level=5e-3_wp, direction=-1, effect='minus', &
-                                    action=SWITCH_OFF))
-      call events%add(angle_event_t(name='plus on', lead=2.0_wp, level=-1e-2_wp, direction=-1, effect='plus', &
-                                    action=SWITCH_ON))
-      call events%add(angle_event_t(name='plus off', lead=2.0_wp, level=-5e-3_wp, direction=1, effect='plus', &
-                                    action=SWITCH_OFF))
-      do row = 1, size(methods)
-         if (methods(row)%order == 0) cycle
-         call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), problem%system%body, status)
-         problem%system%effects = system_effects()
-         call problem%system%effects%add(applied_torque_t(name='torque', label='plus', amplitude=[0.0_wp, 0.0_wp, 0.02_wp], &
-                                                          on=.false.))
-         call problem%system%effects%add(applied_torque_t(name='torque', label='minus', &
-                                                          amplitude=[0.0_wp, 0.0_wp, -0.02_wp]))
-         problem%start = make_state(problem%system, [cos(0.1_wp), 0.0_wp, 0.0_wp, sin(0.1_wp)], &
-                                    [0.0_wp, 0.0_wp, -0.01_wp])
-         settings = default_settings(methods(row)%name)
-         settings%order = methods(row)%order
-         settings%linear_solver = methods(row)%linear_solver
-         settings%conserve = methods(row)%projected
-         state = problem%start
-         energy = total_energy(problem%system, state)
-         allocate (keeper)
-         call integrate(problem%system, settings, state, run_plan_t(time_step=0.05_wp, end_time=40.0_wp), status, keeper, &
-                        summary, events)
-         call check(error, status%ok(), trim(methods(row)%name)//': '//trim(status%message))
-         if (allocated(error)) return
-         call check(error, keeper%n, 19, trim(methods(row)%name)//': switches')
-         if (allocated(error)) return
-         ! The torque is constant between switches: about a fixed axis all methods of order 4 and more are exact but for
-         ! the error of the attitude.
-         call check_close(error, keeper%times(1:8), first, merge(1e-4_wp, 1e-8_wp, methods(row)%order == 2), &
-                          trim(methods(row)%name))
-         if (allocated(error)) return
-         call check_close(error, 2*atan2(state%q(4), state%q(1)), last(1), merge(1e-4_wp, 1e-8_wp, methods(row)%order == 2), &
-                          trim(methods(row)%name)//': end')
-         if (allocated(error)) return
-         if (methods(row)%conserving) call check_below(error, abs(total_energy(problem%system, state) - energy - &
-                                                       sum(summary%work)), 1e-16_wp, trim(methods(row)%name)//': account')
-         if (allocated(error)) return
-         deallocate (keeper)
-      end do
-   end subroutine bang_bang
-
-   !> A field that is off while the needle points away: energy less what was booked is what it was.
-   subroutine switched_potential(error)
-      type(error_type), allocatable, intent(out) :: error
-      type(keeper_t), allocatable :: keeper
-      type(problem_t) :: problem
-      type(event_list_t) :: events
-      type(dipole_t) :: needle
-      type(integrator_settings_t) :: settings
-      type(state_t) :: state
-      type(status_t) :: status
-      type(run_summary_t) :: summary
-      real(wp) :: energy, scale
-      integer :: row
-      call events%add(angle_event_t(name='switch', level=1.0_wp, period=2*pi, effect='field', action=SWITCH_OVER))
-      do row = 1, size(methods)
-         if (methods(row)%order == 0 .or. .not. methods(row)%conserving) cycle
-         problem = compass()
-         problem%system%effects = system_effects()
-         needle = dipole_t([5.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 0.0_wp, 0.0_wp])
-         needle%label = 'field'
-         call problem%system%effects%add(needle)
-         problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 3.5_wp])
-         settings = default_settings(methods(row)%name)
-         settings%order = methods(row)%order
-         settings%linear_solver = methods(row)%linear_solver
-         settings%conserve = methods(row)%projected
-         state = problem%start
-         energy = total_energy(problem%system, state)
-         scale = energy + 10
-         allocate (keeper)
-         call integrate(problem%system, settings, state, run_plan_t(time_step=0.04_wp, end_time=10.0_wp), status, keeper, &
-                        summary, events)
-         call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
-         call check(error, keeper%n > 2, trim(methods(row)%name)//': switches')
-         if (allocated(error)) return
-         call check(error, abs(summary%world_work) > 0.1_wp, 'work of the world')
-         if (allocated(error)) return
-         call check_close(error, keeper%last_work, summary%world_work, 0.0_wp, 'the last row has it')
-         if (allocated(error)) return
-         if (mod(keeper%n, 2) == 1) call problem%system%effects%switch('field')
-         call check_below(error, abs(total_energy(problem%system, state) - energy - summary%world_work), 64*eps*scale, &
-                          trim(methods(row)%name)//': account')
-         if (allocated(error)) return
-         deallocate (keeper)
-      end do
-   end subroutine switched_potential
-
-   !> Without a dead band: a torque that drives the rate through zero each time.
-   subroutine endless_switches(error)
-      type(error_type), allocatable, intent(out) :: error
-      type(problem_t) :: problem
-      type(event_list_t) :: events
-      type(state_t) :: state
-      type(status_t) :: status
-      call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), problem%system%body, status)
-      call problem%system%effects%add(applied_torque_t(name='torque', label='push', amplitude=[0.0_wp, 0.0_wp, 2.0_wp], &
-                                                       on=.false.))
-      call problem%system%effects%add(applied_torque_t(name='torque', label='drag', amplitude=[0.0_wp, 0.0_wp, -1.0_wp]))
-      state = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.0_wp])
-      call events%add(rate_event_t(name='chatter', level=0.5_wp, effect='push', action=SWITCH_OVER))
-      call integrate(problem%system, integrator_settings_t(), state, run_plan_t(time_step=0.1_wp, end_time=2.0_wp), status, &
-                     events=events)
-      call check(error, status%code, NUTATE_STEP_LIMIT, trim(status%message))
-      if (allocated(error)) return
-      call check(error, index(status%message, 'chatter') > 0, 'the event is named')
-   end subroutine endless_switches
-
    subroutine invariants_at_events(error)
       type(error_type), allocatable, intent(out) :: error
       type(keeper_t), allocatable :: keeper
@@ -542,7 +293,8 @@ contains
          state = problem%start
          energy = total_energy(problem%system, state)
          allocate (keeper)
-         call integrate(problem%system, settings, state, run_plan_t(time_step=0.03_wp, end_time=12.0_wp), status, keeper, &
+         call integrate(problem%system, settings, state, run_plan_t(time_step=0.03_wp, end_time=12.0_wp), status, &
+            keeper, &
                         events=events)
          call check(error, keeper%n > 1 .and. status%ok(), trim(methods(row)%name)//': events')
          if (allocated(error)) return

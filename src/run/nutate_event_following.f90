@@ -1,5 +1,5 @@
-!> Events in the steps of a run: each step of the method is searched as it is done; what happens in it is shown in the order
-!> of time, and a step in which an event stops the run or switches something ends there.
+!> Events in the steps of a run: each step of the method is searched as it is done; what happens in it is shown in the
+!> order of time, and a step in which an event stops the run or switches something ends there.
 module nutate_event_following
    use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON
    use nutate_event_roots, only: curve_t, find_first_root, node_t
@@ -187,7 +187,8 @@ contains
             hunt%curve%mark => mark
             hunt%curve%event = k
             call find_first_root(hunt%curve, from, hunt%curve%last, hunt%turn, hunt%scale, event%wanted(), &
-                                 spacing(max(abs(mark%state%t), abs(length)))/abs(length), hunt%found, hunt%root, status)
+                                 spacing(max(abs(mark%state%t), abs(length)))/abs(length), hunt%found, hunt%root, &
+                                 status)
          end associate
       end subroutine find_next
 
@@ -225,7 +226,8 @@ contains
          type(state_t) :: state
          type(run_record_t) :: record
          real(wp) :: work
-         call policy%look_inside(system, mark%state, progress, mark%state%t + hunts(k)%root%s*length, state, work, status)
+         call policy%look_inside(system, mark%state, progress, mark%state%t + hunts(k)%root%s*length, state, work, &
+            status)
          if (status%code /= 0) return
          record = progress%record
          record%work = mark%total + work
@@ -275,14 +277,16 @@ contains
             watched%last_time = state%t
             hunts(k)%curve%first%side = hunts(k)%root%side
             if (abs(hunts(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
-            if (present(observer)) call observer%show_event(system, watched%event, k, watched%number, state, record, status)
+            if (present(observer)) call observer%show_event(system, watched%event, k, watched%number, state, record, &
+               status)
             if (status%code /= 0) return
             if (ends_run(watched%event, watched%number)) events%stopped = .true.
             if (watched%event%action == 0) return
             events%n_due = events%n_due + 1
             events%due(events%n_due) = k
             events%switches = events%switches + 1
-            if (events%switches > most_switches) status = fail(NUTATE_STEP_LIMIT, "more than 1000 switches in one step, "// &
+            if (events%switches > most_switches) status = fail(NUTATE_STEP_LIMIT, &
+               "more than 1000 switches in one step, "// &
                "the last by the event '"//trim(watched%event%name)//"': they follow each other without end")
          end associate
       end subroutine happen

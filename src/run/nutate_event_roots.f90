@@ -4,8 +4,8 @@
 !> A step is known at its ends, by the function and its derivative. Between them it is evaluated only where a root can
 !> be: the function can move away from its ends by about `|f'| + scale·turn²`, the turn of the body in the step in
 !> radians. What cannot be excluded so is halved, down to an eighth of the step: there a change of sign is one root, and
-!> an extremum towards zero is looked at for a pair of them. A pair nearer to each other than that, off the extremum that
-!> the ends point to, can be missed.
+!> an extremum towards zero is looked at for a pair of them. A pair nearer to each other than that, off the extremum
+!> that the ends point to, can be missed.
 module nutate_event_roots
    use nutate_kinds, only: wp, eps
    use nutate_status, only: status_t
@@ -177,8 +177,8 @@ contains
       end do
    end subroutine look_beyond
 
-   !> The root between two places on different sides: Newton's iteration from the root of the cubic through both, halving
-   !> the bracket where it leaves it or is slow.
+   !> The root between two places on different sides: Newton's iteration from the root of the cubic through both,
+   !> halving the bracket where it leaves it or is slow.
    subroutine refine(curve, search, a, b, status)
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(inout) :: search

@@ -61,8 +61,8 @@ module nutate_event_tracker
       integer :: n_due = 0
       !> Switches since the last whole step.
       integer :: switches = 0
-      !> The motion at the end of the last step, and the torques that acted in it; with functions and slopes of the events
-      !> there, if it is known.
+      !> The motion at the end of the last step, and the torques that acted in it; with functions and slopes of the
+      !> events there, if it is known.
       type(motion_t) :: motion = motion_t()
       logical, allocatable :: acts(:)
       logical :: known = .false.
@@ -146,8 +146,8 @@ contains
       end associate
    end subroutine ask
 
-   !> Makes functions and slopes known at the start of a step, as they are in it: where other torques act than in the last
-   !> one they are others.
+   !> Makes functions and slopes known at the start of a step, as they are in it: where other torques act than in the
+   !> last one they are others.
    subroutine open_step(self, system, state, window_time)
       class(event_tracker_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -144,8 +144,8 @@ contains
       call move_alloc(fixed, self%policy)
    end subroutine begin_by_stepper
 
-   !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not, and for switches
-   !> in a run to an accuracy, whose pilot runs do not look for events.
+   !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not, and for
+   !> switches in a run to an accuracy, whose pilot runs do not look for events.
    subroutine expect(self, events, system, status)
       !> Begun.
       class(run_t), intent(inout) :: self
@@ -165,7 +165,8 @@ contains
       if (events%count() == 0) return
       do i = 1, events%count()
          if (events%slots(i)%item%action /= 0 .and. progress%plan%goal%accuracy > 0.0_wp) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'an accuracy is promised only where nothing is switched (expected time_step '// &
+            status = fail(NUTATE_BAD_ARGUMENT, &
+               'an accuracy is promised only where nothing is switched (expected time_step '// &
                           'or local_tolerance with a switch)', 'switch')
             return
          end if

@@ -92,7 +92,8 @@ module nutate_step_policy
          type(status_t), intent(inout) :: status
       end subroutine look
 
-      !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the method.
+      !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the
+      !> method.
       subroutine take_again(self, system, progress, t_end, status)
          import :: step_policy_t, system_t, progress_t, status_t, wp
          class(step_policy_t), intent(inout) :: self

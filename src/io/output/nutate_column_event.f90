@@ -17,7 +17,8 @@ module nutate_column_event
    integer, parameter, public :: most_columns = 3
 
    !> The columns that can be asked for, comma separated: those that are smooth functions of the state.
-   character(len=*), parameter :: event_columns = 'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
+   character(len=*), &
+      parameter :: event_columns = 'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
                                                   'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total'
 
    !> A sum of columns with weights.

@@ -116,7 +116,8 @@ contains
       if (group%has('direction') .and. abs(event%direction) /= 1) then
          call error%raise(group%line_of('direction'), 'direction is neither up nor down', expected='1 or -1')
       else if (event%kind /= CROSSING .and. group%has('direction')) then
-         call error%raise(group%line_of('direction'), 'an extremum has no direction', expected="extremum = 'maximum' or "// &
+         call error%raise(group%line_of('direction'), 'an extremum has no direction', &
+            expected="extremum = 'maximum' or "// &
                           "'minimum' without direction")
       else if (event%kind /= CROSSING .and. group%has('modulo')) then
          call error%raise(group%line_of('modulo'), 'an extremum has no modulo', expected='modulo with crosses')
@@ -154,10 +155,13 @@ contains
          event%action = SWITCH_OFF
       case ('over')
          event%action = SWITCH_OVER
+      case default
+         event%action = 0
       end select
       label = trim(adjustl(text(:max(at - 1, 0))))
       if (event%action == 0 .or. label == '') then
-         call error%raise(group%line_of('switch'), 'switch is '//quoted(text), expected="'NAME on', 'NAME off' or 'NAME over'")
+         call error%raise(group%line_of('switch'), 'switch is '//quoted(text), &
+            expected="'NAME on', 'NAME off' or 'NAME over'")
       else if (.not. effects%has(label)) then
          call error%raise(group%line_of('switch'), 'no effect that can be switched is called '//quoted(label), &
                           expected='the name of an effect; a rotor cannot be switched')

@@ -58,7 +58,8 @@ contains
       output%events = trim(group%text('events', ''))
       if (group%has('events') .and. (output%events == '' .or. output%events == '-' .or. output%events == path .or. &
                                      output%events == output%file)) &
-         call error%raise(group%line_of('events'), 'events is no file of its own', expected='the name of another CSV file')
+         call error%raise(group%line_of('events'), 'events is no file of its own', &
+         expected='the name of another CSV file')
       call allow_one_of(group, [character(len=name_length) :: 'every', 'interval'], error)
       if (error%raised) return
       plan%every = group%whole('every', 1)
