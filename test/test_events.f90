@@ -1,11 +1,13 @@
 !> Events against closed forms: when a box flips, when a top nutates, when a compass needle passes; what
 !> ends a run; what is not noticed.
 module test_events
+   use nutate_column_event, only: column_event_t, event_columns
    use nutate_event, only: EXTREMUM, MAXIMUM, MINIMUM
    use nutate_event_tracker, only: event_list_t
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_methods, only: default_settings, methods
+   use nutate_motion, only: displaced, find_motion, find_rates, motion_t
    use nutate_progress, only: run_summary_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -37,6 +39,7 @@ contains
                   new_unittest("steps, rows and their bits are the same with events", unnoticed), &
                   new_unittest("stop ends the run at the event, count at the n-th", stop_and_count), &
                   new_unittest("the invariants of states at events are those of the run", invariants_at_events), &
+                  new_unittest("rates of columns are those of their values", column_rates), &
                   new_unittest("directions count", directions)]
    end subroutine collect_events
 
@@ -304,6 +307,39 @@ contains
          deallocate (keeper)
       end do
    end subroutine invariants_at_events
+
+   !> Central differences of sixth order along the tangent of the motion.
+   subroutine column_rates(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: h = 2e-3_wp, weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
+      type(problem_t) :: problem
+      type(column_event_t) :: event
+      type(motion_t) :: here, ahead, behind
+      real(wp) :: rate, change
+      integer :: i, at, last
+      problem = forced_body()
+      call find_motion(problem%system, problem%start, here)
+      call find_rates(problem%system, 0.0_wp, here)
+      at = 0
+      do while (at < len(event_columns))
+         last = index(event_columns(at + 1:)//',', ',') - 1
+         event%columns(1) = event_columns(at + 1:at + last)
+         call event%place()
+         rate = 0.0_wp
+         do i = 1, 3
+            call find_motion(problem%system, displaced(here, i*h), ahead)
+            call find_motion(problem%system, displaced(here, -i*h), behind)
+            change = event%value(problem%system, ahead) - event%value(problem%system, behind)
+            ! Angles without a turn of 2π.
+            if (abs(change) > 1.9_wp*pi .and. abs(change) < 2.1_wp*pi) change = change - sign(2*pi, change)
+            rate = rate + weights(i)*change/h
+         end do
+         call check_close(error, event%rate(problem%system, here), rate, 1e-10_wp*max(1.0_wp, abs(rate)), &
+                          trim(event%columns(1)))
+         if (allocated(error)) return
+         at = at + last + 1
+      end do
+   end subroutine column_rates
 
    subroutine directions(error)
       type(error_type), allocatable, intent(out) :: error

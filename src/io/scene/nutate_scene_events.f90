@@ -78,6 +78,7 @@ contains
       do i = 1, n
          event%columns(i) = group%text_at('when', i)
       end do
+      call event%place()
       if (group%has('weights')) then
          if (group%count_of('weights') /= n) then
             call error%raise(group%line_of('weights'), 'weights are not as many as columns', &
