@@ -10,6 +10,7 @@ module nutate_check_command
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_event_words, only: event_text
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
@@ -66,6 +67,7 @@ contains
       call add_body(page, scene)
       call add_start(page, scene)
       call add_effects(page, scene)
+      if (scene%events%count() > 0) call add_events(page, scene)
       call add_method(page, scene)
       call add_invariants(page, scene)
       call add_output(page, scene)
@@ -111,6 +113,19 @@ contains
       end associate
    end subroutine add_start
 
+   !> Every event.
+   subroutine add_events(page, scene)
+      type(page_t), intent(inout) :: page
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      call page%line('events')
+      do i = 1, scene%events%count()
+         associate (event => scene%events%slots(i)%item)
+            call page%item("'"//trim(event%name)//"'", event_text(event))
+         end associate
+      end do
+   end subroutine add_events
+
    !> Every active effect, as the scene gives it; nothing else is simulated.
    subroutine add_effects(page, scene)
       type(page_t), intent(inout) :: page
@@ -125,7 +140,8 @@ contains
       do i = 1, size(scene%groups)
          do k = 1, size(kinds)
             if (kinds(k)%group%name /= scene%groups(i)%name) cycle
-            call page%item(trim(scene%groups(i)%name), settings_text(scene%groups(i), kinds(k)%group%keys))
+            call page%item(trim(scene%groups(i)%name), settings_text(scene%groups(i), kinds(k)%group%keys)// &
+                           switch_text(scene%groups(i)))
             is_free = .false.
          end do
       end do
@@ -148,6 +164,15 @@ contains
       end do
       if (text == '') text = 'default values'
    end function settings_text
+
+   !> What an effect is called, and that it is off.
+   pure function switch_text(group) result(text)
+      type(group_t), intent(in) :: group
+      character(len=:), allocatable :: text
+      text = ''
+      if (group%has('name')) text = "; called '"//group%text('name', '')//"'"
+      if (.not. group%flag('on', .true.)) text = text//'; off at the start'
+   end function switch_text
 
    subroutine add_method(page, scene)
       type(page_t), intent(inout) :: page

@@ -42,6 +42,7 @@ contains
       type(problem_t) :: problem
 
       call load_scene(command, scene, exit_code)
+      if (exit_code == EXIT_SUCCESS) call refuse_switches(scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call open_outputs(command, scene, outputs, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
@@ -188,5 +189,20 @@ contains
          call report(command%plot, status, exit_code)
       end if
    end subroutine show
+
+   !> Refuses a scene whose events switch effects: its motion is not that of the study, which looks for no events.
+   subroutine refuse_switches(scene, exit_code)
+      type(scene_t), intent(in) :: scene
+      integer, intent(inout) :: exit_code
+      integer :: i
+      do i = 1, scene%events%count()
+         if (scene%events%slots(i)%item%action == 0) cycle
+         call say_error('nutate: '//printable_path(scene%file)// &
+            ': a study of costs looks for no events, and the scene has '// &
+                        'effects that events switch (expected no switch)')
+         exit_code = EXIT_INPUT
+         return
+      end do
+   end subroutine refuse_switches
 
 end module nutate_cost_command

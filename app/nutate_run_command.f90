@@ -4,11 +4,11 @@ module nutate_run_command
    use nutate_run_checkpoint, only: read_checkpoint
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
+   use nutate_event_history, only: events_name
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
-   use nutate_progress, only: run_summary_t
    use nutate_run, only: run_t
    use nutate_run_reports, only: report_checkpoint, report_failure, report_output, report_signal, kept_rows
    use nutate_run_watcher, only: run_watcher_t
@@ -42,6 +42,7 @@ contains
       if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
+      if (status%ok()) call run%expect(scene%events, scene%system, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          exit_code = EXIT_INPUT
@@ -57,6 +58,8 @@ contains
          call watcher%checkpoint%prepare(command%resume, command%every_seconds, scene, .true.)
       end if
       call open_history(command, scene, watcher, archive, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. events_file(scene) /= '') call open_events(command, scene, watcher, &
+         archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call simulate(command, scene, run, watcher, archive, exit_code)
    end subroutine run_command
 
@@ -95,9 +98,18 @@ contains
       problem = ''
       if (same_file(scene%file, scene%output%file)) &
          problem = printable_path(scene%output%file)//' is the scene itself and will not be written over'
+      if (events_file(scene) /= '') then
+         if (same_file(scene%file, events_file(scene))) &
+            problem = printable_path(events_file(scene))//' is the scene itself and will not be written over'
+         if (events_file(scene) == scene%output%file) &
+            problem = printable_path(events_file(scene))// &
+            ' is where the rows go (expected another name in &output events)'
+      end if
       if (allocated(command%checkpoint)) then
          associate (file => command%checkpoint)
-            if (.not. goes_to_file(scene%output%file)) then
+            if (file == events_file(scene)) then
+               problem = '--checkpoint '//printable_path(file)//' is where the events go'
+            else if (.not. goes_to_file(scene%output%file)) then
                problem = '--checkpoint needs rows in a file (expected --output FILE)'
             else if (file == scene%output%file) then
                problem = '--checkpoint '//printable_path(file)//' is where the rows go'
@@ -184,6 +196,61 @@ contains
       end if
    end subroutine open_history
 
+   !> The file of the events; blank where there is none.
+   function events_file(scene) result(name)
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: name
+      name = ''
+      if (scene%events%count() == 0) return
+      name = scene%output%events
+      if (name == '') name = events_name(scene%output%file)
+   end function events_file
+
+   !> Opens the file of the events, or goes on with that of an archive; where that fails, the history is not kept
+   !> either.
+   subroutine open_events(command, scene, watcher, archive, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(run_watcher_t), intent(inout) :: watcher
+      type(byte_archive_t), allocatable, intent(inout) :: archive
+      integer, intent(inout) :: exit_code
+      type(status_t) :: status, closing
+      character(len=:), allocatable :: name
+      name = events_file(scene)
+      watcher%events%file%stop_flag = signal_flag()
+      associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
+         if (allocated(archive)) then
+            call watcher%events%reopen(name, columns, scene%system, scene%initial, j0, archive, status)
+         else
+            call watcher%events%open(name, columns, scene%system, scene%initial, j0, status)
+         end if
+      end associate
+      if (status%ok()) return
+      call watcher%history%abandon(closing)
+      exit_code = EXIT_OUTPUT
+      if (allocated(archive)) exit_code = EXIT_INPUT
+      if (allocated(archive)) then
+         call say_error('nutate: '//printable_path(command%resume)//' cannot be resumed: '//printable_path(name)// &
+            ': '// &
+                        trim(status%message))
+      else
+         call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+      end if
+   end subroutine open_events
+
+   !> Ends the file of the events: complete, with its name, or not. Errors: `NUTATE_IO`.
+   subroutine close_events(watcher, is_complete, status)
+      type(run_watcher_t), intent(inout) :: watcher
+      logical, intent(in) :: is_complete
+      type(status_t), intent(inout) :: status
+      if (.not. watcher%events%wanted) return
+      if (is_complete) then
+         call watcher%events%file%finish(status)
+      else
+         call watcher%events%file%abandon(status)
+      end if
+   end subroutine close_events
+
    !> Integrates and ends the history, complete or not.
    subroutine simulate(command, scene, run, watcher, archive, exit_code)
       type(command_t), intent(in) :: command
@@ -200,7 +267,7 @@ contains
       if (status%ok()) call run%go(scene%system, status, watcher)
       call watcher%progress%erase()
       if (status%ok()) then
-         call complete(command, scene, watcher, run%summary, exit_code)
+         call complete(command, scene, watcher, run, exit_code)
       else
          call give_up(scene, run, watcher, status, exit_code)
       end if
@@ -222,14 +289,21 @@ contains
    end subroutine resume
 
    !> Gives a complete history its name and says what the run came to.
-   subroutine complete(command, scene, watcher, summary, exit_code)
+   subroutine complete(command, scene, watcher, run, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       type(run_watcher_t), intent(inout) :: watcher
-      type(run_summary_t), intent(in) :: summary
+      type(run_t), intent(in) :: run
       integer, intent(out) :: exit_code
       type(status_t) :: status
       exit_code = EXIT_SUCCESS
+      call close_events(watcher, .true., status)
+      if (.not. status%ok()) then
+         exit_code = EXIT_OUTPUT
+         call say_error('nutate: cannot write '//printable_path(events_file(scene))//': '//trim(status%message))
+         call watcher%history%abandon(status)
+         return
+      end if
       call watcher%history%finish(status)
       if (.not. status%ok()) then
          exit_code = EXIT_OUTPUT
@@ -241,7 +315,7 @@ contains
          exit_code = EXIT_OUTPUT
          call report_checkpoint('remove', watcher, status)
       end if
-      if (.not. command%quiet) call show_page(summary_page(scene, watcher, summary), STANDARD_ERROR, exit_code)
+      if (.not. command%quiet) call show_page(summary_page(scene, watcher, run), STANDARD_ERROR, exit_code)
    end subroutine complete
 
    !> Ends a history that is not complete, and says why it is not.
@@ -253,6 +327,7 @@ contains
       type(status_t), intent(in) :: status
       integer, intent(out) :: exit_code
       type(status_t) :: closing
+      call close_events(watcher, .false., closing)
       call watcher%history%abandon(closing)
       if (status%code == NUTATE_STOPPED .or. (status%code == NUTATE_IO .and. caught_signal() /= 0 .and. &
                                               .not. goes_to_file(scene%output%file))) then

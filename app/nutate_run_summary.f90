@@ -7,7 +7,7 @@ module nutate_run_summary
    use nutate_kinds, only: wp, long
    use nutate_notes, only: body_notes, note_t
    use nutate_printable, only: printable_path
-   use nutate_progress, only: run_summary_t
+   use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
@@ -19,10 +19,10 @@ module nutate_run_summary
 contains
 
    !> Steps, times, iterations and how well the invariants were kept over the rows.
-   function summary_page(scene, watcher, summary) result(page)
+   function summary_page(scene, watcher, run) result(page)
       type(scene_t), intent(in) :: scene
       type(run_watcher_t), intent(in) :: watcher
-      type(run_summary_t), intent(in) :: summary
+      type(run_t), intent(in) :: run
       type(page_t) :: page
       type(note_t), allocatable :: notes(:)
       integer :: i
@@ -30,13 +30,14 @@ contains
       call page%line(printable_path(scene%file)//': '//scene%title)
       if (scene%choice /= '') &
          call page%item('method', trim(scene%integrator%method)//', chosen by auto: '//scene%choice)
-      call add_effort(page, scene, summary, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
+      call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
       if (scene%integrator%conserve) call page%item('projection', 'onto the invariants, after each step')
       call add_invariants(page, watcher%invariants)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
-      do i = 1, size(summary%work)
-         call page%item('work of '//torque_name(scene%system%effects, i), rounded_text(summary%work(i))//' J')
+      do i = 1, size(run%summary%work)
+         call page%item('work of '//torque_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
       end do
+      if (allocated(run%events)) call add_events(page, watcher, run)
       call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
                      count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
       call body_notes(scene%system%body, notes)
@@ -46,42 +47,44 @@ contains
    end function summary_page
 
    !> Steps, times and iterations.
-   subroutine add_effort(page, scene, summary, seconds, output_seconds)
+   subroutine add_effort(page, scene, run, seconds, output_seconds)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
-      type(run_summary_t), intent(in) :: summary
+      type(run_t), intent(in) :: run
       !> Wall time, all and that spent on rows, s.
       real(wp), intent(in) :: seconds, output_seconds
       real(wp) :: n
-      n = max(real(summary%steps, wp), 1.0_wp)
+      n = max(real(run%summary%steps, wp), 1.0_wp)
       if (scene%plan%goal%active() .and. scene%integrator%order < 1) then
-         call page%item('steps', count_text(summary%steps)//' of the closed solution, to t = '// &
-                        rounded_text(scene%plan%end_time)//' s')
+         call page%item('steps', count_text(run%summary%steps)//' of the closed solution, to t = '// &
+                        rounded_text(run%state%t)//' s')
       else if (scene%plan%goal%active()) then
-         call add_control(page, scene%plan, summary)
+         call add_control(page, scene%plan, run)
       else
-         call page%item('steps', count_text(summary%steps)//' of '//rounded_text(scene%plan%time_step)// &
-                        ' s, to t = '//rounded_text(scene%plan%end_time)//' s')
-         if (summary%cut_steps > 0) call page%item('cut steps', count_text(summary%cut_steps)//', '// &
-                                                   count_text(summary%parts)//' steps and parts in all')
+         call page%item('steps', count_text(run%summary%steps)//' of '//rounded_text(scene%plan%time_step)// &
+                        ' s, to t = '//rounded_text(run%state%t)//' s')
+         if (run%summary%cut_steps > 0) call page%item('cut steps', count_text(run%summary%cut_steps)//', '// &
+                                                   count_text(run%summary%parts)//' steps and parts in all')
       end if
-      if (summary%unproved_steps > 0) &
-         call page%item('not proved', count_text(summary%unproved_steps)//' of the steps rest on a root that is '// &
+      if (run%summary%unproved_steps > 0) &
+         call page%item('not proved', count_text(run%summary%unproved_steps)// &
+         ' of the steps rest on a root that is '// &
                         'taken for that of the true motion without a proof (docs/stability.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
                      ' s for the rows')
       call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')
-      call page%item('Newton iterations', rounded_text(real(summary%iterations, wp)/n, 3)//' per step, '// &
-                     count_text(int(summary%most_iterations, long))//' at most')
+      call page%item('Newton iterations', rounded_text(real(run%summary%iterations, wp)/n, 3)//' per step, '// &
+                     count_text(int(run%summary%most_iterations, long))//' at most')
    end subroutine add_effort
 
    !> Steps that were chosen by their error.
-   subroutine add_control(page, plan, summary)
+   subroutine add_control(page, plan, run)
       type(page_t), intent(inout) :: page
       type(run_plan_t), intent(in) :: plan
-      type(run_summary_t), intent(in) :: summary
+      type(run_t), intent(in) :: run
+      associate (summary => run%summary)
       call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '// &
-                     rounded_text(plan%end_time)//' s; '//count_text(summary%cut_steps)//' more refused')
+                     rounded_text(run%state%t)//' s; '//count_text(summary%cut_steps)//' more refused')
       if (plan%goal%accuracy <= 0.0_wp) then
          call page%item('error of a step', 'below '//rounded_text(plan%goal%local_tolerance, 3)//' rad')
       else if (summary%estimate <= plan%goal%accuracy) then
@@ -96,7 +99,34 @@ contains
                         rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach: no steps could be '// &
                         'shown to meet it')
       end if
+      end associate
    end subroutine add_control
+
+   !> How often and when each event happened, what ended the run, and what switches have changed the energy by.
+   subroutine add_events(page, watcher, run)
+      type(page_t), intent(inout) :: page
+      type(run_watcher_t), intent(in) :: watcher
+      type(run_t), intent(in) :: run
+      character(len=:), allocatable :: text
+      integer :: i
+      do i = 1, size(run%events%watched)
+         associate (watched => run%events%watched(i))
+            text = 'never'
+            if (watched%number == 1) text = 'once, at t = '//rounded_text(watched%first_time, 15)//' s'
+            if (watched%number > 1) text = count_text(watched%number)//' times, from t = '// &
+                                           rounded_text(watched%first_time, 15)//' to '// &
+                                           rounded_text(watched%last_time, 15)//' s'
+            if (watched%number > 0) text = text//'; found to '//rounded_text(watched%worst, 2)// &
+                                           ' s, else as good as the steps'
+            call page%item("event '"//trim(watched%event%name)//"'", text)
+         end associate
+      end do
+      if (run%events%stopped) call page%item('end', 'by an event, at t = '//rounded_text(run%state%t, 15)//' s')
+      if (abs(run%summary%world_work) > 0.0_wp) &
+         call page%item('world work', rounded_text(run%summary%world_work)//' J by potentials switched on and off')
+      if (watcher%events%wanted) call page%item('events', plural(watcher%events%rows, 'row')//' in '// &
+                                                printable_path(watcher%events%file%name))
+   end subroutine add_events
 
    !> How well the invariants were kept.
    subroutine add_invariants(page, invariants)
@@ -131,7 +161,7 @@ contains
       end select
    end function kept_momentum
 
-   !> Name of a torque, numbered where there are several of the name.
+   !> Name of a torque: with what the scene calls it, or numbered where there are several of the name.
    function torque_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       !> Position among the torques.
@@ -140,6 +170,10 @@ contains
       logical :: same(effects%n_torques)
       integer :: k
       name = trim(effects%torques(i)%item%name)
+      if (effects%torques(i)%item%label /= '') then
+         name = name//" '"//trim(effects%torques(i)%item%label)//"'"
+         return
+      end if
       do k = 1, effects%n_torques
          same(k) = effects%torques(k)%item%name == name
       end do

@@ -3,6 +3,8 @@
 module nutate_run_watcher
    use nutate_byte_archive, only: byte_archive_t
    use nutate_run_checkpoint, only: checkpoint_t
+   use nutate_event, only: event_t
+   use nutate_event_history, only: event_history_t
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
@@ -21,6 +23,7 @@ module nutate_run_watcher
 
    type, extends(observer_t) :: run_watcher_t
       type(history_t) :: history
+      type(event_history_t) :: events
       type(invariants_t) :: invariants
       type(progress_bar_t) :: progress
       type(checkpoint_t) :: checkpoint
@@ -49,6 +52,7 @@ module nutate_run_watcher
       procedure :: observe => take_row
       procedure :: poll => look_up
       procedure :: watch => watch_step
+      procedure :: show_event => take_event
       procedure :: keep => write_checkpoint
    end type run_watcher_t
 
@@ -148,7 +152,22 @@ contains
       class(run_watcher_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       call self%history%watch(state)
+      call self%events%watch(state)
    end subroutine watch_step
+
+   !> Writes an event. Errors: those of the file.
+   subroutine take_event(self, system, event, which, number, state, record, status)
+      class(run_watcher_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      integer, intent(in) :: which
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      if (self%measures) call self%invariants%measure(system, state, record%work)
+      call self%events%write(system, trim(event%name), number, state, record, status)
+   end subroutine take_event
 
    !> Writes a checkpoint: the rows so far to the disk, then what is needed to go on. Errors: `NUTATE_IO`; for a method
    !> that cannot be archived `NUTATE_BAD_ARGUMENT`.
@@ -163,6 +182,7 @@ contains
       else
          call outer%begin_writing()
          call self%history%transfer(outer, status)
+         if (status%ok()) call self%events%transfer(outer, status)
       end if
       if (status%ok()) then
          call transfer_values(self, outer)

@@ -342,14 +342,11 @@ int nutate_stepper_set_time_step(nutate_stepper *stepper, double time_step);
 int nutate_stepper_prepare(nutate_stepper *stepper);
 
 /* Sets the state; energy_residual and work count from here.
- *   ==>  t        s
- *   ==>  q        [4], attitude, body to space; unit to 1e-6, is normalised
- *   ==>  omega    [3], angular velocity, body axes, rad/s */
+ *   ==>  t, s; q [4], attitude, body to space, unit to 1e-6, is normalised; omega [3], body axes, rad/s */
 int nutate_stepper_set_state(nutate_stepper *stepper, double t, const double q[4], const double omega[3]);
 
 /* The same with the conjugate momentum, taken as it is.
- *   ==>  q        [4], attitude, unit to 1e-6, is not normalised
- *   ==>  p        [4], p = 2 q o [0, L], kg m2/s */
+ *   ==>  q [4], attitude, unit to 1e-6, is not normalised; p [4], p = 2 q o [0, L], kg m2/s */
 int nutate_stepper_set_canonical(nutate_stepper *stepper, double t, const double q[4], const double p[4]);
 
 /* One step of the method, of any length: no more and no less than the method's step.
@@ -361,10 +358,14 @@ int nutate_stepper_step(nutate_stepper *stepper, double dt);
 
 /* Steps of the same length, as many calls of nutate_stepper_step would make.
  *   <=>  stepper  on failure at the state before the step that failed
- *   ==>  dt       s
- *   ==>  n        number of steps, >= 0
- *   <==  done     steps done, also on failure; or NULL */
+ *   ==>  dt, s; n, number of steps, >= 0   <==  done, steps done, also on failure; or NULL */
 int nutate_stepper_steps(nutate_stepper *stepper, double dt, int64_t n, int64_t *done);
+
+/* Keeps the starts of steps from now on, for nutate_stepper_state_at.   <=>  stepper */
+int nutate_stepper_keep_steps(nutate_stepper *stepper);
+/* The state at a time inside the last step that was kept, as good as the method; later steps do not notice.
+ *   ==>  t, s   <==  q [4], attitude; omega [3], body axes, rad/s.   Status: NUTATE_BAD_ARGUMENT for other times. */
+int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], double omega[3]);
 
 /* Nominal steps of the time_step set: as `nutate run` makes them. The k-th ends at t0 + k time_step; steps end where
  * torques start and stop; a step that fails is cut into parts. Calls in a row continue the count of steps.
@@ -389,9 +390,7 @@ int nutate_stepper_run(nutate_stepper *stepper, int64_t n, int64_t every, double
 int nutate_stepper_run_to(nutate_stepper *stepper, double end_time, int64_t every, double interval, double *rows,
                           size_t capacity, size_t *n_rows);
 
-/* Number of rows that nutate_stepper_run_to would have, with nominal steps.
- *   ==>  stepper, end_time, every
- *   <==  n_rows */
+/* Number of rows that nutate_stepper_run_to would have, with nominal steps.   ==>  stepper, end_time, every   <==  n_rows */
 int nutate_stepper_count_rows(const nutate_stepper *stepper, double end_time, int64_t every, size_t *n_rows);
 
 /* Chooses the columns of rows, t being always the first.

@@ -36,10 +36,13 @@ module nutate
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
+   use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: effect_t, potential_t, rotor_t, torque_t
    use nutate_effect_list, only: effect_list_t
+   use nutate_event, only: CROSSING, event_t, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+   use nutate_event_tracker, only: event_list_t
    use nutate_exact_free, only: free_body_t
    use nutate_exact_top, only: lagrange_top_t
    use nutate_gravity, only: gravity_t, standard_gravity
@@ -50,6 +53,7 @@ module nutate
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: long, pi, wp
    use nutate_methods, only: make_stepper
+   use nutate_motion, only: motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, run_summary_t
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &

@@ -29,6 +29,7 @@ program unit
    use test_conserve, only: collect_conserve
    use test_conserve_limits, only: collect_conserve_limits
    use test_control, only: collect_control
+   use test_dense_output, only: collect_dense_output
    use test_discrete_states, only: collect_discrete_states
    use test_effect_calls, only: collect_effect_calls
    use test_effect_gradients, only: collect_effect_gradients
@@ -36,6 +37,8 @@ program unit
    use test_effect_reference, only: collect_effect_reference
    use test_effects, only: collect_effects
    use test_euler, only: collect_euler
+   use test_event_switches, only: collect_event_switches
+   use test_events, only: collect_events
    use test_exact_elliptic, only: collect_exact_elliptic
    use test_exact_free, only: collect_exact_free
    use test_exact_steady, only: collect_exact_steady
@@ -130,12 +133,13 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), roots(:), series(:), others(:)
+      type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), others(:)
       stability = stability_suites()
+      inside = inside_suites()
       roots = root_suites()
       series = series_suites()
       others = other_suites()
-      suites = [stability, roots, series, others]
+      suites = [stability, roots, inside, series, others]
    end subroutine list_suites
 
    !> The suites of the Taylor series.
@@ -149,7 +153,8 @@ contains
          new_testsuite("taylor_steps", collect_taylor_steps)]
    end function series_suites
 
-   !> The suites but those of stability cases, of roots and of series: one line for each, here or there.
+   !> The suites but those of stability cases, of roots, of states inside of steps and of series:
+   !> one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
@@ -207,6 +212,16 @@ contains
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function other_suites
+
+   !> The suites about what lies inside of steps.
+   function inside_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("dense_output", collect_dense_output), &
+         new_testsuite("event_switches", collect_event_switches), &
+         new_testsuite("events", collect_events) &
+         ]
+   end function inside_suites
 
    !> The suites about the true root of a step.
    function root_suites() result(suites)

@@ -52,6 +52,8 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_set_canonical(NULL, 0.0, one, one));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_step(NULL, 0.1));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_steps(NULL, 0.1, 1, &n));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_keep_steps(NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_state_at(NULL, 0.1, x, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_run(NULL, 1, 1, x, 1, &size));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_run_to(NULL, 1.0, 1, 0.0, x, 1, &size));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_count_rows(NULL, 1.0, 1, &size));
@@ -181,6 +183,8 @@ static int null_in_stepper(nutate_stepper *stepper)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_canonical(stepper, 0.0, one, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_set_time_step(stepper, 0.01));
     EXPECT(NUTATE_OK, nutate_stepper_steps(stepper, 0.01, 1, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_state_at(stepper, 0.005, NULL, x));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_state_at(stepper, 0.005, x, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 2, 1, NULL, 0, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, 0.1, 1, 0.0, NULL, 0, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_count_rows(stepper, 1.0, 1, NULL));

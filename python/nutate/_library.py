@@ -62,6 +62,8 @@ SIGNATURES = {
     "nutate_stepper_set": (Handle, Text, Text),
     "nutate_stepper_set_state": (Handle, Double, Doubles, Doubles),
     "nutate_stepper_step": (Handle, Double),
+    "nutate_stepper_keep_steps": (Handle,),
+    "nutate_stepper_state_at": (Handle, Double, Doubles, Doubles),
     "nutate_stepper_steps": (Handle, Double, Long, ctypes.POINTER(Long)),
     "nutate_stepper_run": (Handle, Long, Long, Doubles, Size, Sizes),
     "nutate_stepper_set_columns": (Handle, Text),

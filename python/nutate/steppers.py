@@ -65,6 +65,17 @@ class Stepper(Owner):
         self._call("nutate_stepper_run", n, every, pointer(rows), len(rows), None)
         return dict(zip(names, rows.T))
 
+    def keep_steps(self):
+        """Keeps the starts of steps from now on, for `state_at`."""
+        self._call("nutate_stepper_keep_steps")
+
+    def state_at(self, t):
+        """Attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time inside the last step that was kept:
+        as good as the method, and unnoticed by the steps that follow."""
+        q, omega = np.empty(4), np.empty(3)
+        self._call("nutate_stepper_state_at", t, pointer(q), pointer(omega))
+        return q, omega
+
     def set_columns(self, *sets):
         """Chooses the sets of columns of `run`, as &output columns does."""
         self._call("nutate_stepper_set_columns", encoded(",".join(sets)))

@@ -41,6 +41,10 @@ module nutate_effect
    type, abstract :: effect_t
       !> Name of the effect: the scene's group name for the built-in ones.
       character(len=24) :: name = ''
+      !> What switches call this one; blank: nothing does.
+      character(len=24) :: label = ''
+      !> It acts; one that does not costs nothing. A rotor always acts.
+      logical :: on = .true.
       !> Bounds, where they are known and `bound` is not overridden.
       type(given_bounds_t) :: given = given_bounds_t()
    contains
@@ -337,14 +341,14 @@ contains
       stop = huge(1.0_wp)
    end subroutine always
 
-   !> True inside the window and on its ends.
+   !> True inside the window and on its ends, for a torque that is on.
    pure logical function acts_at(self, t)
       class(torque_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       real(wp) :: start, stop
       call self%window(start, stop)
-      acts_at = t >= start .and. t <= stop
+      acts_at = t >= start .and. t <= stop .and. self%on
    end function acts_at
 
    pure logical function attitude_needed(self)

@@ -7,7 +7,7 @@ module nutate_effect_catalogue
    use nutate_effect, only: effect_t
    use nutate_gravity, only: build_gravity, gravity_keys
    use nutate_gravity_gradient, only: build_gravity_gradient, gravity_gradient_keys
-   use nutate_keys, only: group_kind_t, group_t, key_t
+   use nutate_keys, only: group_kind_t, group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_rotor, only: build_rotor, rotor_keys
    use nutate_spring, only: build_spring, spring_keys
    use nutate_status, only: status_t
@@ -64,7 +64,7 @@ contains
       allocate (longer(n + 1))
       longer(1:n) = kinds
       longer(n + 1)%group%name = name
-      longer(n + 1)%group%keys = keys
+      longer(n + 1)%group%keys = [keys, key_t(name='name', kind=KEY_TEXT), key_t(name='on', kind=KEY_LOGICAL)]
       longer(n + 1)%group%repeatable = .true.
       if (present(repeatable)) longer(n + 1)%group%repeatable = repeatable
       longer(n + 1)%build => build

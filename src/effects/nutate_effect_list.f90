@@ -1,5 +1,6 @@
 !> The effects that are active: sorted once by what the equations need of them, so that what is absent is never asked.
 module nutate_effect_list
+   use nutate_archive, only: archive_t
    use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
    use nutate_effect, only: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
@@ -9,9 +10,11 @@ module nutate_effect_list
    private
 
    public :: effect_list_t, potential_slot_t, torque_slot_t
-   !> Holds one potential.
+
+   !> Holds one potential, and its place in the order in which they were added.
    type :: potential_slot_t
       class(potential_t), allocatable :: item
+      integer :: place = 0
    end type potential_slot_t
 
    !> Holds one torque.
@@ -21,9 +24,11 @@ module nutate_effect_list
 
    !> All active effects. Several of a kind add up.
    type :: effect_list_t
-      !> Number of potentials in use.
+      !> Number of potentials that are on: they come first.
       integer :: n_potentials = 0
-      !> Number of torques in use.
+      !> Number of potentials that are off, behind them.
+      integer :: n_off = 0
+      !> Number of torques, on or off.
       integer :: n_torques = 0
       !> Number of rotors added.
       integer :: n_rotors = 0
@@ -37,6 +42,14 @@ module nutate_effect_list
       !> Gives bounds to the potential, or torque, of one's own that was added last.
       procedure :: bound_potential
       procedure :: bound_torque
+      !> Adds copies of all effects of another list, with the momentum of its rotors.
+      procedure :: append
+      !> There is an effect of a label that can be switched.
+      procedure :: has
+      !> Switches the effects of a label.
+      procedure :: switch
+      !> Shows to an archive which effects are on.
+      procedure :: transfer_switches
       !> True if the motion depends on the attitude.
       procedure :: needs_attitude
       !> Times between two times at which a torque starts or stops.
@@ -59,6 +72,103 @@ contains
          self%rotor_momentum = self%rotor_momentum + effect%momentum
       end select
    end subroutine add
+
+   !> Adds copies of all effects of another list, with the momentum of its rotors.
+   subroutine append(self, other)
+      class(effect_list_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: other
+      integer :: i, place
+      do place = 1, other%n_potentials + other%n_off
+         do i = 1, other%n_potentials + other%n_off
+            if (other%potentials(i)%place == place) call self%add(other%potentials(i)%item)
+         end do
+      end do
+      do i = 1, other%n_torques
+         call self%add(other%torques(i)%item)
+      end do
+      self%n_rotors = self%n_rotors + other%n_rotors
+      self%rotor_momentum = self%rotor_momentum + other%rotor_momentum
+   end subroutine append
+
+   !> True if there is a potential or a torque of a label.
+   pure logical function has(self, label)
+      class(effect_list_t), intent(in) :: self
+      character(len=*), intent(in) :: label
+      integer :: i
+      has = .false.
+      do i = 1, self%n_torques
+         has = has .or. self%torques(i)%item%label == label
+      end do
+      do i = 1, self%n_potentials + self%n_off
+         has = has .or. self%potentials(i)%item%label == label
+      end do
+   end function has
+
+   !> Switches the effects of a label on or off. Whoever works with the list must be prepared anew.
+   subroutine switch(self, label, on)
+      class(effect_list_t), intent(inout) :: self
+      character(len=*), intent(in) :: label
+      !> Absent: on if it was off, and the other way round.
+      logical, intent(in), optional :: on
+      integer :: i
+      do i = 1, self%n_torques
+         call switch_one(self%torques(i)%item, label, on)
+      end do
+      do i = 1, self%n_potentials + self%n_off
+         call switch_one(self%potentials(i)%item, label, on)
+      end do
+      if (self%n_potentials + self%n_off > 0) call sort_potentials(self)
+   end subroutine switch
+
+   subroutine switch_one(effect, label, on)
+      class(effect_t), intent(inout) :: effect
+      character(len=*), intent(in) :: label
+      logical, intent(in), optional :: on
+      if (effect%label /= label) return
+      effect%on = .not. effect%on
+      if (present(on)) effect%on = on
+   end subroutine switch_one
+
+   !> Puts the potentials that are on first, and each part in the order in which they were added.
+   subroutine sort_potentials(self)
+      class(effect_list_t), intent(inout) :: self
+      type(potential_slot_t), allocatable :: sorted(:)
+      integer :: pass, place, i, n
+      allocate (sorted(size(self%potentials)))
+      n = 0
+      do pass = 1, 2
+         do place = 1, size(sorted)
+            do i = 1, size(sorted)
+               if (.not. allocated(self%potentials(i)%item) .or. self%potentials(i)%place /= place) cycle
+               if (self%potentials(i)%item%on .neqv. pass == 1) cycle
+               n = n + 1
+               sorted(n)%place = place
+               call move_alloc(self%potentials(i)%item, sorted(n)%item)
+            end do
+         end do
+         if (pass == 1) self%n_potentials = n
+      end do
+      self%n_off = n - self%n_potentials
+      call move_alloc(sorted, self%potentials)
+   end subroutine sort_potentials
+
+   !> Shows to an archive which effects are on.
+   subroutine transfer_switches(self, archive)
+      !> The same effects as were shown before.
+      class(effect_list_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: i, place
+      do i = 1, self%n_torques
+         call archive%transfer(self%torques(i)%item%on)
+      end do
+      if (self%n_potentials + self%n_off == 0) return
+      do place = 1, size(self%potentials)
+         do i = 1, size(self%potentials)
+            if (self%potentials(i)%place == place) call archive%transfer(self%potentials(i)%item%on)
+         end do
+      end do
+      if (archive%is_reading()) call sort_potentials(self)
+   end subroutine transfer_switches
 
    !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be proved to be the
    !> true one. They must hold for all γ up to |n| long; a later call replaces them.
@@ -139,11 +249,11 @@ contains
       if (.not. taken) effect%given = kept
    end subroutine give_bounds
 
-   !> True if there is a potential, or a torque that depends on the attitude.
+   !> True if there is a potential, or a torque that depends on the attitude, on or off.
    pure logical function needs_attitude(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
-      needs_attitude = self%n_potentials > 0
+      needs_attitude = self%n_potentials + self%n_off > 0
       do i = 1, self%n_torques
          if (self%torques(i)%item%needs_attitude()) needs_attitude = .true.
       end do
@@ -175,14 +285,17 @@ contains
       class(effect_list_t), intent(inout) :: self
       class(potential_t), intent(in) :: effect
       type(potential_slot_t), allocatable :: grown(:)
-      integer :: i
-      allocate (grown(self%n_potentials + 1))
-      do i = 1, self%n_potentials
+      integer :: i, n
+      n = self%n_potentials + self%n_off
+      allocate (grown(n + 1))
+      do i = 1, n
+         grown(i)%place = self%potentials(i)%place
          call move_alloc(self%potentials(i)%item, grown(i)%item)
       end do
-      allocate (grown(self%n_potentials + 1)%item, source=effect)
+      allocate (grown(n + 1)%item, source=effect)
+      grown(n + 1)%place = n + 1
       call move_alloc(grown, self%potentials)
-      self%n_potentials = self%n_potentials + 1
+      call sort_potentials(self)
    end subroutine add_potential
 
    subroutine add_torque(self, effect)

@@ -113,7 +113,7 @@ contains
       character(len=24) :: name
       integer :: i
       name = ''
-      do i = 1, effects%n_potentials
+      do i = 1, effects%n_potentials + effects%n_off
          call note_missing_series(effects%potentials(i)%item, name)
       end do
       do i = 1, effects%n_torques
@@ -136,7 +136,7 @@ contains
       type(free_body_t) :: solution
       type(status_t) :: status
       associate (effects => system%effects, body => system%body)
-         has_closed_solution = effects%n_potentials + effects%n_torques + effects%n_rotors == 0 .and. &
+         has_closed_solution = effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors == 0 .and. &
                                .not. any(abs(effects%rotor_momentum) > 0.0_wp)
          if (.not. has_closed_solution) return
          call solution%prepare(body%moments, state%q, body_momentum(state), status, body%axes)
@@ -177,7 +177,7 @@ contains
       integer :: i
       associate (effects => system%effects)
          is_fast_top = effects%n_potentials > 0 .and. effects%n_torques + effects%n_rotors == 0
-         do i = 1, effects%n_potentials
+         do i = 1, effects%n_potentials + effects%n_off
             if (effects%potentials(i)%item%series_kind() /= LINEAR_SERIES) is_fast_top = .false.
          end do
       end associate

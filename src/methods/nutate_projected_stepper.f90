@@ -40,6 +40,9 @@ module nutate_projected_stepper
       integer :: count = 0, interval = 1
       !> q and p that the last step left, and as they were seen; shape (4).
       real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp, seen_q = 0.0_wp, seen_p = 0.0_wp
+      !> Where the last step began, if it can be taken again: state, count and interval; shape (4).
+      real(wp), dimension(4) :: first_q = 0.0_wp, first_p = 0.0_wp
+      integer :: first_count = 0, first_interval = 1
    contains
       !> Takes the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
@@ -47,6 +50,10 @@ module nutate_projected_stepper
       procedure :: set_up
       procedure :: advance
       procedure :: show
+      procedure :: keep_steps
+      procedure :: mark_step
+      procedure :: state_at
+      procedure :: forget_steps
       procedure :: transfer
    end type projected_stepper_t
 
@@ -122,25 +129,37 @@ contains
       if (status%code /= 0) state = first
    end subroutine advance
 
-   !> Takes the state from which a step starts: the one that the last step left, for a copy of it too; any other one is
-   !> projected after its first step.
+   !> Takes the state from which a step starts: the one that the last step left, for a copy of it too, or the one it
+   !> began with, for a step that is taken again; any other one is projected after its first step.
    subroutine go_on(self, system, state)
       type(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      if (self%begun) then
-         if (is_same(state, self%left_q, self%left_p)) return
+      logical :: known
+      known = self%begun
+      if (known) then
          if (is_same(state, self%seen_q, self%seen_p)) then
             state%q = self%left_q
             state%p = self%left_p
-            return
+         else if (self%keeps_steps .and. is_same(state, self%first_q, self%first_p)) then
+            self%count = self%first_count
+            self%interval = self%first_interval
+         else
+            known = is_same(state, self%left_q, self%left_p)
          end if
       end if
-      call self%projection%follow(system, state)
-      ! Until the step has been taken: one that fails may have been no state of the run.
-      self%begun = .false.
-      self%count = 0
-      self%interval = 1
+      if (.not. known) then
+         call self%projection%follow(system, state)
+         ! Until the step has been taken: one that fails may have been no state of the run.
+         self%begun = .false.
+         self%count = 0
+         self%interval = 1
+      end if
+      if (.not. self%keeps_steps) return
+      self%first_q = state%q
+      self%first_p = state%p
+      self%first_count = self%count
+      self%first_interval = self%interval
    end subroutine go_on
 
    !> True for a state with this attitude and momentum.
@@ -192,6 +211,49 @@ contains
       self%seen_q = state%q
       self%seen_p = state%p
    end subroutine show
+
+   !> The starts of steps are kept where they are taken again: without the projection.
+   recursive subroutine keep_steps(self)
+      class(projected_stepper_t), intent(inout) :: self
+      call self%base%keep_steps()
+      self%keeps_steps = .true.
+   end subroutine keep_steps
+
+   !> Takes the start of a step.
+   recursive subroutine mark_step(self, state, dt, window_time)
+      class(projected_stepper_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt, window_time
+      type(state_t) :: start
+      start = state
+      if (.not. self%each .and. self%begun) then
+         if (is_same(state, self%seen_q, self%seen_p)) then
+            start%q = self%left_q
+            start%p = self%left_p
+         end if
+      end if
+      call self%base%mark_step(start, dt, window_time)
+   end subroutine mark_step
+
+   !> The state at a time inside the last step, projected. Errors: those of the stepper and of the projection.
+   recursive subroutine state_at(self, system, t, state, work, status)
+      class(projected_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      type(state_t) :: inside
+      call self%base%state_at(system, t, inside, work, status)
+      if (status%ok()) call self%projection%project_inside(system, inside, work, status)
+      if (status%ok()) state = inside
+   end subroutine state_at
+
+   !> So does the stepper.
+   recursive subroutine forget_steps(self)
+      class(projected_stepper_t), intent(inout) :: self
+      call self%base%forget_steps()
+   end subroutine forget_steps
 
    !> What the stepper and the projection remember.
    subroutine transfer(self, archive)

@@ -6,15 +6,15 @@
 !> start of the step, which keep the invariants and leave the run as it is.
 module nutate_error_control
    use nutate_archive, only: archive_t
+   use nutate_disturbance, only: disturb_state
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: count_step, progress_t
-   use nutate_quaternion, only: attitude_distance, quat_norm, quat_product
-   use nutate_run_loop, only: step_policy_t
-   use nutate_run_plan, only: run_plan_t
+   use nutate_progress, only: count_step, progress_t, total_work
+   use nutate_quaternion, only: attitude_distance, quat_norm
+   use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t, stepper_t
@@ -34,6 +34,9 @@ module nutate_error_control
       real(wp) :: round_off = 0.0_wp
       !> The whole step, its halves (or the only one), and branches for rows; each with its own memory, where needed.
       class(stepper_t), allocatable :: whole, half, branch
+      !> A branch for events, which rows do not notice; it has been used since the last step.
+      class(stepper_t), allocatable :: probe
+      logical :: probed = .false.
       !> Work of each torque in the step tried, J; shape (number of torques).
       real(wp), allocatable :: work(:)
       !> State and work of all torques before the last step, J.
@@ -58,6 +61,10 @@ module nutate_error_control
       procedure :: disturb
       procedure :: advance
       procedure :: state_inside
+      procedure :: expect_events
+      procedure :: look_inside
+      procedure :: retake
+      procedure :: renew
       procedure :: transfer => transfer_control
    end type error_control_t
 
@@ -138,20 +145,6 @@ contains
       end if
    end subroutine disturb
 
-   !> Adds noise η to a state: a turn by η about each axis, η|L| to each component of L.
-   subroutine shake(noise, state)
-      type(noise_t), intent(inout) :: noise
-      type(state_t), intent(inout) :: state
-      real(wp) :: turn(3), change(3), momentum(3)
-      call noise%vector(turn)
-      call noise%vector(change)
-      momentum = body_momentum(state)
-      momentum = momentum + length_of(momentum)*change
-      state%q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
-      state%q = state%q/quat_norm(state%q)
-      state%p = 2*quat_product(state%q, [0.0_wp, momentum])
-   end subroutine shake
-
    !> One step; it is kept if the estimate of its error allows.
    subroutine advance(self, system, progress, status, observer)
       class(error_control_t), intent(inout) :: self
@@ -163,14 +156,14 @@ contains
       logical :: accepted
 
       do while (progress%next_break <= size(progress%breaks))
-         if (abs(progress%breaks(progress%next_break) - progress%state%t) > 0.0_wp) exit
+         if (self%sense*(progress%breaks(progress%next_break) - progress%state%t) > 0.0_wp) exit
          progress%next_break = progress%next_break + 1
       end do
       t_end = progress%plan%end_time
       if (progress%next_break <= size(progress%breaks)) t_end = progress%breaks(progress%next_break)
       select type (method => self%half)
       class is (dense_stepper_t)
-         call method%choose_step(system, progress%state, goal_of(progress%plan, t_end, observer), self%step, status)
+         call method%choose_step(system, progress%state, goal_of(progress, t_end, observer), self%step, status)
          if (.not. status%ok()) return
          self%step = min(self%step, self%longest)
       end select
@@ -180,7 +173,8 @@ contains
       if (rest < 2*step) step = 0.5_wp*rest
       if (rest <= self%step) step = rest
       self%start = progress%state
-      self%work_before = sum(progress%summary%work)
+      self%probed = .false.
+      self%work_before = total_work(progress%summary)
       call try(self, system, progress, step, accepted, status)
       self%longest = merge(huge(self%longest), self%step, accepted)
       if (status%ok() .and. accepted .and. step >= rest) then
@@ -190,17 +184,21 @@ contains
    end subroutine advance
 
    !> The goal of the next step.
-   type(step_goal_t) function goal_of(plan, t_end, observer) result(goal)
-      type(run_plan_t), intent(in) :: plan
+   type(step_goal_t) function goal_of(progress, t_end, observer) result(goal)
+      type(progress_t), intent(in) :: progress
       !> Where the step must end at the latest, s.
       real(wp), intent(in) :: t_end
       class(observer_t), intent(in), optional :: observer
-      goal%tolerance = plan%goal%local_tolerance
-      goal%rate = plan%goal%error_rate
-      goal%end_time = t_end
-      if (.not. present(observer)) return
-      goal%seen = observer%sees_every_step .or. (plan%interval <= 0.0_wp .and. plan%every < huge(plan%every))
-      if (plan%interval > 0.0_wp) goal%longest = rows_in_a_step*plan%interval
+      associate (plan => progress%plan)
+         goal%tolerance = plan%goal%local_tolerance
+         goal%rate = plan%goal%error_rate
+         goal%end_time = t_end
+         goal%seen = allocated(progress%events)
+         if (.not. present(observer)) return
+         goal%seen = goal%seen .or. observer%sees_every_step .or. &
+                     (plan%interval <= 0.0_wp .and. plan%every < huge(plan%every))
+         if (plan%interval > 0.0_wp) goal%longest = rows_in_a_step*plan%interval
+      end associate
    end function goal_of
 
    !> One step of a length.
@@ -261,7 +259,7 @@ contains
       real(wp) :: t
       t = progress%state%t
       progress%state = next
-      if (self%noise%amplitude > 0.0_wp) call shake(self%noise, progress%state)
+      if (self%noise%amplitude > 0.0_wp) call disturb_state(self%noise, progress%state)
       call add_increment(t, self%t_compensation, self%sense*step)
       progress%state%t = t
       progress%summary%parts = progress%summary%parts + 1
@@ -403,6 +401,85 @@ contains
       record%residual = progress%record%residual
       record%unproved = progress%record%unproved
    end subroutine state_inside
+
+   !> Makes what looks inside, where the method does not know.
+   subroutine expect_events(self, system, progress, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      if (.not. self%method%dense) call make_stepper(system, self%half%prepared_with, self%probe, status)
+   end subroutine expect_events
+
+   !> The state at a time inside the last step, for events: by the method, or by two steps of a branch of their own.
+   subroutine look_inside(self, system, before, progress, t, state, work, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before
+      type(progress_t), intent(in) :: progress
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(inout) :: status
+      real(wp) :: middle
+      integer :: i
+      work = 0.0_wp
+      state = before
+      select type (method => self%half)
+      class is (dense_stepper_t)
+         call method%state_at(system, t, state, work, status)
+         return
+      end select
+      if (.not. self%probed) call self%probe%forget_steps()
+      self%probed = .true.
+      middle = 0.5_wp*(before%t + progress%state%t)
+      do i = 1, 2
+         call self%probe%advance(system, state, 0.5_wp*(t - before%t), middle, status)
+         if (status%code /= 0) return
+         work = work + sum(self%probe%work)
+      end do
+      state%t = t
+   end subroutine look_inside
+
+   !> Takes the last step again, shorter. The next step is tried with the length that it had.
+   subroutine retake(self, system, progress, t_end, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp), intent(in) :: t_end
+      type(status_t), intent(inout) :: status
+      type(state_t) :: next
+      real(wp) :: length, error
+      length = t_end - progress%state%t
+      next = progress%state
+      progress%record%iterations = 0
+      progress%record%unproved = 0
+      call self%half%forget_steps()
+      if (allocated(self%whole)) then
+         call self%whole%forget_steps()
+         call go_halves(self, system, progress%record, next, abs(length), error, status)
+      else
+         call take_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status)
+         self%work(:) = self%half%work
+      end if
+      if (status%code /= 0) return
+      next%t = t_end
+      progress%state = next
+      progress%summary%parts = progress%summary%parts + 1
+      progress%summary%work(:) = progress%summary%work + self%work
+      self%t_compensation = 0.0_wp
+   end subroutine retake
+
+   !> Takes a system that has changed.
+   subroutine renew(self, system, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      call self%half%renew(system, status)
+      if (allocated(self%whole) .and. status%ok()) call self%whole%renew(system, status)
+      if (allocated(self%branch) .and. status%ok()) call self%branch%renew(system, status)
+      if (allocated(self%probe) .and. status%ok()) call self%probe%renew(system, status)
+   end subroutine renew
 
    !> Shows what the next steps depend on, under the name of this policy.
    subroutine transfer_control(self, archive)

@@ -5,9 +5,9 @@ module nutate_fixed_steps
    use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
-   use nutate_observer, only: observer_t
-   use nutate_progress, only: count_part, count_step, progress_t
-   use nutate_run_loop, only: step_policy_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: count_part, count_step, progress_t, total_work, way_t
+   use nutate_step_policy, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
@@ -41,6 +41,11 @@ module nutate_fixed_steps
       procedure :: begin
       procedure :: advance
       procedure :: show
+      procedure :: state_inside
+      procedure :: expect_events
+      procedure :: look_inside
+      procedure :: retake
+      procedure :: renew
       procedure :: transfer => transfer_stepper
    end type fixed_steps_t
 
@@ -98,12 +103,27 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      if (associated(self%lent)) then
+      if (allocated(progress%events)) then
+         call take_one_part(self, system, progress, status)
+      else if (associated(self%lent)) then
          call take_nominal_step(self%lent, system, progress, status, observer)
       else
          call take_nominal_step(self%own, system, progress, status, observer)
       end if
    end subroutine advance
+
+   !> One step of the method on the way of a nominal step, which is counted at its end.
+   subroutine take_one_part(self, system, progress, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      if (associated(self%lent)) then
+         call take_part(self%lent, system, progress, status)
+      else
+         call take_part(self%own, system, progress, status)
+      end if
+   end subroutine take_one_part
 
    !> One nominal step of a run that has been started: in one piece, or in several where times lie inside it on which
    !> steps must end, or where it fails.
@@ -145,6 +165,95 @@ contains
       call count_step(progress)
    end subroutine take_nominal_step
 
+   !> One step of the method towards the end of a nominal step, or to a time inside it on which steps must end: the same
+   !> steps as those of `take_nominal_step`.
+   subroutine take_part(stepper, system, progress, status)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      real(wp) :: dt, t_end, margin, target, length
+      dt = progress%plan%time_step
+      t_end = progress%t_first + real(progress%plan%steps_before + progress%summary%steps + 1, wp)*dt
+      if (progress%summary%steps + 1 == progress%n_steps) t_end = progress%plan%end_time
+      margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
+      associate (way => progress%way)
+         if (.not. way%begun) call begin_way(progress)
+         target = next_end(progress, t_end, margin)
+         if (way%level == 0) then
+            length = target - progress%state%t
+            if (.not. abs(target - t_end) > 0.0_wp .and. abs(length - dt) <= margin) length = dt
+            if (abs(length) > 0.0_wp) call try_piece(stepper, system, progress, length, status)
+         else
+            call take_next_part(stepper, system, progress, way, status)
+         end if
+         if (status%code /= 0 .or. way%level > 0) return
+         progress%state%t = target
+         if (abs(target - t_end) > 0.0_wp) then
+            progress%next_break = progress%next_break + 1
+            way%parts = way%parts + 1
+         else
+            if (progress%summary%parts > way%parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
+            way%begun = .false.
+            call count_step(progress)
+         end if
+      end associate
+   end subroutine take_part
+
+   !> Begins a nominal step that is taken part by part.
+   pure subroutine begin_way(progress)
+      type(progress_t), intent(inout) :: progress
+      progress%way = way_t(begun=.true., parts=progress%summary%parts + 1)
+      progress%record%iterations = 0
+      progress%record%residual = 0.0_wp
+      progress%record%unproved = 0
+   end subroutine begin_way
+
+   !> The next time on which a step must end: that of a break inside the nominal step, or its end.
+   real(wp) function next_end(progress, t_end, margin) result(t)
+      type(progress_t), intent(inout) :: progress
+      !> s.
+      real(wp), intent(in) :: t_end, margin
+      real(wp) :: sense
+      sense = sign(1.0_wp, progress%plan%time_step)
+      t = t_end
+      do while (progress%next_break <= size(progress%breaks))
+         associate (next => progress%breaks(progress%next_break))
+            if ((t_end - next)*sense <= margin) return
+            if ((next - progress%state%t)*sense > margin) then
+               t = next
+               return
+            end if
+         end associate
+         progress%next_break = progress%next_break + 1
+      end do
+   end function next_end
+
+   !> Moves the state by `length` in one step, or, where that fails, by the first part of it that does not.
+   subroutine try_piece(stepper, system, progress, length, status)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp), intent(in) :: length
+      type(status_t), intent(inout) :: status
+      type(status_t), parameter :: success = status_t()
+      call try(stepper, system, progress, length, status)
+      if (status%code /= 0) then
+         progress%record%iterations = progress%record%iterations + stepper%iterations
+         status = success
+         call try(stepper, system, progress, length, status)
+      end if
+      if (status%code == 0) then
+         call count_part(progress, stepper)
+      else
+         progress%record%iterations = progress%record%iterations + stepper%iterations
+         progress%way%start = progress%state%t
+         progress%way%length = length
+         progress%way%done = 0
+         call take_next_part(stepper, system, progress, progress%way, status)
+      end if
+   end subroutine try_piece
+
    !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
    subroutine travel(stepper, system, progress, length, t_end, status, observer)
       class(stepper_t), intent(inout) :: stepper
@@ -180,6 +289,7 @@ contains
       real(wp), intent(in) :: length
       !> Success on entry.
       type(status_t), intent(inout) :: status
+      if (stepper%keeps_steps) call stepper%mark_step(progress%state, length, progress%state%t + 0.5_wp*length)
       call stepper%advance(system, progress%state, length, progress%state%t + 0.5_wp*length, status)
       progress%record%continued = progress%record%continued + stepper%continued
    end subroutine try
@@ -193,31 +303,38 @@ contains
       !> On entry: why the step failed in one piece.
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      type(status_t), parameter :: success = status_t()
-      integer :: level, done
-      character(len=12) :: parts
-      real(wp) :: t_start
-
-      t_start = progress%state%t
-      level = 0
-      done = 0
+      type(way_t) :: way
+      way%start = progress%state%t
+      way%length = length
       do
-         if (status%code == 0) then
-            done = done + 1
-            progress%state%t = t_start + length*(real(done, wp)/2**level)
-            call count_part(progress, stepper)
-            if (done == 2**level) return
-            call show_part(progress%state, observer)
-         else
+         call take_next_part(stepper, system, progress, way, status)
+         if (status%code /= 0 .or. way%level == 0) return
+         call show_part(progress%state, observer)
+      end do
+   end subroutine travel_in_parts
+
+   !> Moves the state by the next part of a piece that is cut, as long as does not fail.
+   subroutine take_next_part(stepper, system, progress, way, status)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      !> Its level is 0 again at the end of the piece.
+      type(way_t), intent(inout) :: way
+      !> On entry: why the last try failed, if it did.
+      type(status_t), intent(inout) :: status
+      type(status_t), parameter :: success = status_t()
+      character(len=12) :: parts
+      do
+         if (status%code /= 0) then
             if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
-            if (level == deepest_cut) then
+            if (way%level == deepest_cut) then
                write (parts, '(i0)') 2**deepest_cut
                status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
                call add_cause(stepper, system, status)
                return
             end if
-            level = level + 1
-            done = 2*done
+            way%level = way%level + 1
+            way%done = 2*way%done
             status = success
          end if
          if (progress%record%continued > spare_tries .and. &
@@ -225,10 +342,109 @@ contains
             status = fail(NUTATE_NOT_CONVERGED, 'the step took more tries than were allowed')
             return
          end if
-         call try(stepper, system, progress, length/2**level, status)
-         if (status%code /= 0) progress%record%iterations = progress%record%iterations + stepper%iterations
+         call try(stepper, system, progress, way%length/2**way%level, status)
+         if (status%code == 0) exit
+         progress%record%iterations = progress%record%iterations + stepper%iterations
       end do
-   end subroutine travel_in_parts
+      way%done = way%done + 1
+      progress%state%t = way%start + way%length*(real(way%done, wp)/2**way%level)
+      call count_part(progress, stepper)
+      if (way%done == 2**way%level) way%level = 0
+   end subroutine take_next_part
+
+   !> Lets the stepper keep the starts of its steps.
+   subroutine expect_events(self, system, progress, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
+      if (associated(self%lent)) then
+         call self%lent%keep_steps()
+      else
+         call self%own%keep_steps()
+      end if
+   end subroutine expect_events
+
+   !> The state at a time inside the last step of the method.
+   subroutine look_inside(self, system, before, progress, t, state, work, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: before
+      type(progress_t), intent(in) :: progress
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(inout) :: status
+      if (associated(self%lent)) then
+         call self%lent%state_at(system, t, state, work, status)
+      else
+         call self%own%state_at(system, t, state, work, status)
+      end if
+   end subroutine look_inside
+
+   !> Takes a part of the last step of the method again; what is left of the nominal step then is a piece of its own.
+   subroutine retake(self, system, progress, t_end, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp), intent(in) :: t_end
+      type(status_t), intent(inout) :: status
+      if (associated(self%lent)) then
+         call take_short(self%lent)
+      else
+         call take_short(self%own)
+      end if
+
+   contains
+
+      subroutine take_short(stepper)
+         class(stepper_t), intent(inout) :: stepper
+         if (.not. progress%way%begun) call begin_way(progress)
+         progress%way%level = 0
+         progress%way%parts = progress%way%parts + 1
+         call stepper%forget_steps()
+         call try(stepper, system, progress, t_end - progress%state%t, status)
+         if (status%code /= 0) return
+         call count_part(progress, stepper)
+         progress%state%t = t_end
+      end subroutine take_short
+
+   end subroutine retake
+
+   !> Takes a system that has changed.
+   subroutine renew(self, system, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      if (associated(self%lent)) then
+         call self%lent%renew(system, status)
+      else
+         call self%own%renew(system, status)
+      end if
+   end subroutine renew
+
+   !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper,
+   !> which must keep the starts of its steps.
+   subroutine state_inside(self, system, progress, t, state, record, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(in) :: progress
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(out) :: state
+      type(run_record_t), intent(out) :: record
+      type(status_t), intent(inout) :: status
+      real(wp) :: since, whole
+      record = progress%record
+      if (associated(self%lent)) then
+         whole = sum(self%lent%work)
+         call self%lent%state_at(system, t, state, since, status)
+      else
+         whole = sum(self%own%work)
+         call self%own%state_at(system, t, state, since, status)
+      end if
+      record%work = (total_work(progress%summary) - whole) + since
+   end subroutine state_inside
 
    !> Shows a state inside a nominal step to an observer that sees every step.
    subroutine show_part(state, observer)

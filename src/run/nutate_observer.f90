@@ -2,6 +2,7 @@
 module nutate_observer
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_event, only: event_t
    use nutate_kinds, only: wp, long
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -47,6 +48,8 @@ module nutate_observer
       !> Called after every step, and after every part of one that is cut or turns the body far, before `observe`, if
       !> `sees_every_step`: for what must be followed from step to step.
       procedure :: watch => ignore_watch
+      !> Called with each event, in the order of time, before the end of its step is shown.
+      procedure :: show_event => ignore_event
       !> Called with all that the run needs to go on from where it is, in an archive; after the rows of that moment.
       procedure :: keep => ignore_archive
    end type observer_t
@@ -91,6 +94,22 @@ contains
       class(observer_t), intent(inout) :: self
       type(state_t), intent(in) :: state
    end subroutine ignore_watch
+
+   !> Does nothing.
+   subroutine ignore_event(self, system, event, which, number, state, record, status)
+      class(observer_t), intent(inout) :: self
+      !> As it was until then, before switches.
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      !> Its place among the events of the run.
+      integer, intent(in) :: which
+      !> How often it has happened, this time included.
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      !> A status that is not `NUTATE_OK` ends the run with it.
+      type(status_t), intent(inout) :: status
+   end subroutine ignore_event
 
    !> Does nothing.
    subroutine ignore_archive(self, archive, status)

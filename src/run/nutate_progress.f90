@@ -2,6 +2,7 @@
 module nutate_progress
    use nutate_archive, only: archive_t
    use nutate_effect_list, only: effect_list_t
+   use nutate_event_tracker, only: event_tracker_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_run_plan, only: run_plan_t
@@ -11,8 +12,8 @@ module nutate_progress
    implicit none
    private
 
-   public :: progress_t, run_summary_t
-   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, transfer_progress
+   public :: progress_t, run_summary_t, way_t
+   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, transfer_progress
 
    !> What a run took.
    type :: run_summary_t
@@ -29,6 +30,8 @@ module nutate_progress
       integer(long) :: unproved_steps = 0
       !> Work of each torque, J; shape (number of torques).
       real(wp), allocatable :: work(:)
+      !> What switching potentials on and off has changed the energy by, J.
+      real(wp) :: world_work = 0.0_wp
       !> Bound on the attitude error at the end time, rad, that pilot runs lead to expect where the plan asks for an
       !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
       !> steps.
@@ -37,6 +40,18 @@ module nutate_progress
       !> Shows its values to an archive.
       procedure :: transfer => transfer_summary
    end type run_summary_t
+
+   !> How far a nominal step is that is taken part by part.
+   type :: way_t
+      !> It has begun.
+      logical :: begun = .false.
+      !> Parts of the method at its end, if none has to be cut.
+      integer(long) :: parts = 0
+      !> A piece that failed is cut into 2**level parts, of which some are done; 0: it has not been.
+      integer :: level = 0, done = 0
+      !> Where that piece starts, and its length, s.
+      real(wp) :: start = 0.0_wp, length = 0.0_wp
+   end type way_t
 
    !> A run under way.
    type :: progress_t
@@ -62,6 +77,11 @@ module nutate_progress
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
       logical :: resumed = .false.
+      !> Events, where the run looks for any; it then goes part by part.
+      type(event_tracker_t), allocatable :: events
+      type(way_t) :: way
+      !> Digits of `world_work` that its sum cannot hold, J.
+      real(wp) :: world_compensation = 0.0_wp
    end type progress_t
 
 contains
@@ -88,6 +108,9 @@ contains
       self%expected_steps = 0
       self%rows = 0
       self%resumed = .false.
+      self%way = way_t()
+      self%world_compensation = 0.0_wp
+      if (allocated(self%events)) deallocate (self%events)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
       allocate (self%summary%work(effects%n_torques), self%work_compensation(effects%n_torques), source=0.0_wp)
       call effects%find_breaks(state%t, plan%end_time, self%breaks)
@@ -138,6 +161,12 @@ contains
       self%record%step = self%summary%steps
    end subroutine count_step
 
+   !> Work of all torques, and of the world that was switched, J.
+   pure real(wp) function total_work(self)
+      type(run_summary_t), intent(in) :: self
+      total_work = sum(self%work) + self%world_work
+   end function total_work
+
    !> Gives state and summary away, at the end of a run.
    subroutine conclude_run(self, state, summary)
       type(progress_t), intent(inout) :: self
@@ -166,6 +195,16 @@ contains
       call archive%transfer(self%next_break)
       call archive%transfer(self%work_compensation)
       call archive%transfer(self%rows)
+      if (.not. allocated(self%events)) return
+      call archive%transfer(self%summary%world_work)
+      call archive%transfer(self%world_compensation)
+      call archive%transfer(self%way%begun)
+      call archive%transfer(self%way%parts)
+      call archive%transfer(self%way%level)
+      call archive%transfer(self%way%done)
+      call archive%transfer(self%way%start)
+      call archive%transfer(self%way%length)
+      call self%events%transfer(archive)
    end subroutine transfer_progress
 
    !> Shows its values to an archive.

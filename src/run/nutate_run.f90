@@ -9,15 +9,17 @@ module nutate_run
    use nutate_archive, only: archive_t
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: fixed_steps_t
+   use nutate_event_tracker, only: event_list_t
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t
    use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run
-   use nutate_run_loop, only: drive, step_policy_t, transfer_run
+   use nutate_run_loop, only: drive, transfer_run
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -33,6 +35,8 @@ module nutate_run
       generic :: begin => begin_by_settings, begin_by_stepper
       procedure, private :: begin_by_settings
       procedure, private :: begin_by_stepper
+      !> Takes events to look for; between `begin` and all else.
+      procedure :: expect
       !> Finds the error of steps that meets the accuracy of the goal, by pilot runs.
       procedure :: find_steps
       !> Takes what an observer's `keep` was given: the run goes on from there.
@@ -54,7 +58,7 @@ contains
    !> Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a method cannot
    !> honour; `NUTATE_STEP_LIMIT`; `NUTATE_NOT_CONVERGED` and others where no step is short enough; what the observer
    !> returned. `state` is then the last state reached.
-   subroutine integrate_by_settings(system, settings, state, plan, status, observer, summary)
+   subroutine integrate_by_settings(system, settings, state, plan, status, observer, summary, events)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(inout) :: state
@@ -64,15 +68,18 @@ contains
       class(observer_t), intent(inout), optional :: observer
       !> What it took.
       type(run_summary_t), intent(out), optional :: summary
+      !> Looked for, and shown to the observer.
+      type(event_list_t), intent(in), optional :: events
       type(run_t) :: run
       call run%begin(system, settings, state, plan, status)
+      if (present(events) .and. status%ok()) call run%expect(events, system, status)
       if (status%ok()) call run%go(system, status, observer)
       call conclude_run(run%progress_t, state, summary)
    end subroutine integrate_by_settings
 
    !> The same by steps of one length with a stepper that is prepared already, perhaps of a method of one's own. It
    !> remembers what it did before.
-   subroutine integrate_by_stepper(system, stepper, state, plan, status, observer, summary)
+   subroutine integrate_by_stepper(system, stepper, state, plan, status, observer, summary, events)
       type(system_t), intent(in) :: system
       !> Prepared for `system`.
       class(stepper_t), intent(inout), target :: stepper
@@ -82,11 +89,13 @@ contains
       type(status_t), intent(out) :: status
       class(observer_t), intent(inout), optional :: observer
       type(run_summary_t), intent(out), optional :: summary
+      type(event_list_t), intent(in), optional :: events
       type(progress_t) :: progress
       type(fixed_steps_t) :: policy
       call start_run(progress, system%effects, state, plan, status)
       policy%lent => stepper
       if (status%ok()) call policy%begin(progress, status)
+      if (present(events) .and. status%ok()) call expect_events(progress, policy, events, system, status)
       if (status%ok()) call drive(progress, policy, system, status, observer)
       call conclude_run(progress, state, summary)
    end subroutine integrate_by_stepper
@@ -135,6 +144,38 @@ contains
       call move_alloc(fixed, self%policy)
    end subroutine begin_by_stepper
 
+   !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not, and for
+   !> switches in a run to an accuracy, whose pilot runs do not look for events.
+   subroutine expect(self, events, system, status)
+      !> Begun.
+      class(run_t), intent(inout) :: self
+      type(event_list_t), intent(in) :: events
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      call expect_events(self%progress_t, self%policy, events, system, status)
+   end subroutine expect
+
+   subroutine expect_events(progress, policy, events, system, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(event_list_t), intent(in) :: events
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      integer :: i
+      if (events%count() == 0) return
+      do i = 1, events%count()
+         if (events%slots(i)%item%action /= 0 .and. progress%plan%goal%accuracy > 0.0_wp) then
+            status = fail(NUTATE_BAD_ARGUMENT, &
+               'an accuracy is promised only where nothing is switched (expected time_step '// &
+                          'or local_tolerance with a switch)', 'switch')
+            return
+         end if
+      end do
+      allocate (progress%events)
+      call progress%events%begin(events, system, status)
+      if (status%ok()) call policy%expect_events(system, progress, status)
+   end subroutine expect_events
+
    !> Finds the error of steps that meets the accuracy of the goal, by pilot runs; where there is none, or it is known
    !> already, there is nothing to find. `go` does this if it has not been done.
    !>
@@ -180,7 +221,7 @@ contains
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       class(observer_t), intent(inout), optional :: observer
-      if (lacks_steps(self) .and. .not. present(observer)) then
+      if (lacks_steps(self) .and. .not. present(observer) .and. .not. allocated(self%events)) then
          call go_unseen(self, system, status)
       else
          call self%find_steps(system, status)

@@ -1,64 +1,25 @@
-!> What every run does around its steps, however they are chosen: limits, rows, polls and archives. And what it asks of
-!> a policy, that chooses and takes the steps: by a fixed length (`nutate_fixed_steps`), by their error
-!> (`nutate_error_control`).
+!> What every run does around its steps, however they are chosen: limits, events, rows, polls and archives.
 module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_event_following, only: follow_events, make_switches, mark_progress, mark_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: fraction_done, is_over, progress_t, transfer_progress
+   use nutate_progress, only: fraction_done, is_over, progress_t, total_work, transfer_progress
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
+   use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: step_policy_t, drive, transfer_run
+   public :: drive, transfer_run
 
    !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
    !> Parts at most: beyond, attitudes have lost their digits.
    real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 1e6_wp
-
-   !> A way to choose and take steps, with the steppers that it needs.
-   type, abstract :: step_policy_t
-      !> Steps between two calls of the observer's `poll`.
-      integer(long) :: steps_per_poll = 1
-      !> `state_inside` can be asked at all times of a step: by dense output.
-      logical :: is_dense = .false.
-   contains
-      !> Moves a run by one step.
-      procedure(move_on), deferred :: advance
-      !> The state at a time inside the last step.
-      procedure :: state_inside => refuse_state
-      !> Makes the state that the last step left fit to be seen.
-      procedure :: show => leave_state
-      !> Shows to an archive what the next steps depend on.
-      procedure(show_memory), deferred :: transfer
-   end type step_policy_t
-
-   abstract interface
-      !> Moves a run by one step, and counts it; or finds that a step must be shorter, and counts none. Errors: why no
-      !> step is possible, with the last state reached.
-      subroutine move_on(self, system, progress, status, observer)
-         import :: step_policy_t, system_t, progress_t, status_t, observer_t
-         class(step_policy_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         !> Not at its end.
-         type(progress_t), intent(inout) :: progress
-         !> Success on entry: what is passed down is not set to success again in every call.
-         type(status_t), intent(inout) :: status
-         !> Watches parts of steps.
-         class(observer_t), intent(inout), optional :: observer
-      end subroutine move_on
-
-      subroutine show_memory(self, archive)
-         import :: step_policy_t, archive_t
-         class(step_policy_t), intent(inout) :: self
-         class(archive_t), intent(inout) :: archive
-      end subroutine show_memory
-   end interface
 
 contains
 
@@ -74,24 +35,46 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      call take_steps(progress, policy, system, status, observer)
-      call policy%show(system, progress%state)
+      if (allocated(progress%events)) then
+         call drive_switched(progress, policy, status, observer)
+      else
+         if (present(observer)) call show_first(progress, policy, system, observer, status)
+         call take_steps(progress, policy, system, status, observer)
+         call policy%show(system, progress%state)
+      end if
    end subroutine drive
 
-   !> Takes the steps of a run. Errors: those of `drive`.
+   !> Takes a run with events to its end: from switch to switch, with a system of its own.
+   subroutine drive_switched(progress, policy, status, observer)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(system_t) :: system
+      system = progress%events%system
+      if (present(observer)) call show_first(progress, policy, system, observer, status)
+      do
+         call take_steps(progress, policy, system, status, observer)
+         call policy%show(system, progress%state)
+         if (status%code /= 0 .or. progress%events%n_due == 0) exit
+         call make_switches(policy, system, progress, status)
+         progress%events%system = system
+         if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
+      end do
+   end subroutine drive_switched
+
+   !> Takes steps to the end of a run, or to the next switch.
    subroutine take_steps(progress, policy, system, status, observer)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
-      !> Success on entry.
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      type(state_t) :: seen
       integer(long) :: steps, next_poll
       real(wp) :: watched
-      logical :: over, is_row
+      logical :: over
+      type(mark_t) :: mark
 
-      if (present(observer)) call show_first(progress, policy, system, observer, status)
       next_poll = (progress%summary%steps/policy%steps_per_poll + 1)*policy%steps_per_poll
       over = is_over(progress)
       do while (status%code == 0 .and. .not. over)
@@ -104,31 +87,74 @@ contains
             return
          end if
          watched = progress%state%t
+         if (allocated(progress%events)) call mark_progress(progress, mark)
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
          over = is_over(progress)
-         if (.not. present(observer) .or. progress%summary%steps == steps) cycle
-         is_row = over
-         if (progress%plan%interval > 0.0_wp) then
-            call show_inside(progress, policy, system, watched, observer, status)
-         else if (mod(progress%summary%steps, progress%plan%every) == 0) then
-            is_row = .true.
+         if (allocated(progress%events)) then
+            call finish_part(progress, policy, system, mark, watched, status, observer)
+            over = progress%events%stopped .or. is_over(progress)
+            if (status%code /= 0) return
          end if
-         if (observer%sees_every_step) &
-            call watch_turn(progress, policy, system, progress%state, watched, observer, status)
-         if (is_row .and. status%code == 0) then
-            progress%record%work = sum(progress%summary%work)
-            seen = progress%state
-            call policy%show(system, seen)
-            call observer%observe(system, seen, progress%record, status)
+         if (present(observer) .and. (progress%summary%steps /= steps .or. over)) then
+            call finish_step(progress, policy, system, watched, over, observer, status)
+            if (progress%summary%steps >= next_poll .and. status%code == 0 .and. progress%summary%steps /= steps) then
+               next_poll = next_poll + policy%steps_per_poll
+               call observer%poll(fraction_done(progress), status)
+               if (observer%wants_archive) call offer(progress, policy, observer, status)
+            end if
          end if
-         if (progress%summary%steps >= next_poll .and. status%code == 0) then
-            next_poll = next_poll + policy%steps_per_poll
-            call observer%poll(fraction_done(progress), status)
-            if (observer%wants_archive) call offer(progress, policy, observer, status)
+         if (allocated(progress%events)) then
+            if (progress%events%n_due > 0) return
          end if
       end do
    end subroutine take_steps
+
+   !> Shows the rows that belong to a step of the run.
+   subroutine finish_step(progress, policy, system, watched, over, observer, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      !> Time up to which the observer watched, s.
+      real(wp), intent(inout) :: watched
+      !> It was the last one.
+      logical, intent(in) :: over
+      class(observer_t), intent(inout) :: observer
+      type(status_t), intent(inout) :: status
+      type(state_t) :: seen
+      logical :: is_row
+      is_row = over
+      if (progress%plan%interval > 0.0_wp) then
+         call show_inside(progress, policy, system, watched, observer, status)
+      else if (mod(progress%summary%steps, progress%plan%every) == 0) then
+         is_row = .true.
+      end if
+      if (observer%sees_every_step) &
+         call watch_turn(progress, policy, system, progress%state, watched, observer, status)
+      if (.not. is_row .or. status%code /= 0) return
+      progress%record%work = total_work(progress%summary)
+      seen = progress%state
+      call policy%show(system, seen)
+      call observer%observe(system, seen, progress%record, status)
+   end subroutine finish_step
+
+   !> Looks for events in a step of the method; where that was a part of a nominal step, shows what lies in it.
+   subroutine finish_part(progress, policy, system, mark, watched, status, observer)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      type(mark_t), intent(in) :: mark
+      !> Time up to which the observer watched, s.
+      real(wp), intent(inout) :: watched
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      call follow_events(policy, system, progress, mark, observer, status)
+      if (status%code /= 0 .or. .not. present(observer) .or. progress%summary%steps /= mark%steps .or. &
+          progress%events%stopped) return
+      if (progress%plan%interval > 0.0_wp) call show_inside(progress, policy, system, watched, observer, status)
+      if (observer%sees_every_step) &
+         call watch_turn(progress, policy, system, progress%state, watched, observer, status)
+   end subroutine finish_part
 
    !> Shows the first row, unless the run goes on behind it.
    subroutine show_first(progress, policy, system, observer, status)
@@ -231,30 +257,13 @@ contains
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       class(archive_t), intent(inout) :: archive
+      type(status_t) :: status
       call transfer_progress(progress, archive)
+      if (allocated(progress%events) .and. archive%is_reading()) then
+         call policy%renew(progress%events%system, status)
+         if (.not. status%ok()) call archive%refuse(trim(status%message))
+      end if
       call policy%transfer(archive)
    end subroutine transfer_run
-
-   !> For policies whose steps leave the state as it is to be seen.
-   subroutine leave_state(self, system, state)
-      class(step_policy_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(inout) :: state
-   end subroutine leave_state
-
-   !> Refuses: inside steps of one length there are no rows.
-   subroutine refuse_state(self, system, progress, t, state, record, status)
-      class(step_policy_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      !> At the end of the step.
-      type(progress_t), intent(in) :: progress
-      !> s.
-      real(wp), intent(in) :: t
-      type(state_t), intent(out) :: state
-      !> What belongs to a row of that state.
-      type(run_record_t), intent(out) :: record
-      type(status_t), intent(inout) :: status
-      status = fail(NUTATE_BAD_ARGUMENT, 'rows at intervals need steps chosen by their error')
-   end subroutine refuse_state
 
 end module nutate_run_loop

@@ -1,6 +1,6 @@
 !> A motion beside another one: what errors of its data and of its start come to shows how it amplifies round-off.
 module nutate_disturbance
-   use nutate_hamiltonian, only: angular_velocity, make_state
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, make_state
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_norm, quat_product
@@ -10,7 +10,7 @@ module nutate_disturbance
    implicit none
    private
 
-   public :: disturb_problem
+   public :: disturb_problem, disturb_state
 
 contains
 
@@ -38,6 +38,20 @@ contains
          system%body%moments(i) = (1 - part(i, i))*system%body%moments(i)
       end do
    end subroutine disturb_problem
+
+   !> Adds noise η to a state: a turn by η about each axis, η|L| to each component of L.
+   pure subroutine disturb_state(noise, state)
+      type(noise_t), intent(inout) :: noise
+      type(state_t), intent(inout) :: state
+      real(wp) :: turn(3), change(3), momentum(3)
+      call noise%vector(turn)
+      call noise%vector(change)
+      momentum = body_momentum(state)
+      momentum = momentum + quat_norm([0.0_wp, momentum])*change
+      state%q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
+      state%q = state%q/quat_norm(state%q)
+      state%p = 2*quat_product(state%q, [0.0_wp, momentum])
+   end subroutine disturb_state
 
    !> The same noise for equal moments: a symmetric body stays one, so that methods that recognise it run as they will.
    pure subroutine keep_symmetry(inverse_inertia, part)

@@ -138,8 +138,8 @@ contains
       if (scale > 0.0_wp) ratio = error/scale
    end function ratio
 
-   !> Which components of l the effects leave alone: all without torque; the one along n with potentials that share the
-   !> direction n, since each is a function of R(q)ᵀn; none otherwise.
+   !> Which components of l the effects leave alone, on or off: all without torque; the one along n with potentials
+   !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise.
    pure subroutine conserved_momentum(effects, components, axis)
       type(effect_list_t), intent(in) :: effects
       !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
@@ -150,7 +150,7 @@ contains
       integer :: i
       components = ALL_COMPONENTS
       axis = 0.0_wp
-      do i = 1, effects%n_potentials
+      do i = 1, effects%n_potentials + effects%n_off
          associate (n => effects%potentials(i)%item%direction)
             length = norm2(n)
             if (length <= 0.0_wp) cycle

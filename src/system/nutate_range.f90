@@ -29,7 +29,7 @@ contains
          return
       end if
       associate (effects => system%effects)
-         do i = 1, effects%n_potentials
+         do i = 1, effects%n_potentials + effects%n_off
             if (status%ok()) call check_strength(effects%potentials(i)%item, status)
          end do
          do i = 1, effects%n_torques

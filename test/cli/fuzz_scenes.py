@@ -62,6 +62,8 @@ def write_scene(dice):
     effects = [dice.choice(EFFECTS)(dice, scales) for _ in range(dice.choice((0, 0, 1, 1, 2, 5)))]
     parts = [body(dice, scales), initial(dice, scales), integrator(dice, scales, not effects), output(dice, scales)]
     parts += dict.fromkeys(effects)
+    if dice.random() < 0.3:
+        parts += [event(dice, scales) for _ in range(dice.choice((1, 1, 2, 4)))]
     dice.shuffle(parts)
     return "".join(parts).encode()
 
@@ -158,6 +160,25 @@ def output(dice, scales):
     return group("output", lines)
 
 
+def event(dice, scales):
+    columns = dice.sample(EVENT_COLUMNS, dice.choice((1, 1, 1, 2)))
+    lines = ["when = " + ", ".join(f"'{name}'" for name in columns)]
+    if dice.random() < 0.5:
+        lines.append(f"name = '{dice.choice(('flip', 'a, b', 'north'))}'")
+    if len(columns) > 1:
+        lines.append(f"weights = {scales.text(2)}")
+    if dice.random() < 0.3:
+        lines.append(f"extremum = '{dice.choice(('maximum', 'minimum', 'both'))}'")
+    else:
+        lines.append(f"crosses = {dice.choice(('0.0', scales.text()))}")
+        if dice.random() < 0.3:
+            lines.append(f"direction = {dice.choice((1, -1))}")
+        if dice.random() < 0.2:
+            lines.append(f"modulo = {scales.text(signed=False)}")
+    lines += dice.choice(([], [], ["stop = .true."], ["count = 3"]))
+    return group("event", lines)
+
+
 def gravity(_, scales):
     return group("gravity", [f"acceleration = {scales.text(3, length=1, time=-2)}"])
 
@@ -207,6 +228,9 @@ def from_samples(name, keys):
 
     return effect
 
+
+EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3)), "omega_x", "L1", "l_z", "p0", "phi", "theta",
+                 "psi", "kinetic", "potential", "total"]
 
 # In the units of a scene, and then those that have no function of their own.
 EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor]

@@ -122,7 +122,8 @@ def fault_of(command, case, done, folder):
 
 
 def fault_of_files(folder, expected):
-    found = sorted(set(os.listdir(folder)) - {"scene.nml"})
+    events = {name.replace("history.", "history.events.") for name in expected}
+    found = sorted(set(os.listdir(folder)) - {"scene.nml"} - events)
     return "" if found == expected else f"left {found} instead of {expected}"
 
 

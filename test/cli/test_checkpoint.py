@@ -19,6 +19,16 @@ FORCED = """&body inertia = 2.0, 3.0, 4.0, mass = 1.0, center_of_mass = 0.1, 0.0
 &integrator time_step = 0.01, end_time = 0.6 /
 """
 
+# What happens in it: crossings, an extremum, a potential and a torque that are switched.
+EVENTS = """&event when = 'omega1', crosses = 2.0, switch = 'weight over' /
+&event when = 'omega3', crosses = 5.0, switch = 'drag on' /
+&event name = 'over', when = 'q0', crosses = 0.2, switch = 'weight over' /
+&event name = 'turn', when = 'psi', extremum = 'both' /
+&event when = 'omega2', crosses = 0.0 /
+&event when = 'q0', crosses = 0.0 /
+&event when = 'psi', crosses = 1.0 /
+"""
+
 CONSERVING = [("nielsen_krenk", solver, order) for solver in ("lapack", "reduced") for order in (2, 4, 6, 8)]
 EXPLICIT = [("rk4", None, None), ("rk8", None, None), ("dop853", None, None)]
 
@@ -32,7 +42,7 @@ def method_settings(method, solver, order):
 
 def without_times(summary):
     """A summary without what differs from run to run, what a run says at its start, and the name of the history."""
-    return re.sub(r" +(wall time|time per step|history) .*\n|.* to expect\n", "", summary)
+    return re.sub(r" +(wall time|time per step|history|events) .*\n|.* to expect\n", "", summary)
 
 
 class CheckpointTest(CommandLineTest):
@@ -71,6 +81,22 @@ class Resumed(CheckpointTest):
         for method in CONSERVING + EXPLICIT:
             self.resumes_exactly(scene, (3,), *method_settings(*method), "--set", f"output.columns={all_columns()}",
                                  "--set", "output.interval=0.007")
+
+    def test_events_and_switches(self):
+        self.write("forced.nml", FORCED.replace("&gravity", "&gravity name = 'weight'").replace(
+            "coefficient = 0.05", "name = 'drag', on = .false., coefficient = 0.05") + EVENTS)
+        for method in [*CONSERVING[:2], *EXPLICIT, ("taylor", None, None)]:
+            self.resumes_exactly("forced.nml", (1, 9, 33, 60), *method_settings(*method))
+            self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)
+        self.assertGreater(self.read("whole.events.csv").count("\n"), 6)
+
+    def test_events_and_switches_with_steps_by_their_error(self):
+        self.write("forced.nml", FORCED.replace("&gravity", "&gravity name = 'weight'").replace(
+            "coefficient = 0.05", "name = 'drag', on = .false., coefficient = 0.05") + EVENTS)
+        scene = self.controlled("forced.nml", "local_tolerance", "1e-6")
+        for method in [CONSERVING[0], *EXPLICIT, ("taylor", None, None)]:
+            self.resumes_exactly(scene, (4,), *method_settings(*method), "--set", "output.interval=0.007")
+            self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)
 
     def test_the_exact_motion(self):
         self.resumes_exactly("box.nml", (1, 20), "--set", "integrator.method='exact'")

@@ -118,7 +118,7 @@ contains
       !> Two `int`, which must stay as long as the effects are used.
       type(c_ptr), intent(in) :: cell
       integer :: i
-      do i = 1, effects%n_potentials
+      do i = 1, effects%n_potentials + effects%n_off
          select type (item => effects%potentials(i)%item)
          class is (c_potential_t)
             item%failure = cell
@@ -137,7 +137,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer :: i
       has_callbacks = .false.
-      do i = 1, effects%n_potentials
+      do i = 1, effects%n_potentials + effects%n_off
          select type (item => effects%potentials(i)%item)
          class is (c_potential_t)
             has_callbacks = .true.

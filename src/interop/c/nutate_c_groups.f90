@@ -128,14 +128,7 @@ contains
          return
       end if
       system%body = built%body
-      do i = 1, built%effects%n_potentials
-         call system%effects%add(built%effects%potentials(i)%item)
-      end do
-      do i = 1, built%effects%n_torques
-         call system%effects%add(built%effects%torques(i)%item)
-      end do
-      system%effects%n_rotors = system%effects%n_rotors + built%effects%n_rotors
-      system%effects%rotor_momentum = system%effects%rotor_momentum + built%effects%rotor_momentum
+      call system%effects%append(built%effects)
    end subroutine build_system
 
    !> Raises an error for a group that is no part of a system, for a key or a body that is missing.
@@ -145,7 +138,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       integer :: i
       do i = 1, size(groups)
-         if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ']) .or. &
+         if (any(groups(i)%name == ['scene     ', 'initial   ', 'integrator', 'output    ', 'event     ']) .or. &
              (groups(i)%name == 'body' .and. .not. with_body)) &
             call error%raise(groups(i)%line, '&'//trim(groups(i)%name)//' has no place here')
       end do

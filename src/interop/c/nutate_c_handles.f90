@@ -81,6 +81,8 @@ module nutate_c_handles
       logical :: tested = .false.
       !> There is nothing around a step: no callback, no work, no angles.
       logical :: bare = .false.
+      !> Starts of steps are kept, for states inside.
+      logical :: keeps_steps = .false.
       !> The settings are to be read from `group`.
       logical :: stale = .false.
       !> There are callbacks.
@@ -183,16 +185,8 @@ contains
       type(system_t), intent(inout) :: to
       !> Two `int`, or null.
       type(c_ptr), intent(in) :: cell
-      integer :: i
       to%body = from%body
-      to%effects%n_rotors = from%effects%n_rotors
-      to%effects%rotor_momentum = from%effects%rotor_momentum
-      do i = 1, from%effects%n_potentials
-         call to%effects%add(from%effects%potentials(i)%item)
-      end do
-      do i = 1, from%effects%n_torques
-         call to%effects%add(from%effects%torques(i)%item)
-      end do
+      call to%effects%append(from%effects)
       call report_failures_to(to%effects, cell)
    end subroutine copy_system
 

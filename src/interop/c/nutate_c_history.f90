@@ -8,9 +8,11 @@ module nutate_c_history
       open_slot, report, scene_handle_t, HISTORY_MARK
    use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t
+   use nutate_event, only: event_t
+   use nutate_event_history, only: event_history_t, events_name
    use nutate_files, only: same_file
    use nutate_history, only: history_t
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
    use nutate_run, only: integrate
@@ -42,7 +44,10 @@ module nutate_c_history
    !> Writes rows into a file, as long as no callback has failed.
    type, extends(history_t) :: writer_t
       integer(c_int), pointer :: failure(:) => null()
+      type(event_history_t) :: events
    contains
+      procedure :: watch => follow_writer
+      procedure :: show_event => write_event
       procedure :: observe => write_row
       procedure :: poll => poll_writer
    end type writer_t
@@ -218,7 +223,8 @@ contains
       call add_failure(failure, status)
       if (.not. status%ok()) return
       state = from%scene%initial
-      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector, summary)
+      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector, summary, &
+                     from%scene%events)
       handle%unproved_steps = summary%unproved_steps
    end subroutine collect
 
@@ -238,20 +244,64 @@ contains
       call lock_texts()
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
                        from%scene%integrator%inverse_auxiliary_inertia, status)
+      if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, system, status)
       call unlock_texts()
       if (.not. status%ok()) return
       call add_failure(failure, status)
       state = from%scene%initial
-      if (status%ok()) call integrate(system, from%scene%integrator, state, from%scene%plan, status, writer)
+      if (status%ok()) call integrate(system, from%scene%integrator, state, from%scene%plan, &
+                                     status, writer, events=from%scene%events)
       call add_failure(failure, status)
       call lock_texts()
+      if (status%ok() .and. writer%events%wanted) call writer%events%file%finish(status)
       if (status%ok()) then
          call writer%finish(status)
       else
+         if (writer%events%wanted) call writer%events%file%abandon(closing)
          call writer%abandon(closing)
       end if
       call unlock_texts()
    end subroutine write_file
+
+   !> Opens the file of the events beside that of the rows. Errors: those of the file; the rows are not kept then.
+   subroutine open_events(writer, from, rows, system, status)
+      type(writer_t), intent(inout) :: writer
+      type(scene_handle_t), intent(in) :: from
+      !> Path of the rows.
+      character(len=*), intent(in) :: rows
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      type(status_t) :: closing
+      character(len=:), allocatable :: name
+      name = from%scene%output%events
+      if (name == '') name = events_name(rows)
+      if (name == '') return
+      call writer%events%open(name, from%scene%output%columns, system, from%scene%initial, &
+                              from%scene%integrator%inverse_auxiliary_inertia, status)
+      if (.not. status%ok()) call writer%abandon(closing)
+   end subroutine open_events
+
+   !> Follows angles that must not lose turns.
+   subroutine follow_writer(self, state)
+      class(writer_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      call self%history_t%watch(state)
+      call self%events%watch(state)
+   end subroutine follow_writer
+
+   !> Writes an event. Errors: those of callbacks and of the file.
+   subroutine write_event(self, system, event, which, number, state, record, status)
+      class(writer_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      integer, intent(in) :: which
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      status = judge_failure(self%failure)
+      if (status%ok()) call self%events%write(system, trim(event%name), number, state, record, status)
+   end subroutine write_event
 
    !> Keeps a row. Errors: those of callbacks, `NUTATE_NOT_FINITE`, `NUTATE_NO_MEMORY`.
    subroutine collect_row(self, system, state, record, status)

@@ -99,6 +99,7 @@ contains
       if (handle%stale) call read_settings(handle, status)
       if (status%ok()) call make_stepper(handle%system, handle%settings, handle%stepper, status)
       if (.not. status%ok()) return
+      if (handle%keeps_steps) call handle%stepper%keep_steps()
       handle%stale = .false.
       handle%ready = .true.
       handle%tested = .false.

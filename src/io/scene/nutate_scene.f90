@@ -7,6 +7,7 @@ module nutate_scene
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_effect_list, only: effect_list_t
+   use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
@@ -16,6 +17,7 @@ module nutate_scene
    use nutate_scene_check, only: apply_override, check_complete, read_groups
    use nutate_scene_effects, only: add_effect_kinds, build_effects
    use nutate_scene_error, only: scene_error_t, error_line
+   use nutate_scene_events, only: build_events, event_keys, events_need_attitude
    use nutate_scene_initial, only: initial_keys, build_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
@@ -51,6 +53,8 @@ module nutate_scene
       !> Steps, or what they must keep to; end; rows.
       type(run_plan_t) :: plan
       type(output_settings_t) :: output
+      !> What to look for.
+      type(event_list_t) :: events
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    end type scene_t
@@ -114,7 +118,7 @@ contains
    !> Every group that a scene can have, with its keys.
    function scene_kinds() result(kinds)
       type(group_kind_t), allocatable :: kinds(:)
-      integer, parameter :: parts = 5
+      integer, parameter :: parts = 6
 
       call add_effect_kinds(parts, kinds)
       kinds(1)%name = 'scene'
@@ -127,6 +131,9 @@ contains
       kinds(4)%keys = integrator_keys()
       kinds(5)%name = 'output'
       kinds(5)%keys = output_keys()
+      kinds(6)%name = 'event'
+      kinds(6)%keys = event_keys()
+      kinds(6)%repeatable = .true.
       kinds(2:4)%required = .true.
    end function scene_kinds
 
@@ -136,7 +143,7 @@ contains
       !> The group `&integrator`.
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
-      if (effects%n_potentials + effects%n_torques + effects%n_rotors > 0) call error%raise( &
+      if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0) call error%raise( &
          integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
    end subroutine check_free
 
@@ -165,6 +172,7 @@ contains
       if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
       call check_initial(scene%system, scene%initial, scene%plan, first_group(scene%groups, 'initial'), group, error)
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
+      call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
       if (error%raised) return
       scene%choice = ''
       if (scene%integrator%method == AUTOMATIC_METHOD) call choose_method( &
@@ -173,7 +181,7 @@ contains
       call choose_order(scene%system, scene%plan%end_time, scene%plan%goal%accuracy, scene%integrator)
       ! An accuracy is one of the attitude.
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
-                                  need_attitude(scene%output%columns)
+                                  need_attitude(scene%output%columns) .or. events_need_attitude(scene%groups)
    end subroutine build_scene
 
    !> The first group of a name; one without keys where there is none.

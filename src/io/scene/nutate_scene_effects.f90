@@ -1,6 +1,6 @@
 !> The effects of a scene: every group that is not one of its fixed parts.
 module nutate_scene_effects
-   use nutate_effect, only: effect_t
+   use nutate_effect, only: effect_t, rotor_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_keys, only: group_t, group_kind_t
    use nutate_range, only: check_strength
@@ -51,9 +51,42 @@ contains
                call error%take(groups(i)%line_of(trim(status%subject)), status)
                return
             end if
-            call system%effects%add(effect)
+            call take_switch(groups(i), effect, error)
+            if (error%raised) return
+            if (effect%on) then
+               call system%effects%add(effect)
+            else
+               call add_idle(system, effect)
+            end if
          end do
       end do
    end subroutine build_effects
+
+   !> The name by which switches call an effect, and whether it is on at the start.
+   subroutine take_switch(group, effect, error)
+      type(group_t), intent(in) :: group
+      class(effect_t), intent(inout) :: effect
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: name
+      name = trim(group%text('name', ''))
+      if (len(name) > len(effect%label)) call error%raise(group%line_of('name'), 'name is too long', &
+                                                          expected='at most 24 characters')
+      if (group%has('name') .and. name == '') call error%raise(group%line_of('name'), 'name is blank', &
+                                                               expected='a name for the effect')
+      effect%label = name
+      effect%on = group%flag('on', .true.)
+   end subroutine take_switch
+
+   !> Adds an effect that is off; a rotor, which cannot be switched, is not there then.
+   subroutine add_idle(system, effect)
+      type(system_t), intent(inout) :: system
+      class(effect_t), intent(in) :: effect
+      select type (effect)
+      class is (rotor_t)
+         return
+      class default
+         call system%effects%add(effect)
+      end select
+   end subroutine add_idle
 
 end module nutate_scene_effects

@@ -17,6 +17,8 @@ module nutate_scene_output
    type :: output_settings_t
       !> Path of the CSV file, relative to the working directory.
       character(len=:), allocatable :: file
+      !> That of the events, where the scene names one; else blank: it goes by that of the rows.
+      character(len=:), allocatable :: events
       !> Names of the sets of columns, as asked for; shape (number of sets).
       character(len=name_length), allocatable :: columns(:)
    end type output_settings_t
@@ -25,10 +27,11 @@ contains
 
    !> Keys of the scene group `&output`.
    pure function output_keys() result(keys)
-      type(key_t) :: keys(4)
+      type(key_t) :: keys(5)
       character(len=*), parameter :: sets(*) = column_sets%name
 
       keys = [key_t(name='file', kind=KEY_TEXT), &
+              key_t(name='events', kind=KEY_TEXT), &
               key_t(name='every', kind=KEY_INTEGER, range=POSITIVE), &
               key_t(name='interval', range=POSITIVE), &
               key_t(name='columns', kind=KEY_TEXT, most=size(sets), choices=joined(sets))]
@@ -52,6 +55,11 @@ contains
       else if (output%file == path) then
          call error%raise(group%line_of('file'), 'file would replace the scene itself', expected='another name')
       end if
+      output%events = trim(group%text('events', ''))
+      if (group%has('events') .and. (output%events == '' .or. output%events == '-' .or. output%events == path .or. &
+                                     output%events == output%file)) &
+         call error%raise(group%line_of('events'), 'events is no file of its own', &
+         expected='the name of another CSV file')
       call allow_one_of(group, [character(len=name_length) :: 'every', 'interval'], error)
       if (error%raised) return
       plan%every = group%whole('every', 1)

@@ -1,0 +1,58 @@
+!> C interface: states inside the last step. What each function does stands in `include/nutate.h`.
+module nutate_c_inside
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
+   use nutate_c_effects, only: judge_failure
+   use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
+   use nutate_c_settings, only: prepare_if_needed
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_kinds, only: wp
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, NUTATE_BAD_HANDLE
+   implicit none
+   private
+
+   public :: nutate_stepper_keep_steps, nutate_stepper_state_at
+
+contains
+
+   integer(c_int) function nutate_stepper_keep_steps(stepper) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      handle%keeps_steps = .true.
+      call prepare_if_needed(handle, status)
+      if (status%ok()) call handle%stepper%keep_steps()
+      code = conclude(handle, status)
+   end function nutate_stepper_keep_steps
+
+   integer(c_int) function nutate_stepper_state_at(stepper, t, q, omega) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(in), value :: t
+      real(c_double), intent(inout), optional :: q(4), omega(3)
+      type(stepper_handle_t), pointer :: handle
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: work
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (.not. (present(q) .and. present(omega))) then
+         code = conclude(handle, null_argument('q or omega'))
+         return
+      end if
+      call prepare_if_needed(handle, status)
+      if (status%ok()) then
+         handle%failure = 0
+         call handle%stepper%state_at(handle%system, t, state, work, status)
+         if (handle%failure(1) /= 0) status = judge_failure(handle%failure)
+      end if
+      code = conclude(handle, status)
+      if (.not. status%ok()) return
+      q = state%q
+      omega = angular_velocity(handle%system, state)
+   end function nutate_stepper_state_at
+
+end module nutate_c_inside

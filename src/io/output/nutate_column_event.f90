@@ -1,0 +1,208 @@
+!> Columns of a history as quantities of events, with their rates in closed form.
+module nutate_column_event
+   use nutate_attitude, only: euler_from_quat
+   use nutate_columns, only: column_sets
+   use nutate_event, only: event_t
+   use nutate_hamiltonian, only: potential_energy
+   use nutate_kinds, only: wp, eps, pi
+   use nutate_motion, only: motion_t
+   use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_space
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: column_event_t, event_columns, natural_period, needs_attitude
+
+   !> Most columns of an event.
+   integer, parameter, public :: most_columns = 3
+
+   !> The columns that can be asked for, comma separated: those that are smooth functions of the state.
+   character(len=*), &
+      parameter :: event_columns = 'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
+                                                  'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total'
+
+   !> Places in it.
+   integer, parameter :: AT_Q0 = 1, AT_P0 = 5, AT_OMEGA1 = 9, AT_OMEGA_X = 12, AT_L1 = 15, AT_L_X = 18, AT_PHI = 21, &
+      AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25
+
+   !> A sum of columns with weights.
+   type, extends(event_t) :: column_event_t
+      !> Their names; blank: no more.
+      character(len=16) :: columns(most_columns) = ''
+      real(wp) :: weights(most_columns) = 1.0_wp
+      !> How many of them there are, and their places in the list, once `place` has been called.
+      integer, private :: n = 0
+      integer, private :: places(most_columns) = 0
+   contains
+      !> Looks the names up, which is not to be done in every step.
+      procedure :: place
+      procedure :: value => sum_of_columns
+      procedure :: rate => rate_of_sum
+   end type column_event_t
+
+contains
+
+   !> The period of a column: 2π for the angles that have one; 0 for others.
+   pure real(wp) function natural_period(column) result(period)
+      character(len=*), intent(in) :: column
+      period = merge(2*pi, 0.0_wp, column == 'phi' .or. column == 'psi')
+   end function natural_period
+
+   !> True for a column that depends on the attitude.
+   pure logical function needs_attitude(column)
+      character(len=*), intent(in) :: column
+      integer :: i
+      needs_attitude = column /= 'kinetic' .and. column /= 'potential' .and. column /= 'total'
+      do i = 1, size(column_sets)
+         if (index(','//trim(column_sets(i)%headers)//',', ','//trim(column)//',') > 0) &
+            needs_attitude = column_sets(i)%attitude
+      end do
+   end function needs_attitude
+
+   !> Looks the names up. A name that is not in the list counts as none.
+   pure subroutine place(self)
+      class(column_event_t), intent(inout) :: self
+      integer :: i, at, k
+      self%n = 0
+      do i = 1, most_columns
+         if (self%columns(i) == '') return
+         at = index(','//event_columns//',', ','//trim(self%columns(i))//',')
+         if (at == 0) return
+         self%n = i
+         self%places(i) = 1 + count([(event_columns(k:k) == ',', k=1, at - 1)])
+      end do
+   end subroutine place
+
+   pure real(wp) function sum_of_columns(self, system, motion) result(g)
+      class(column_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      integer :: i
+      g = 0.0_wp
+      do i = 1, self%n
+         g = g + self%weights(i)*column_value(self%places(i), system, motion)
+      end do
+   end function sum_of_columns
+
+   pure real(wp) function rate_of_sum(self, system, motion) result(rate)
+      class(column_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      integer :: i
+      rate = 0.0_wp
+      do i = 1, self%n
+         rate = rate + self%weights(i)*column_rate(self%places(i), motion)
+      end do
+   end function rate_of_sum
+
+   !> The value of a column; energies without that of an auxiliary inertia, which is none of the body's.
+   pure real(wp) function column_value(column, system, motion) result(x)
+      !> Place in the list.
+      integer, intent(in) :: column
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: v(3)
+      associate (q => motion%state%q, omega => motion%omega, momentum => motion%momentum)
+         select case (column)
+         case (AT_Q0:AT_Q0 + 3)
+            x = q(column - AT_Q0 + 1)
+         case (AT_P0:AT_P0 + 3)
+            x = motion%state%p(column - AT_P0 + 1)
+         case (AT_OMEGA1:AT_OMEGA1 + 2)
+            x = omega(column - AT_OMEGA1 + 1)
+         case (AT_L1:AT_L1 + 2)
+            x = momentum(column - AT_L1 + 1)
+         case (AT_OMEGA_X:AT_OMEGA_X + 2)
+            v = rotate_to_space(unit(q), omega)
+            x = v(column - AT_OMEGA_X + 1)
+         case (AT_L_X:AT_L_X + 2)
+            v = rotate_to_space(unit(q), momentum)
+            x = v(column - AT_L_X + 1)
+         case (AT_PHI:AT_PSI)
+            x = angle_of(column, q)
+         case default
+            x = 0.0_wp
+            if (column /= AT_POTENTIAL) x = 0.5_wp*dot_product(omega, momentum - system%effects%rotor_momentum)
+            if (column /= AT_KINETIC) x = x + potential_energy(system%effects, q)
+         end select
+      end associate
+   end function column_value
+
+   !> Its rate along the motion.
+   pure real(wp) function column_rate(column, motion) result(x)
+      !> Place in the list.
+      integer, intent(in) :: column
+      type(motion_t), intent(in) :: motion
+      real(wp) :: v(3), w(4), torque(3), momentum_rate(3)
+      torque = motion%potential_torque + motion%torque
+      momentum_rate = cross(motion%momentum, motion%omega) + torque
+      associate (q => motion%state%q, omega => motion%omega)
+         select case (column)
+         case (AT_Q0:AT_Q0 + 3)
+            w = quat_vector_product(q, 0.5_wp*omega)
+            x = w(column - AT_Q0 + 1)
+         case (AT_P0:AT_P0 + 3)
+            ! ṗ of p = 2 q∘[0, L].
+            w = quat_product(quat_vector_product(q, omega), [0.0_wp, motion%momentum]) + &
+                quat_vector_product(q, 2*momentum_rate)
+            x = w(column - AT_P0 + 1)
+         case (AT_OMEGA1:AT_OMEGA1 + 2)
+            x = motion%acceleration(column - AT_OMEGA1 + 1)
+         case (AT_L1:AT_L1 + 2)
+            x = momentum_rate(column - AT_L1 + 1)
+         case (AT_OMEGA_X:AT_OMEGA_X + 2)
+            v = rotate_to_space(unit(q), motion%acceleration)
+            x = v(column - AT_OMEGA_X + 1)
+         case (AT_L_X:AT_L_X + 2)
+            v = rotate_to_space(unit(q), torque)
+            x = v(column - AT_L_X + 1)
+         case (AT_PHI:AT_PSI)
+            x = rate_of_angle(column, q, omega)
+         case (AT_KINETIC)
+            x = dot_product(omega, torque)
+         case (AT_POTENTIAL)
+            x = -dot_product(omega, motion%potential_torque)
+         case default
+            x = dot_product(omega, motion%torque)
+         end select
+      end associate
+   end function column_rate
+
+   pure function unit(q)
+      real(wp), intent(in) :: q(4)
+      real(wp) :: unit(4)
+      unit = (1/quat_norm(q))*q
+   end function unit
+
+   pure real(wp) function angle_of(column, q) result(x)
+      !> Place in the list.
+      integer, intent(in) :: column
+      real(wp), intent(in) :: q(4)
+      real(wp) :: phi, theta, psi
+      call euler_from_quat(unit(q), phi, theta, psi)
+      x = theta
+      if (column == AT_PHI) x = phi
+      if (column == AT_PSI) x = psi
+   end function angle_of
+
+   !> φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ, θ' = Ω1 cos ψ - Ω2 sin ψ, ψ' = Ω3 - φ' cos θ; at a pole, where
+   !> ψ = 0, φ takes all of Ω3.
+   pure real(wp) function rate_of_angle(column, q, omega) result(rate)
+      !> Place in the list.
+      integer, intent(in) :: column
+      real(wp), intent(in) :: q(4), omega(3)
+      real(wp) :: phi, theta, psi, precession
+      call euler_from_quat(unit(q), phi, theta, psi)
+      precession = sign(omega(3), omega(3)*cos(theta))
+      if (sin(theta) > 4*eps) precession = (omega(1)*sin(psi) + omega(2)*cos(psi))/sin(theta)
+      select case (column)
+      case (AT_PHI)
+         rate = precession
+      case (AT_THETA)
+         rate = omega(1)*cos(psi) - omega(2)*sin(psi)
+      case default
+         rate = omega(3) - precession*cos(theta)
+      end select
+   end function rate_of_angle
+
+end module nutate_column_event

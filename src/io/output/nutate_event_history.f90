@@ -1,0 +1,194 @@
+!> The events of a run as a CSV file: one row for each, with its time, name and number, and the columns of the history.
+module nutate_event_history
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
+   use nutate_columns, only: columns_t
+   use nutate_decimal, only: decimal_t, decimal_length
+   use nutate_files, only: file_mark_t, output_file_t
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: run_record_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: event_history_t, events_name
+
+   !> Events being written.
+   type :: event_history_t
+      !> There is a file.
+      logical :: wanted = .false.
+      integer(long) :: rows = 0
+      type(output_file_t) :: file
+      type(columns_t) :: columns
+      type(decimal_t), private :: decimal
+   contains
+      !> Opens the file and writes the header.
+      procedure :: open => open_events
+      !> Goes on with the file of an archive.
+      procedure :: reopen => reopen_events
+      !> Shows to an archive how far the file is.
+      procedure :: transfer => transfer_events
+      !> Follows what must be followed from step to step.
+      procedure :: watch => follow_state
+      !> Writes a row.
+      procedure :: write => write_event
+   end type event_history_t
+
+contains
+
+   !> The file of events that belongs to a file of rows: `NAME.events.csv` for `NAME.csv`; blank where that is standard
+   !> output.
+   pure function events_name(rows) result(name)
+      character(len=*), intent(in) :: rows
+      character(len=:), allocatable :: name
+      name = rows//'.events.csv'
+      if (rows == '-') name = ''
+      if (len(rows) <= 4) return
+      if (rows(len(rows) - 3:) == '.csv') name = rows(:len(rows) - 4)//'.events.csv'
+   end function events_name
+
+   !> Opens the file and writes the header. Errors: those of a history.
+   subroutine open_events(self, name, columns, system, state, inverse_j0, status)
+      class(event_history_t), intent(inout) :: self
+      !> Path.
+      character(len=*), intent(in) :: name
+      !> Names of the sets of columns.
+      character(len=*), intent(in) :: columns(:)
+      type(system_t), intent(in) :: system
+      !> The first state of the run.
+      type(state_t), intent(in) :: state
+      !> 1/J0, kg⁻¹ m⁻².
+      real(wp), intent(in) :: inverse_j0
+      type(status_t), intent(inout) :: status
+      character(len=:), allocatable :: header
+      call start(self, columns, system, state, inverse_j0, status)
+      if (status%ok()) call self%file%open(name, status)
+      if (.not. status%ok()) return
+      header = self%columns%header()
+      call self%file%put_line('t,event,number'//header(2:), status)
+   end subroutine open_events
+
+   !> Goes on with a file of which an archive has been made. Errors: those of a history.
+   subroutine reopen_events(self, name, columns, system, state, inverse_j0, archive, status)
+      class(event_history_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, columns(:)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: inverse_j0
+      !> Being read.
+      class(archive_t), intent(inout) :: archive
+      type(status_t), intent(inout) :: status
+      type(file_mark_t) :: mark
+      call start(self, columns, system, state, inverse_j0, status)
+      if (.not. status%ok()) return
+      call transfer_values(self, archive, mark)
+      if (archive%problem() /= '') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
+      else
+         call self%file%reopen(name, mark, status)
+      end if
+   end subroutine reopen_events
+
+   !> Shows to an archive how far the file is; what it holds is on the disk then. Errors: `NUTATE_IO`.
+   subroutine transfer_events(self, archive, status)
+      class(event_history_t), intent(inout) :: self
+      !> Being written.
+      class(archive_t), intent(inout) :: archive
+      type(status_t), intent(inout) :: status
+      type(file_mark_t) :: mark
+      if (.not. self%wanted) return
+      call self%file%mark(mark, status)
+      if (status%ok()) call transfer_values(self, archive, mark)
+   end subroutine transfer_events
+
+   subroutine transfer_values(self, archive, mark)
+      class(event_history_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      type(file_mark_t), intent(inout) :: mark
+      call archive%transfer(self%rows)
+      call self%columns%transfer(archive)
+      call mark%transfer(archive)
+   end subroutine transfer_values
+
+   !> Prepares for rows of the columns asked for.
+   subroutine start(self, columns, system, state, inverse_j0, status)
+      class(event_history_t), intent(inout) :: self
+      character(len=*), intent(in) :: columns(:)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: inverse_j0
+      type(status_t), intent(inout) :: status
+      self%wanted = .true.
+      self%rows = 0
+      call self%columns%choose(columns, status)
+      if (.not. status%ok()) return
+      call self%decimal%prepare()
+      call self%columns%start(system, state, inverse_j0)
+   end subroutine start
+
+   !> Follows angles that must not lose turns.
+   subroutine follow_state(self, state)
+      class(event_history_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      if (self%wanted .and. self%columns%follows_steps) call self%columns%follow(state)
+   end subroutine follow_state
+
+   !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
+   subroutine write_event(self, system, name, number, state, record, status)
+      class(event_history_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Of the event.
+      character(len=*), intent(in) :: name
+      !> How often it has happened.
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      type(columns_t) :: columns
+      real(wp) :: values(self%columns%width)
+      character(len=(decimal_length + 1)*self%columns%width) :: line
+      character(len=24) :: digits
+      integer :: i, used, first
+      if (.not. self%wanted) return
+      columns = self%columns
+      if (columns%follows_steps) call columns%follow(state)
+      call columns%evaluate(system, state, record, values)
+      if (.not. all(ieee_is_finite(values))) then
+         status = fail(NUTATE_NOT_FINITE, 'a value at an event is not finite')
+         return
+      end if
+      used = 0
+      first = 0
+      do i = 1, size(values)
+         if (i > 1) then
+            used = used + 1
+            line(used:used) = ','
+         end if
+         call self%decimal%append(line, used, values(i))
+         if (i == 1) first = used
+      end do
+      write (digits, '(i0)') number
+      call self%file%put_line(line(:first)//','//field(name)//','//trim(digits)//line(first + 1:used), status)
+      if (status%ok()) self%rows = self%rows + 1
+   end subroutine write_event
+
+   !> A text as a field of RFC 4180: in quotes where it has a comma or quotes, which are doubled.
+   pure function field(text)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: field
+      integer :: i
+      if (scan(text, ',"') == 0) then
+         field = trim(text)
+         return
+      end if
+      field = '"'
+      do i = 1, len_trim(text)
+         field = field//text(i:i)
+         if (text(i:i) == '"') field = field//'"'
+      end do
+      field = field//'"'
+   end function field
+
+end module nutate_event_history

@@ -1,0 +1,176 @@
+!> `&event`: what to look for in a run, and what to do then.
+module nutate_scene_events
+   use nutate_admissible, only: POSITIVE
+   use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude
+   use nutate_effect_list, only: effect_list_t
+   use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+   use nutate_event_tracker, only: event_list_t
+   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
+   use nutate_kinds, only: wp, long
+   use nutate_printable, only: quoted
+   use nutate_scene_error, only: scene_error_t, allow_one_of
+   implicit none
+   private
+
+   public :: event_keys, build_events, events_need_attitude
+
+contains
+
+   !> Keys of the scene group `&event`.
+   pure function event_keys() result(keys)
+      type(key_t) :: keys(10)
+      keys = [key_t(name='name', kind=KEY_TEXT), &
+              key_t(name='when', kind=KEY_TEXT, most=most_columns, required=.true., choices=event_columns), &
+              key_t(name='weights', most=most_columns), &
+              key_t(name='crosses'), &
+              key_t(name='modulo', range=POSITIVE), &
+              key_t(name='extremum', kind=KEY_TEXT, choices='maximum,minimum,both'), &
+              key_t(name='direction', kind=KEY_INTEGER), &
+              key_t(name='stop', kind=KEY_LOGICAL), &
+              key_t(name='count', kind=KEY_INTEGER, range=POSITIVE), &
+              key_t(name='switch', kind=KEY_TEXT)]
+   end function event_keys
+
+   !> The events that the groups name, in their order.
+   subroutine build_events(groups, effects, accuracy, events, error)
+      type(group_t), intent(in) :: groups(:)
+      !> What can be switched.
+      type(effect_list_t), intent(in) :: effects
+      !> Attitude error that the run promises, rad; 0: none.
+      real(wp), intent(in) :: accuracy
+      type(event_list_t), intent(inout) :: events
+      type(scene_error_t), intent(inout) :: error
+      type(column_event_t) :: event
+      integer :: i
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'event' .or. error%raised) cycle
+         event = column_event_t()
+         call take_quantity(groups(i), event, error)
+         call take_kind(groups(i), event, error)
+         call take_name(groups(i), event, error)
+         event%stop = groups(i)%flag('stop', .false.)
+         event%count = int(groups(i)%whole('count', 0), long)
+         if (groups(i)%has('switch')) call take_switch(groups(i), effects, accuracy, event, error)
+         if (.not. error%raised) call events%add(event)
+      end do
+   end subroutine build_events
+
+   !> True if a column that an event depends on depends on the attitude.
+   pure logical function events_need_attitude(groups)
+      type(group_t), intent(in) :: groups(:)
+      integer :: i, k
+      events_need_attitude = .false.
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'event') cycle
+         do k = 1, groups(i)%count_of('when')
+            if (needs_attitude(groups(i)%text_at('when', k))) events_need_attitude = .true.
+         end do
+      end do
+   end function events_need_attitude
+
+   !> Columns, weights and period.
+   subroutine take_quantity(group, event, error)
+      type(group_t), intent(in) :: group
+      type(column_event_t), intent(inout) :: event
+      type(scene_error_t), intent(inout) :: error
+      integer :: i, n
+      n = group%count_of('when')
+      do i = 1, n
+         event%columns(i) = group%text_at('when', i)
+      end do
+      call event%place()
+      if (group%has('weights')) then
+         if (group%count_of('weights') /= n) then
+            call error%raise(group%line_of('weights'), 'weights are not as many as columns', &
+                             expected='one for each column of when')
+            return
+         end if
+         event%weights(1:n) = group%vector('weights', event%weights(1:n))
+      end if
+      if (n == 1 .and. .not. group%has('weights')) event%period = natural_period(event%columns(1))
+      event%period = group%number('modulo', event%period)
+   end subroutine take_quantity
+
+   !> Crossing or extremum, and its direction.
+   subroutine take_kind(group, event, error)
+      type(group_t), intent(in) :: group
+      type(column_event_t), intent(inout) :: event
+      type(scene_error_t), intent(inout) :: error
+      call allow_one_of(group, [character(len=name_length) :: 'crosses', 'extremum'], error)
+      if (error%raised) return
+      if (.not. (group%has('crosses') .or. group%has('extremum'))) then
+         call error%raise(group%line, '&event says nothing to look for', expected='crosses or extremum')
+         return
+      end if
+      event%level = group%number('crosses', 0.0_wp)
+      event%direction = group%whole('direction', 0)
+      select case (group%text('extremum', ''))
+      case ('maximum')
+         event%kind = MAXIMUM
+      case ('minimum')
+         event%kind = MINIMUM
+      case ('both')
+         event%kind = EXTREMUM
+      case default
+         event%kind = CROSSING
+      end select
+      if (group%has('direction') .and. abs(event%direction) /= 1) then
+         call error%raise(group%line_of('direction'), 'direction is neither up nor down', expected='1 or -1')
+      else if (event%kind /= CROSSING .and. group%has('direction')) then
+         call error%raise(group%line_of('direction'), 'an extremum has no direction', &
+            expected="extremum = 'maximum' or "// &
+                          "'minimum' without direction")
+      else if (event%kind /= CROSSING .and. group%has('modulo')) then
+         call error%raise(group%line_of('modulo'), 'an extremum has no modulo', expected='modulo with crosses')
+      end if
+   end subroutine take_kind
+
+   !> The name; that of the first column where none is given.
+   subroutine take_name(group, event, error)
+      type(group_t), intent(in) :: group
+      type(column_event_t), intent(inout) :: event
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: name
+      name = trim(group%text('name', trim(event%columns(1))))
+      if (len(name) > len(event%name)) call error%raise(group%line_of('name'), 'name is too long', &
+                                                        expected='at most 24 characters')
+      if (name == '') call error%raise(group%line_of('name'), 'name is blank', expected='a name for the event')
+      event%name = name
+   end subroutine take_name
+
+   !> What is switched: `NAME on`, `NAME off` or `NAME over`.
+   subroutine take_switch(group, effects, accuracy, event, error)
+      type(group_t), intent(in) :: group
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(in) :: accuracy
+      type(column_event_t), intent(inout) :: event
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: text, label
+      integer :: at
+      text = trim(group%text('switch', ''))
+      at = index(text, ' ', back=.true.)
+      select case (text(at + 1:))
+      case ('on')
+         event%action = SWITCH_ON
+      case ('off')
+         event%action = SWITCH_OFF
+      case ('over')
+         event%action = SWITCH_OVER
+      case default
+         event%action = 0
+      end select
+      label = trim(adjustl(text(:max(at - 1, 0))))
+      if (event%action == 0 .or. label == '') then
+         call error%raise(group%line_of('switch'), 'switch is '//quoted(text), &
+            expected="'NAME on', 'NAME off' or 'NAME over'")
+      else if (.not. effects%has(label)) then
+         call error%raise(group%line_of('switch'), 'no effect that can be switched is called '//quoted(label), &
+                          expected='the name of an effect; a rotor cannot be switched')
+      else if (accuracy > 0.0_wp) then
+         call error%raise(group%line_of('switch'), 'an accuracy is promised only where nothing is switched', &
+                          expected='time_step or local_tolerance with it')
+      end if
+      event%effect = label
+   end subroutine take_switch
+
+end module nutate_scene_events

@@ -1,0 +1,263 @@
+!> Roots of a function along a step: isolated by a search that looks closer where one can be, then found by Newton's
+!> iteration in a bracket.
+!>
+!> A step is known at its ends, by the function and its derivative. Between them it is evaluated only where a root can
+!> be: the function can move away from its ends by about `|f'| + scale·turn²`, the turn of the body in the step in
+!> radians. What cannot be excluded so is halved, down to an eighth of the step and to a radian: there a change of sign
+!> is one root, and an extremum towards zero is looked at for a pair of them. A pair nearer to each other than that, off
+!> the extremum that the ends point to, can be missed.
+module nutate_event_roots
+   use nutate_kinds, only: wp, eps
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: curve_t, node_t, find_first_root
+
+   !> Halvings: an eighth of a step, more while a part turns the body by over a radian, and fewer where it turns it by
+   !> less than the second, rad: with so little turn a quantity is no more than a parabola and a hundredth.
+   integer, parameter :: enough = 3, deepest = 30
+   real(wp), parameter :: great_turn = 1.0_wp, small_turn = 0.1_wp
+   !> How far beyond the estimate a function may go.
+   real(wp), parameter :: safety = 2.0_wp
+   !> Evaluations at most, of a root and of an extremum; both take two to five.
+   integer, parameter :: most_tries = 60, most_looks = 24
+   !> An increment of Newton's iteration, in steps, the square of which is below round-off.
+   real(wp), parameter :: last_increment = 1e-9_wp
+
+   !> A function of the time s from the start of a step, in steps.
+   type, abstract :: curve_t
+   contains
+      !> The function and its derivative by s.
+      procedure(evaluate_curve), deferred :: evaluate
+   end type curve_t
+
+   !> A place on a curve.
+   type :: node_t
+      !> s; f; f'.
+      real(wp) :: s = 0.0_wp, f = 0.0_wp, slope = 0.0_wp
+      !> 1 or -1: the side of zero on which the curve is; after a root that of f just behind it, whatever the sign of f
+      !> at the root itself.
+      integer :: side = 0
+   end type node_t
+
+   !> What a search keeps to.
+   type :: search_t
+      !> Turn of the body in the step, rad; size of the function's variation.
+      real(wp) :: turn = 0.0_wp, scale = 0.0_wp
+      !> Change of sign that counts, 1 or -1; 0: both.
+      integer :: wanted = 0
+      !> Round-off of s.
+      real(wp) :: resolution = eps
+      logical :: found = .false.
+      type(node_t) :: root = node_t()
+   end type search_t
+
+   abstract interface
+      subroutine evaluate_curve(self, s, f, slope, status)
+         import :: curve_t, status_t, wp
+         class(curve_t), intent(inout) :: self
+         real(wp), intent(in) :: s
+         real(wp), intent(out) :: f, slope
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine evaluate_curve
+   end interface
+
+contains
+
+   !> The first root behind a node that changes the sign as wanted. Errors: those of the curve.
+   subroutine find_first_root(curve, first, last, turn, scale, wanted, resolution, found, root, status)
+      class(curve_t), intent(inout) :: curve
+      !> Their sides set.
+      type(node_t), intent(in) :: first, last
+      !> Turn of the body in a step, rad; size of the variation of f.
+      real(wp), intent(in) :: turn, scale
+      !> 1: f grows through zero; -1: it falls; 0: either.
+      integer, intent(in) :: wanted
+      !> Round-off of s.
+      real(wp), intent(in) :: resolution
+      logical, intent(out) :: found
+      !> Its side is that of f behind it.
+      type(node_t), intent(out) :: root
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      type(search_t) :: search
+      search = search_t(turn=turn, scale=scale, wanted=wanted, resolution=max(resolution, eps))
+      call search_part(curve, search, first, last, 0, status)
+      found = search%found .and. status%code == 0
+      root = search%root
+   end subroutine find_first_root
+
+   !> Searches a part of the step.
+   recursive subroutine search_part(curve, search, a, b, depth, status)
+      class(curve_t), intent(inout) :: curve
+      type(search_t), intent(inout) :: search
+      type(node_t), intent(in) :: a, b
+      integer, intent(in) :: depth
+      type(status_t), intent(inout) :: status
+      type(node_t) :: middle
+      real(wp) :: reach, turn
+      turn = (b%s - a%s)*search%turn
+      if (a%side == b%side) then
+         reach = max(abs(a%slope), abs(b%slope))*(b%s - a%s) + search%scale*turn*turn
+         if (min(abs(a%f), abs(b%f)) > safety*reach) return
+      end if
+      if (turn <= small_turn .or. (depth >= enough .and. turn <= great_turn) .or. depth >= deepest) then
+         call search_piece(curve, search, a, b, status)
+         return
+      end if
+      middle%s = 0.5_wp*(a%s + b%s)
+      call evaluate(curve, middle, a%side, status)
+      if (status%code /= 0) return
+      call search_part(curve, search, a, middle, depth + 1, status)
+      if (search%found .or. status%code /= 0) return
+      call search_part(curve, search, middle, b, depth + 1, status)
+   end subroutine search_part
+
+   !> Searches a part that is not halved any more: one root where the sign changes, else none or two.
+   subroutine search_piece(curve, search, a, b, status)
+      class(curve_t), intent(inout) :: curve
+      type(search_t), intent(inout) :: search
+      type(node_t), intent(in) :: a, b
+      type(status_t), intent(inout) :: status
+      type(node_t) :: beyond
+      logical :: crosses
+      if (a%side /= b%side) then
+         if (search%wanted == 0 .or. search%wanted == b%side) call refine(curve, search, a, b, status)
+      else if (a%side*a%slope < 0.0_wp .and. b%side*b%slope > 0.0_wp) then
+         call look_beyond(curve, search, a, b, beyond, crosses, status)
+         if (status%code /= 0 .or. .not. crosses) return
+         if (search%wanted == 0 .or. search%wanted == beyond%side) then
+            call refine(curve, search, a, beyond, status)
+         else
+            call refine(curve, search, beyond, b, status)
+         end if
+      end if
+   end subroutine search_piece
+
+   !> Looks for a place on the other side of zero, around the extremum between two places of one side: by false position
+   !> of the derivative, each time between the neighbours of the extremum (Illinois), until f is there, or as near to
+   !> the extremum as f resolves.
+   subroutine look_beyond(curve, search, a, b, beyond, crosses, status)
+      class(curve_t), intent(inout) :: curve
+      type(search_t), intent(in) :: search
+      type(node_t), intent(in) :: a, b
+      type(node_t), intent(out) :: beyond
+      logical, intent(out) :: crosses
+      type(status_t), intent(inout) :: status
+      type(node_t) :: left, right
+      real(wp) :: weights(2), gain
+      integer :: i, last
+      left = a
+      right = b
+      weights = 1.0_wp
+      last = 0
+      crosses = .false.
+      do i = 1, most_looks
+         associate (low => weights(1)*left%slope, high => weights(2)*right%slope)
+            beyond%s = left%s - low*((right%s - left%s)/(high - low))
+         end associate
+         call evaluate(curve, beyond, a%side, status)
+         if (status%code /= 0) return
+         crosses = beyond%side /= a%side
+         if (crosses) return
+         ! What the tangents at both neighbours leave room for.
+         gain = min(abs(beyond%slope)*max(right%s - beyond%s, beyond%s - left%s), abs(left%f), abs(right%f))
+         if (abs(beyond%f) > gain .or. right%s - left%s <= search%resolution) return
+         if (a%side*beyond%slope < 0.0_wp) then
+            left = beyond
+            weights = [1.0_wp, merge(0.5_wp*weights(2), 1.0_wp, last == 1)]
+            last = 1
+         else
+            right = beyond
+            weights = [merge(0.5_wp*weights(1), 1.0_wp, last == 2), 1.0_wp]
+            last = 2
+         end if
+      end do
+   end subroutine look_beyond
+
+   !> The root between two places on different sides: Newton's iteration from the root of the cubic through both,
+   !> halving the bracket where it leaves it or is slow.
+   subroutine refine(curve, search, a, b, status)
+      class(curve_t), intent(inout) :: curve
+      type(search_t), intent(inout) :: search
+      type(node_t), intent(in) :: a, b
+      type(status_t), intent(inout) :: status
+      type(node_t) :: left, right, trial
+      real(wp) :: next, width
+      integer :: i
+      left = a
+      right = b
+      next = cubic_root(a, b)
+      do i = 1, most_tries
+         width = right%s - left%s
+         trial%s = next
+         call evaluate(curve, trial, b%side, status)
+         if (status%code /= 0) return
+         next = trial%s
+         if (abs(trial%slope) > 0.0_wp) next = trial%s - trial%f/trial%slope
+         if (trial%side == a%side) then
+            left = trial
+         else
+            right = trial
+         end if
+         if (abs(next - trial%s) <= max(last_increment, search%resolution) .and. next > a%s .and. next < b%s) exit
+         if (right%s - left%s <= search%resolution) exit
+         ! Slower than halving, or nowhere.
+         if (.not. (next > left%s .and. next < right%s) .or. (i > 3 .and. right%s - left%s > 0.5_wp*width)) &
+            next = 0.5_wp*(left%s + right%s)
+      end do
+      search%found = .true.
+      ! At a root that is nearly double the slope may be noise: it leads to the side behind.
+      search%root = node_t(s=min(max(next, a%s), b%s), slope=b%side*abs(trial%slope), side=b%side)
+   end subroutine refine
+
+   !> The function at a place, and the side on which it is; where it is zero, that on which it is going to be.
+   subroutine evaluate(curve, node, side, status)
+      class(curve_t), intent(inout) :: curve
+      type(node_t), intent(inout) :: node
+      !> The side of a zero without a slope.
+      integer, intent(in) :: side
+      type(status_t), intent(inout) :: status
+      call curve%evaluate(node%s, node%f, node%slope, status)
+      node%side = side
+      if (node%f > 0.0_wp) then
+         node%side = 1
+      else if (node%f < 0.0_wp) then
+         node%side = -1
+      else if (abs(node%slope) > 0.0_wp) then
+         node%side = nint(sign(1.0_wp, node%slope))
+      end if
+   end subroutine evaluate
+
+   !> A root of Hermite's cubic through two places of different sides, found by halving.
+   pure real(wp) function cubic_root(a, b) result(s)
+      type(node_t), intent(in) :: a, b
+      real(wp) :: low, high, x, f
+      integer :: i
+      low = 0.0_wp
+      high = 1.0_wp
+      do i = 1, 40
+         x = 0.5_wp*(low + high)
+         f = cubic(a, b, x)
+         if (f*a%side > 0.0_wp) then
+            low = x
+         else
+            high = x
+         end if
+      end do
+      s = a%s + x*(b%s - a%s)
+   end function cubic_root
+
+   !> Hermite's cubic at x, 0 at a and 1 at b.
+   pure real(wp) function cubic(a, b, x) result(f)
+      type(node_t), intent(in) :: a, b
+      real(wp), intent(in) :: x
+      real(wp) :: h, y
+      h = b%s - a%s
+      y = 1 - x
+      f = y*y*((1 + 2*x)*a%f + x*h*a%slope) + x*x*((1 + 2*y)*b%f - y*h*b%slope)
+   end function cubic
+
+end module nutate_event_roots

@@ -1,0 +1,223 @@
+!> The events of a run and what is remembered of each from step to step: on which side of zero its function is, how
+!> often it happened, and when.
+module nutate_event_tracker
+   use nutate_archive, only: archive_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_event, only: CROSSING, event_t, second_rate
+   use nutate_event_roots, only: node_t
+   use nutate_kinds, only: wp, eps, long
+   use nutate_motion, only: find_motion, find_rates, motion_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: event_list_t, event_slot_t, event_tracker_t, watched_t
+
+   !> Steps in which the variation of a function is not known yet.
+   integer, parameter :: young = 32
+
+   !> Holds one event.
+   type :: event_slot_t
+      class(event_t), allocatable :: item
+   end type event_slot_t
+
+   !> Events to look for in a run.
+   type :: event_list_t
+      type(event_slot_t), allocatable :: slots(:)
+   contains
+      !> Adds a copy of an event.
+      procedure :: add => add_event
+      !> Number of events.
+      procedure :: count => count_events
+   end type event_list_t
+
+   !> One event under way.
+   type :: watched_t
+      class(event_t), allocatable :: event
+      !> How often it has happened.
+      integer(long) :: number = 0
+      !> First and last time, s.
+      real(wp) :: first_time = 0.0_wp, last_time = 0.0_wp
+      !> Largest last increment of an iteration for a time, s.
+      real(wp) :: worst = 0.0_wp
+      !> The side of zero at the end of the last step, 1 or -1; 0: not known.
+      integer :: side = 0
+      !> The function there, and its derivative by time.
+      real(wp) :: f = 0.0_wp, slope = 0.0_wp
+      !> Its range over the ends of steps so far, and their number.
+      real(wp) :: lowest = huge(1.0_wp), highest = -huge(1.0_wp)
+      integer :: seen = 0
+   end type watched_t
+
+   !> All events of a run.
+   type :: event_tracker_t
+      type(watched_t), allocatable :: watched(:)
+      !> The run is over.
+      logical :: stopped = .false.
+      !> Events whose switches are to be made, in this order, before the next step.
+      integer, allocatable :: due(:)
+      integer :: n_due = 0
+      !> Switches since the last whole step.
+      integer :: switches = 0
+      !> The motion at the end of the last step, and the torques that acted in it; with functions and slopes of the
+      !> events there, if it is known.
+      type(motion_t) :: motion = motion_t()
+      logical, allocatable :: acts(:)
+      logical :: known = .false.
+      !> What belongs to the system as it is now: with switches made.
+      type(system_t) :: system = system_t()
+   contains
+      procedure :: begin
+      !> Function and slope of an event.
+      procedure :: ask
+      !> Makes functions and slopes known at the start of a step.
+      procedure :: open_step
+      !> Size of the variation of a function.
+      procedure :: variation
+      procedure :: transfer
+   end type event_tracker_t
+
+contains
+
+   !> Adds a copy of an event.
+   subroutine add_event(self, event)
+      class(event_list_t), intent(inout) :: self
+      class(event_t), intent(in) :: event
+      type(event_slot_t), allocatable :: grown(:)
+      integer :: i
+      allocate (grown(self%count() + 1))
+      do i = 1, self%count()
+         call move_alloc(self%slots(i)%item, grown(i)%item)
+      end do
+      allocate (grown(self%count() + 1)%item, source=event)
+      call move_alloc(grown, self%slots)
+   end subroutine add_event
+
+   pure integer function count_events(self)
+      class(event_list_t), intent(in) :: self
+      count_events = 0
+      if (allocated(self%slots)) count_events = size(self%slots)
+   end function count_events
+
+   !> Takes events and the system. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not.
+   subroutine begin(self, events, system, status)
+      class(event_tracker_t), intent(inout) :: self
+      type(event_list_t), intent(in) :: events
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      integer :: i
+      allocate (self%watched(events%count()), self%due(events%count()))
+      allocate (self%acts(system%effects%n_torques), source=.false.)
+      do i = 1, events%count()
+         allocate (self%watched(i)%event, source=events%slots(i)%item)
+         associate (event => self%watched(i)%event)
+            if (event%action == 0) cycle
+            if (.not. system%effects%has(event%effect)) status = fail(NUTATE_BAD_ARGUMENT, &
+               "no effect that can be switched is called '"//trim(event%effect)//"'", 'switch')
+         end associate
+      end do
+      self%system = system
+   end subroutine begin
+
+   !> Function f of an event at a motion, and its derivative by time. A function with a period comes out as near to a
+   !> prediction as that admits.
+   pure subroutine ask(self, i, system, window_time, motion, prediction, f, slope)
+      class(event_tracker_t), intent(in) :: self
+      !> Which event.
+      integer, intent(in) :: i
+      type(system_t), intent(in) :: system
+      !> Time that decides which torques act, s.
+      real(wp), intent(in) :: window_time
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      real(wp), intent(in) :: prediction
+      real(wp), intent(out) :: f, slope
+      associate (event => self%watched(i)%event)
+         if (event%kind == CROSSING) then
+            f = event%value(system, motion) - event%level
+            if (event%period > 0.0_wp) f = f - event%period*anint((f - prediction)/event%period)
+            slope = event%rate(system, motion)
+         else
+            f = event%rate(system, motion)
+            slope = second_rate(event, system, window_time, motion)
+         end if
+      end associate
+   end subroutine ask
+
+   !> Makes functions and slopes known at the start of a step, as they are in it: where other torques act than in the
+   !> last one they are others.
+   subroutine open_step(self, system, state, window_time)
+      class(event_tracker_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Time that decides which torques act, s.
+      real(wp), intent(in) :: window_time
+      logical :: acts
+      integer :: i
+      do i = 1, size(self%acts)
+         acts = system%effects%torques(i)%item%acts_at(window_time)
+         if (acts .neqv. self%acts(i)) self%known = .false.
+         self%acts(i) = acts
+      end do
+      if (self%known) return
+      call find_motion(system, state, self%motion)
+      call find_rates(system, window_time, self%motion)
+      do i = 1, size(self%watched)
+         call self%ask(i, system, window_time, self%motion, 0.0_wp, self%watched(i)%f, self%watched(i)%slope)
+      end do
+      self%known = .true.
+   end subroutine open_step
+
+   !> Size of the variation of a function: its range so far, and that of an oscillation with the slopes of the step.
+   pure real(wp) function variation(self, i, last, turn)
+      class(event_tracker_t), intent(in) :: self
+      integer, intent(in) :: i
+      !> The end of the step; slope by the time in steps.
+      type(node_t), intent(in) :: last
+      !> Turn of the body in the step, rad.
+      real(wp), intent(in) :: turn
+      associate (watched => self%watched(i))
+         variation = max(watched%highest - watched%lowest, 0.0_wp)
+         if (turn > eps) variation = max(variation, abs(last%slope)/turn)
+         if (watched%seen < young) variation = max(variation, abs(last%f))
+      end associate
+   end function variation
+
+   !> Shows to an archive what the next steps depend on.
+   subroutine transfer(self, archive)
+      !> Begun with the same events and system.
+      class(event_tracker_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: i
+      call archive%expect('events')
+      do i = 1, size(self%watched)
+         associate (watched => self%watched(i))
+            call archive%transfer(watched%number)
+            call archive%transfer(watched%first_time)
+            call archive%transfer(watched%last_time)
+            call archive%transfer(watched%worst)
+            call archive%transfer(watched%side)
+            call archive%transfer(watched%f)
+            call archive%transfer(watched%slope)
+            call archive%transfer(watched%lowest)
+            call archive%transfer(watched%highest)
+            call archive%transfer(watched%seen)
+         end associate
+      end do
+      call archive%transfer(self%switches)
+      call archive%transfer(self%known)
+      do i = 1, size(self%acts)
+         call archive%transfer(self%acts(i))
+      end do
+      call self%motion%state%transfer(archive)
+      call archive%transfer(self%motion%omega)
+      call archive%transfer(self%motion%momentum)
+      call archive%transfer(self%motion%acceleration)
+      call archive%transfer(self%motion%potential_torque)
+      call archive%transfer(self%motion%torque)
+      call self%system%effects%transfer_switches(archive)
+   end subroutine transfer
+
+end module nutate_event_tracker

@@ -1,0 +1,138 @@
+!> What a run asks of a policy, that chooses and takes the steps: by a fixed length (`nutate_fixed_steps`), by their
+!> error (`nutate_error_control`).
+module nutate_step_policy
+   use nutate_archive, only: archive_t
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: progress_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: step_policy_t
+
+   !> A way to choose and take steps, with the steppers that it needs.
+   type, abstract :: step_policy_t
+      !> Steps between two calls of the observer's `poll`.
+      integer(long) :: steps_per_poll = 1
+      !> `state_inside` can be asked at all times of a step: by dense output.
+      logical :: is_dense = .false.
+   contains
+      !> Moves a run by one step.
+      procedure(move_on), deferred :: advance
+      !> The state at a time inside the last step, for a row.
+      procedure(show_state), deferred :: state_inside
+      !> Makes the state that the last step left fit to be seen.
+      procedure :: show => leave_state
+      !> Gets ready for events: each call of `advance` then ends at the first end of a step of the method.
+      procedure(get_ready), deferred :: expect_events
+      !> The state at a time inside that step, for events: rows and steps do not notice.
+      procedure(look), deferred :: look_inside
+      !> Takes that step again, shorter.
+      procedure(take_again), deferred :: retake
+      !> Takes a system that has changed.
+      procedure(take_system), deferred :: renew
+      !> Shows to an archive what the next steps depend on.
+      procedure(show_memory), deferred :: transfer
+   end type step_policy_t
+
+   abstract interface
+      !> Moves a run by one step, and counts it; or finds that a step must be shorter, and counts none. Errors: why no
+      !> step is possible, with the last state reached.
+      subroutine move_on(self, system, progress, status, observer)
+         import :: step_policy_t, system_t, progress_t, status_t, observer_t
+         class(step_policy_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> Not at its end.
+         type(progress_t), intent(inout) :: progress
+         !> Success on entry: what is passed down is not set to success again in every call.
+         type(status_t), intent(inout) :: status
+         !> Watches parts of steps.
+         class(observer_t), intent(inout), optional :: observer
+      end subroutine move_on
+
+      !> Errors: those of the method.
+      subroutine show_state(self, system, progress, t, state, record, status)
+         import :: step_policy_t, system_t, progress_t, state_t, run_record_t, status_t, wp
+         class(step_policy_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> At the end of the step.
+         type(progress_t), intent(in) :: progress
+         !> s.
+         real(wp), intent(in) :: t
+         type(state_t), intent(out) :: state
+         !> What belongs to a row of that state.
+         type(run_record_t), intent(out) :: record
+         type(status_t), intent(inout) :: status
+      end subroutine show_state
+
+      subroutine get_ready(self, system, progress, status)
+         import :: step_policy_t, system_t, progress_t, status_t
+         class(step_policy_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> Started.
+         type(progress_t), intent(inout) :: progress
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine get_ready
+
+      !> Errors: those of the method.
+      subroutine look(self, system, before, progress, t, state, work, status)
+         import :: step_policy_t, system_t, progress_t, state_t, status_t, wp
+         class(step_policy_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> The start of the step.
+         type(state_t), intent(in) :: before
+         !> At its end.
+         type(progress_t), intent(in) :: progress
+         !> s.
+         real(wp), intent(in) :: t
+         type(state_t), intent(inout) :: state
+         !> Work of all torques from the start of the step, J.
+         real(wp), intent(out) :: work
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine look
+
+      !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the
+      !> method.
+      subroutine take_again(self, system, progress, t_end, status)
+         import :: step_policy_t, system_t, progress_t, status_t, wp
+         class(step_policy_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> As it was before that step.
+         type(progress_t), intent(inout) :: progress
+         !> s.
+         real(wp), intent(in) :: t_end
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine take_again
+
+      !> Errors: those of the methods' `prepare`.
+      subroutine take_system(self, system, status)
+         import :: step_policy_t, system_t, status_t
+         class(step_policy_t), intent(inout) :: self
+         type(system_t), intent(in) :: system
+         !> Success on entry.
+         type(status_t), intent(inout) :: status
+      end subroutine take_system
+
+      subroutine show_memory(self, archive)
+         import :: step_policy_t, archive_t
+         class(step_policy_t), intent(inout) :: self
+         class(archive_t), intent(inout) :: archive
+      end subroutine show_memory
+   end interface
+
+contains
+
+   !> For policies whose steps leave the state as it is to be seen.
+   subroutine leave_state(self, system, state)
+      class(step_policy_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+   end subroutine leave_state
+
+end module nutate_step_policy

@@ -1,0 +1,134 @@
+!> What an event is: a moment at which a quantity of the motion crosses a value, or has an extremum.
+!>
+!> A program extends `event_t` by the quantity; what is to happen then stands in its components. Columns of a history as
+!> quantities are `column_event_t`.
+module nutate_event
+   use nutate_kinds, only: wp, long, eps
+   use nutate_motion, only: displaced, find_motion, find_rates, motion_t
+   use nutate_small_products, only: vector_length
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: event_t, time_scale, second_rate
+   public :: CROSSING, MAXIMUM, MINIMUM, EXTREMUM, SWITCH_ON, SWITCH_OFF, SWITCH_OVER
+
+   !> What is looked for.
+   integer, parameter :: CROSSING = 0, MAXIMUM = 1, MINIMUM = 2, EXTREMUM = 3
+   !> What happens to an effect.
+   integer, parameter :: SWITCH_ON = 1, SWITCH_OFF = 2, SWITCH_OVER = 3
+
+   !> Part of the time of a radian over which differences of sixth order are taken: ε^(1/7), where their error and
+   !> round-off are alike, 1e-13; and of central differences, ε^(1/3), 1e-10.
+   real(wp), parameter :: wide = 5.8e-3_wp, narrow = 6.1e-6_wp
+
+   !> A moment to look for, and what to do then.
+   type, abstract :: event_t
+      character(len=24) :: name = ''
+      !> `CROSSING`, `MAXIMUM`, `MINIMUM` or `EXTREMUM`, either of the two.
+      integer :: kind = CROSSING
+      !> The value that is crossed; its unit is that of the quantity.
+      real(wp) :: level = 0.0_wp
+      !> The quantity and the value count modulo this, if it is positive: 2π for an angle. A wrap is no crossing.
+      real(wp) :: period = 0.0_wp
+      !> 1: only where the quantity grows; -1: only where it falls; 0: both. For crossings.
+      integer :: direction = 0
+      !> The run ends at the event: at the first, or at the `count`-th where that is positive.
+      logical :: stop = .false.
+      integer(long) :: count = 0
+      !> Name of an effect, and what becomes of it: `SWITCH_ON`, `SWITCH_OFF` or `SWITCH_OVER`; 0: nothing.
+      character(len=24) :: effect = ''
+      integer :: action = 0
+   contains
+      !> The quantity g.
+      procedure(event_value), deferred :: value
+      !> ġ along the motion; by differences unless overridden.
+      procedure :: rate => rate_by_differences
+      !> The change that counts: 1, -1 or 0, either.
+      procedure, non_overridable :: wanted
+   end type event_t
+
+   abstract interface
+      !> The quantity g, a smooth function of time and state.
+      pure real(wp) function event_value(self, system, motion)
+         import :: event_t, system_t, motion_t, wp
+         class(event_t), intent(in) :: self
+         type(system_t), intent(in) :: system
+         !> State, Ω and L; its rates need not be there. |q| may differ from 1 by 1e-4.
+         type(motion_t), intent(in) :: motion
+      end function event_value
+   end interface
+
+contains
+
+   !> ġ by central differences of sixth order along the tangent of the motion: 1e-13 of the size of g over the time of a
+   !> radian.
+   pure real(wp) function rate_by_differences(self, system, motion) result(rate)
+      class(event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      real(wp), parameter :: weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
+      type(motion_t) :: there
+      real(wp) :: h, ahead, change
+      integer :: i
+      h = wide*time_scale(motion)
+      rate = 0.0_wp
+      do i = 1, 3
+         call find_motion(system, displaced(motion, i*h), there)
+         ahead = self%value(system, there)
+         call find_motion(system, displaced(motion, -i*h), there)
+         change = ahead - self%value(system, there)
+         if (self%period > 0.0_wp) change = change - self%period*anint(change/self%period)
+         rate = rate + weights(i)*change
+      end do
+      rate = rate/h
+   end function rate_by_differences
+
+   !> g̈ along the motion, by central differences of ġ.
+   pure real(wp) function second_rate(event, system, window_time, motion) result(rate)
+      class(event_t), intent(in) :: event
+      type(system_t), intent(in) :: system
+      !> Time that decides which torques act, s.
+      real(wp), intent(in) :: window_time
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      type(motion_t) :: there
+      real(wp) :: h, ahead
+      h = narrow*time_scale(motion)
+      call find_motion(system, displaced(motion, h), there)
+      call find_rates(system, window_time, there)
+      ahead = event%rate(system, there)
+      call find_motion(system, displaced(motion, -h), there)
+      call find_rates(system, window_time, there)
+      rate = (ahead - event%rate(system, there))/(2*h)
+   end function second_rate
+
+   !> The time of about a radian of turn, or of change of the momentum, s; 1 where nothing moves.
+   pure real(wp) function time_scale(motion) result(scale)
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      real(wp) :: rate, size
+      rate = vector_length(motion%omega)
+      size = vector_length(motion%acceleration)
+      if (size > rate*rate) rate = sqrt(size)
+      scale = 1.0_wp
+      if (rate > tiny(1.0_wp)/eps) scale = 1/rate
+   end function time_scale
+
+   !> The change of g, for a crossing, or of ġ, for an extremum, that counts: 1, -1 or 0, either.
+   pure integer function wanted(self)
+      class(event_t), intent(in) :: self
+      select case (self%kind)
+      case (MAXIMUM)
+         wanted = -1
+      case (MINIMUM)
+         wanted = 1
+      case (EXTREMUM)
+         wanted = 0
+      case default
+         wanted = self%direction
+      end select
+   end function wanted
+
+end module nutate_event

@@ -1,0 +1,84 @@
+!> The motion at an instant: a state, the rates at which it changes, and what drives it.
+module nutate_motion
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_body
+   use nutate_small_products, only: times_vector
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: motion_t, find_motion, find_rates, displaced
+
+   !> A state and its rates. Body axes; vectors of shape (3).
+   type :: motion_t
+      type(state_t) :: state = state_t()
+      !> Ω, rad/s, and L = JΩ + h, N m s.
+      real(wp) :: omega(3) = 0.0_wp, momentum(3) = 0.0_wp
+      !> What `find_rates` adds: Ω̇, rad/s²; the torque of the potentials and that of the torques, N m.
+      real(wp) :: acceleration(3) = 0.0_wp, potential_torque(3) = 0.0_wp, torque(3) = 0.0_wp
+   end type motion_t
+
+contains
+
+   !> Angular velocity and momentum of a state, whatever round-off |q| has gathered.
+   pure subroutine find_motion(system, state, motion)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(motion_t), intent(inout) :: motion
+      real(wp) :: half
+      motion%state = state
+      associate (q => state%q, p => state%p, momentum => motion%momentum)
+         half = 0.5_wp/(q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
+         momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
+         momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
+         momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+         motion%omega = times_vector(system%body%inverse_inertia, momentum - system%effects%rotor_momentum)
+      end associate
+   end subroutine find_motion
+
+   !> The torques and the rates: J Ω̇ = L×Ω + τ.
+   pure subroutine find_rates(system, window_time, motion)
+      type(system_t), intent(in) :: system
+      !> Time that decides which torques act, s: inside the step that the state begins or ends.
+      real(wp), intent(in) :: window_time
+      !> Found by `find_motion`.
+      type(motion_t), intent(inout) :: motion
+      real(wp) :: q(4), gamma(3), start, stop
+      integer :: i
+      motion%potential_torque = 0.0_wp
+      motion%torque = 0.0_wp
+      if (system%effects%n_potentials + system%effects%n_torques > 0) &
+         q = (1/quat_norm(motion%state%q))*motion%state%q
+      do i = 1, system%effects%n_potentials
+         associate (potential => system%effects%potentials(i)%item)
+            gamma = rotate_to_body(q, potential%direction)
+            motion%potential_torque = motion%potential_torque + cross(gamma, potential%gradient(gamma))
+         end associate
+      end do
+      do i = 1, system%effects%n_torques
+         associate (torque => system%effects%torques(i)%item)
+            if (.not. torque%acts_at(window_time)) cycle
+            call torque%window(start, stop)
+            motion%torque = motion%torque + torque%torque(min(max(motion%state%t, start), stop), q, motion%omega)
+         end associate
+      end do
+      motion%acceleration = times_vector(system%body%inverse_inertia, cross(motion%momentum, motion%omega) + &
+                                         (motion%potential_torque + motion%torque))
+   end subroutine find_rates
+
+   !> The state that lies a time away along the tangent of a motion: q + q̇h, L + L̇h.
+   pure type(state_t) function displaced(motion, h) result(state)
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      !> s.
+      real(wp), intent(in) :: h
+      real(wp) :: rate(3)
+      rate = cross(motion%momentum, motion%omega) + (motion%potential_torque + motion%torque)
+      state%t = motion%state%t + h
+      state%q = motion%state%q + (0.5_wp*h)*quat_product(motion%state%q, [0.0_wp, motion%omega])
+      ! The first-order change of p = 2 q∘[0, L].
+      state%p = quat_vector_product(state%q, 2*(motion%momentum + h*rate))
+   end function displaced
+
+end module nutate_motion

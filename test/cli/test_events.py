@@ -1,0 +1,111 @@
+"""Events of scenes: their file, their lines in summary and check, and how they end a run or switch effects."""
+import csv
+import io
+import unittest
+
+from support import CommandLineTest
+
+BOX = """&body inertia = 5.0, 20.0, 17.0 /
+&initial angular_velocity = 0.1, 0.0, 10.0 /
+&integrator method = 'taylor', time_step = 0.01, end_time = 10.0 /
+&output every = 100 /
+"""
+# (2j+1) K/lambda of the box.
+QUARTER = 0.9664094834075236
+BANG = """&body inertia = 1.0, 1.0, 1.0 /
+&initial euler = 0.0, 1.5707963267948966, 0.2, angular_velocity = 0.0, 0.0, -0.01 /
+&integrator order = 4, time_step = 0.05, end_time = 40.0 /
+&output columns = 'euler', 'angular_velocity', 'energy' /
+&torque name = 'minus', body = 0.0, 0.0, -0.02 /
+&torque name = 'plus', body = 0.0, 0.0, 0.02, on = .false. /
+""" + "".join(
+    f"&event name = '{name}', when = 'psi', 'omega3', weights = 1.0, 2.0, crosses = {level}, direction = {way}, "
+    f"switch = '{name}' /\n"
+    for name, level, way in (("minus on", 1e-2, 1), ("minus off", 5e-3, -1), ("plus on", -1e-2, -1), ("plus off", -5e-3, 1)))
+
+
+class Events(CommandLineTest):
+    def rows(self, name):
+        return list(csv.DictReader(io.StringIO(self.read(name))))
+
+    def test_flips_of_the_box(self):
+        self.write("box.nml", BOX + "&event name = 'flip', when = 'omega3', crosses = 0.0 /\n")
+        done = self.succeed("run", "box.nml")
+        rows = self.rows("box.events.csv")
+        self.assertEqual(len(rows), 5)
+        for i, row in enumerate(rows):
+            self.assertEqual((row["event"], row["number"]), ("flip", str(i + 1)))
+            self.assertAlmostEqual(float(row["t"]), (2 * i + 1) * QUARTER, delta=1e-11)
+            self.assertAlmostEqual(float(row["omega3"]), 0.0, delta=1e-12)
+        self.assertEqual(list(rows[0])[:4], ["t", "event", "number", "q0"])
+        self.assertIn("event 'flip'        5 times", done.stderr)
+        self.assertIn("5 rows in box.events.csv", done.stderr)
+
+    def test_the_history_is_the_same(self):
+        self.write("box.nml", BOX)
+        self.succeed("run", "box.nml")
+        plain = self.read("box.csv")
+        self.write("box.nml", BOX + "&event when = 'omega3', crosses = 0.0 /\n&event when = 'psi', extremum = 'both' /\n")
+        self.succeed("run", "box.nml")
+        self.assertEqual(plain, self.read("box.csv"))
+
+    def test_stop_and_count(self):
+        for key, end in (("stop = .true.", 1), ("count = 3", 5)):
+            self.write("box.nml", BOX + f"&event when = 'omega3', crosses = 0.0, {key} /\n")
+            done = self.succeed("run", "box.nml")
+            self.assertAlmostEqual(float(self.rows("box.csv")[-1]["t"]), end * QUARTER, delta=1e-11)
+            self.assertIn("by an event", done.stderr)
+
+    def test_standard_output_has_events_only_where_a_file_is_named(self):
+        self.write("box.nml", BOX + "&event when = 'omega3', crosses = 0.0 /\n")
+        self.succeed("run", "box.nml", "--output", "-")
+        self.assertNotIn("box.events.csv", self.names())
+        self.succeed("run", "box.nml", "--output", "-", "--set", "output.events='when.csv'")
+        self.assertEqual(len(self.rows("when.csv")), 5)
+
+    def test_bang_bang(self):
+        self.write("bang.nml", BANG)
+        done = self.succeed("run", "bang.nml")
+        rows = self.rows("bang.events.csv")
+        self.assertEqual(len(rows), 19)
+        self.assertAlmostEqual(float(rows[0]["t"]), 2.373397172404482, delta=1e-9)
+        self.assertAlmostEqual(float(self.rows("bang.csv")[-1]["psi"]), -0.0039300749765, delta=1e-9)
+        self.assertIn("work of torque 'plus'", done.stderr)
+        for row in self.rows("bang.csv") + rows:
+            self.assertLess(abs(float(row["energy_residual"])), 1e-17)
+
+    def test_a_potential_that_is_switched(self):
+        self.write("swing.nml", """&body inertia = 1.0, 1.0, 1.0 /
+&initial angular_velocity = 0.0, 0.0, 3.5 /
+&integrator time_step = 0.02, end_time = 10.0 /
+&dipole name = 'field', moment = 5.0, 0.0, 0.0, field = 1.0, 0.0, 0.0 /
+&event when = 'q3', crosses = 0.4, switch = 'field over' /
+""")
+        done = self.succeed("run", "swing.nml")
+        self.assertIn("world work", done.stderr)
+        for row in self.rows("swing.csv"):
+            self.assertLess(abs(float(row["energy_residual"])), 1e-13)
+
+    def test_switches_without_end(self):
+        self.write("chatter.nml", """&body inertia = 1.0, 1.0, 1.0 /
+&initial angular_velocity = 0.0, 0.0, 1.0 /
+&integrator time_step = 0.1, end_time = 2.0 /
+&torque name = 'push', on = .false., body = 0.0, 0.0, 2.0 /
+&torque body = 0.0, 0.0, -1.0 /
+&event name = 'chatter', when = 'omega3', crosses = 0.5, switch = 'push over' /
+""")
+        self.fail_with(3, "run", "chatter.nml", says=["more than 1000 switches in one step", "chatter"])
+
+    def test_check_says_what_is_looked_for(self):
+        self.write("bang.nml", BANG)
+        done = self.succeed("check", "bang.nml")
+        self.assertIn("psi + 2 omega3 crosses 0.01, growing; switches 'minus' on", done.stdout)
+        self.assertIn("off at the start", done.stdout)
+
+    def test_cost_refuses_switches(self):
+        self.write("bang.nml", BANG)
+        self.fail_with(2, "cost", "bang.nml", says=["switch"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,365 @@
+!> Events against closed forms: when a box flips, when a top nutates, when a compass needle passes; what
+!> ends a run; what is not noticed.
+module test_events
+   use nutate_column_event, only: column_event_t, event_columns
+   use nutate_event, only: EXTREMUM, MAXIMUM, MINIMUM
+   use nutate_event_tracker, only: event_list_t
+   use nutate_hamiltonian, only: make_state, total_energy
+   use nutate_kinds, only: wp, eps, pi
+   use nutate_methods, only: default_settings, methods
+   use nutate_motion, only: displaced, find_motion, find_rates, motion_t
+   use nutate_progress, only: run_summary_t
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t
+   use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t, tilt_event_t
+   use test_problems, only: box, fast_top, forced_body, problem_t
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_events
+
+   !> First zeros of Ω3 of the box, K/λ and odd multiples.
+   real(wp), parameter :: quarter = 0.9664094834075236482704_wp
+
+contains
+
+   subroutine collect_events(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("the series finds the flips of the box to 1e-12", flips_of_series), &
+                  new_unittest("times have the order of the method", orders_of_times), &
+                  new_unittest("extremes of the nutation of a top", nutation_extremes), &
+                  new_unittest("a needle passes north, and a grazing pair is found", needle), &
+                  new_unittest("wraps of an angle are no crossings", wraps), &
+                  new_unittest("steps, rows and their bits are the same with events", unnoticed), &
+                  new_unittest("stop ends the run at the event, count at the n-th", stop_and_count), &
+                  new_unittest("the invariants of states at events are those of the run", invariants_at_events), &
+                  new_unittest("rates of columns are those of their values", column_rates), &
+                  new_unittest("directions count", directions)]
+   end subroutine collect_events
+
+   !> Zeros of Ω3 of the box by a method with fixed steps.
+   subroutine flip(settings, dt, end_time, keeper, status)
+      type(integrator_settings_t), intent(in) :: settings
+      real(wp), intent(in) :: dt, end_time
+      type(keeper_t), intent(inout) :: keeper
+      type(status_t), intent(out) :: status
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      problem = box()
+      call events%add(rate_event_t(name='flip'))
+      call integrate(problem%system, settings, problem%start, run_plan_t(time_step=dt, end_time=end_time), status, &
+         keeper, &
+                     events=events)
+   end subroutine flip
+
+   subroutine flips_of_series(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(keeper_t), allocatable :: keeper
+      type(status_t) :: status
+      integer :: i
+      allocate (keeper)
+      call flip(default_settings('taylor'), 0.01_wp, 10.0_wp, keeper, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check(error, keeper%n, 5, 'number of flips')
+      if (allocated(error)) return
+      call check_close(error, keeper%times(1), quarter, 1e-12_wp, 'first flip')
+      if (allocated(error)) return
+      do i = 2, 5
+         call check_close(error, keeper%times(i), (2*i - 1)*quarter, 1e-11_wp, 'flip')
+         if (allocated(error)) return
+         call check(error, int(keeper%numbers(i)), i, 'number')
+         if (allocated(error)) return
+      end do
+   end subroutine flips_of_series
+
+   !> The error of the first time falls by 2^order.
+   subroutine orders_of_times(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(keeper_t), allocatable :: keeper
+      type(integrator_settings_t) :: settings
+      type(status_t) :: status
+      real(wp) :: errors(2), dt
+      logical :: is_explicit
+      integer :: row, k
+      do row = 1, size(methods)
+         if (methods(row)%name == 'taylor' .or. methods(row)%order == 0) cycle
+         settings = default_settings(methods(row)%name)
+         settings%order = methods(row)%order
+         settings%linear_solver = methods(row)%linear_solver
+         settings%conserve = methods(row)%projected
+         do k = 1, 2
+            dt = 0.02_wp/k
+            is_explicit = methods(row)%projected .or. .not. methods(row)%conserving
+            if (methods(row)%order == 8) dt = merge(0.16_wp, 0.08_wp, is_explicit)/k
+            if (methods(row)%order == 6) dt = 0.04_wp/k
+            allocate (keeper)
+            call flip(settings, dt, 1.2_wp, keeper, status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            call check(error, keeper%n, 1, 'one flip')
+            if (allocated(error)) return
+            errors(k) = abs(keeper%times(1) - quarter)
+            deallocate (keeper)
+         end do
+         call check(error, log(errors(1)/max(errors(2), eps))/log(2.0_wp) > methods(row)%order - 0.5_wp, &
+                    trim(methods(row)%name)//' '//trim(methods(row)%linear_solver)//': order of the times')
+         if (allocated(error)) return
+      end do
+   end subroutine orders_of_times
+
+   subroutine nutation_extremes(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: half = 0.1458052640922589056376_wp
+      type(keeper_t), allocatable :: keeper
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(status_t) :: status
+      integer :: i
+      problem = fast_top()
+      ! Gravity of the reference.
+      call events%add(tilt_event_t(name='lowest', kind=MINIMUM))
+      call events%add(tilt_event_t(name='highest', kind=MAXIMUM))
+      allocate (keeper)
+      call integrate(problem%system, default_settings('taylor'), problem%start, &
+                     run_plan_t(time_step=1e-3_wp, end_time=0.9_wp), status, keeper, events=events)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check(error, keeper%n, 6, 'three of each')
+      if (allocated(error)) return
+      do i = 1, 6
+         call check_close(error, keeper%times(i), i*half, 1e-11_wp, 'extremum of the nutation')
+         if (allocated(error)) return
+         call check(error, keeper%which(i), merge(1, 2, mod(i, 2) == 1), 'lowest and highest in turn')
+         if (allocated(error)) return
+      end do
+   end subroutine nutation_extremes
+
+   subroutine needle(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: zero = 1.163636428084856387067_wp, graze(2) = [4.651033272447943756403_wp, &
+                                                                            4.658058152230907340134_wp]
+      type(keeper_t), allocatable :: keeper
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(status_t) :: status
+      integer :: i
+      problem = compass()
+      call events%add(angle_event_t(name='north', period=2*pi))
+      call events%add(angle_event_t(name='graze', level=149.999_wp*pi/180, period=2*pi))
+      allocate (keeper)
+      call integrate(problem%system, default_settings('taylor'), problem%start, &
+                     run_plan_t(time_step=0.05_wp, end_time=9.0_wp), status, keeper, events=events)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      ! Released at rest above the grazing value, it passes it at once.
+      call check(error, count(keeper%which(1:keeper%n) == 1), 4, 'passes of north')
+      if (allocated(error)) return
+      call check(error, count(keeper%which(1:keeper%n) == 2), 3, 'grazes')
+      if (allocated(error)) return
+      call check_close(error, pack(keeper%times(1:keeper%n), keeper%which(1:keeper%n) == 1), &
+                       [(zero*(2*i - 1), i=1, 4)], 1e-11_wp, 'north')
+      if (allocated(error)) return
+      associate (times => pack(keeper%times(1:keeper%n), keeper%which(1:keeper%n) == 2))
+         ! The slope there is 1e-2: errors of the angle count a hundredfold.
+         call check_close(error, times(2:3), graze, 1e-10_wp, 'graze')
+      end associate
+   end subroutine needle
+
+   !> A needle that turns over and over: the wrap at ±π is no crossing of 0.
+   subroutine wraps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(keeper_t), allocatable :: keeper
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(status_t) :: status
+      integer :: i
+      problem = compass()
+      problem%system%effects = no_effects()
+      problem%start = make_state(problem%system, [cos(0.5_wp), 0.0_wp, 0.0_wp, sin(0.5_wp)], [0.0_wp, 0.0_wp, 2.0_wp])
+      call events%add(angle_event_t(name='north', period=2*pi))
+      allocate (keeper)
+      call integrate(problem%system, default_settings('taylor'), problem%start, &
+                     run_plan_t(time_step=0.1_wp, end_time=20.0_wp), status, keeper, events=events)
+      call check(error, keeper%n, 6, 'one in each turn')
+      if (allocated(error)) return
+      call check_close(error, keeper%times(1:6), [(pi*i - 0.5_wp, i=1, 6)], 1e-12_wp, 'every pi seconds')
+   end subroutine wraps
+
+   subroutine unnoticed(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(keeper_t), allocatable :: plain, watched
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(integrator_settings_t) :: settings
+      type(run_plan_t) :: plan
+      type(state_t) :: a, b
+      type(status_t) :: status
+      integer :: row, goal, i
+      call events%add(rate_event_t(name='over', axis=1))
+      call events%add(rate_event_t(name='most', axis=2, kind=EXTREMUM))
+      do row = 1, size(methods)
+         do goal = 0, 1
+            problem = forced_body()
+            if (methods(row)%order == 0) problem = box()
+            settings = default_settings(methods(row)%name)
+            settings%order = methods(row)%order
+            settings%linear_solver = methods(row)%linear_solver
+            settings%conserve = methods(row)%projected
+            plan = run_plan_t(time_step=0.03_wp, end_time=3.01_wp)
+            if (goal == 1) plan = run_plan_t(end_time=3.01_wp, goal=run_goal_t(local_tolerance=1e-5_wp), &
+               interval=0.07_wp)
+            allocate (plain, watched)
+            a = problem%start
+            b = problem%start
+            call integrate(problem%system, settings, a, plan, status, plain)
+            call integrate(problem%system, settings, b, plan, status, watched, events=events)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            call check(error, watched%n > 1, trim(methods(row)%name)//': no events to speak of')
+            if (allocated(error)) return
+            call check(error, plain%rows, watched%rows, trim(methods(row)%name)//': rows')
+            if (allocated(error)) return
+            do i = 0, plain%rows - 1
+               call check(error, all([plain%states(i)%q, plain%states(i)%p] == [watched%states(i)%q, &
+                  watched%states(i)%p]), &
+                          trim(methods(row)%name)//' '//trim(methods(row)%linear_solver)//' noticed')
+               if (allocated(error)) return
+            end do
+            deallocate (plain, watched)
+         end do
+      end do
+   end subroutine unnoticed
+
+   subroutine stop_and_count(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(keeper_t), allocatable :: keeper
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(state_t) :: state
+      type(status_t) :: status
+      type(rate_event_t) :: event
+      type(run_summary_t) :: summary
+      integer :: i, goal
+      do goal = 0, 1
+         do i = 1, 2
+            problem = box()
+            state = problem%start
+            event = rate_event_t(name='flip', stop=i == 1)
+            if (i == 2) event%count = 3
+            if (allocated(events%slots)) deallocate (events%slots)
+            call events%add(event)
+            allocate (keeper)
+            if (goal == 0) then
+               call integrate(problem%system, default_settings('taylor'), state, &
+                              run_plan_t(time_step=0.01_wp, end_time=10.0_wp), status, keeper, summary, events)
+            else
+               call integrate(problem%system, integrator_settings_t(order=8), state, &
+                              run_plan_t(end_time=10.0_wp, goal=run_goal_t(local_tolerance=1e-12_wp)), status, keeper, &
+                              summary, events)
+            end if
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            call check(error, keeper%n, merge(1, 3, i == 1), 'events')
+            if (allocated(error)) return
+            call check_close(error, state%t, merge(1, 5, i == 1)*quarter, 1e-9_wp, 'end')
+            if (allocated(error)) return
+            call check_close(error, keeper%states(keeper%rows - 1)%t, state%t, 0.0_wp, 'the last row is there')
+            if (allocated(error)) return
+            deallocate (keeper)
+         end do
+      end do
+   end subroutine stop_and_count
+
+   subroutine invariants_at_events(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(keeper_t), allocatable :: keeper
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(integrator_settings_t) :: settings
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: energy
+      integer :: row
+      call events%add(rate_event_t(name='over', axis=1))
+      do row = 1, size(methods)
+         if (methods(row)%order == 0 .or. .not. methods(row)%conserving) cycle
+         problem = forced_body()
+         settings = default_settings(methods(row)%name)
+         settings%order = methods(row)%order
+         settings%linear_solver = methods(row)%linear_solver
+         settings%conserve = methods(row)%projected
+         state = problem%start
+         energy = total_energy(problem%system, state)
+         allocate (keeper)
+         call integrate(problem%system, settings, state, run_plan_t(time_step=0.03_wp, end_time=12.0_wp), status, &
+            keeper, &
+                        events=events)
+         call check(error, keeper%n > 1 .and. status%ok(), trim(methods(row)%name)//': events')
+         if (allocated(error)) return
+         call check_below(error, maxval(abs(keeper%energies(1:keeper%n) - energy - keeper%works(1:keeper%n))), &
+                          512*eps*maxval(abs(keeper%energies(1:keeper%n))), trim(methods(row)%name)//': account')
+         if (allocated(error)) return
+         deallocate (keeper)
+      end do
+   end subroutine invariants_at_events
+
+   !> Central differences of sixth order along the tangent of the motion.
+   subroutine column_rates(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: h = 2e-3_wp, weights(3) = [45.0_wp/60, -9.0_wp/60, 1.0_wp/60]
+      type(problem_t) :: problem
+      type(column_event_t) :: event
+      type(motion_t) :: here, ahead, behind
+      real(wp) :: rate, change
+      integer :: i, at, last
+      problem = forced_body()
+      call find_motion(problem%system, problem%start, here)
+      call find_rates(problem%system, 0.0_wp, here)
+      at = 0
+      do while (at < len(event_columns))
+         last = index(event_columns(at + 1:)//',', ',') - 1
+         event%columns(1) = event_columns(at + 1:at + last)
+         call event%place()
+         rate = 0.0_wp
+         do i = 1, 3
+            call find_motion(problem%system, displaced(here, i*h), ahead)
+            call find_motion(problem%system, displaced(here, -i*h), behind)
+            change = event%value(problem%system, ahead) - event%value(problem%system, behind)
+            ! Angles without a turn of 2π.
+            if (abs(change) > 1.9_wp*pi .and. abs(change) < 2.1_wp*pi) change = change - sign(2*pi, change)
+            rate = rate + weights(i)*change/h
+         end do
+         call check_close(error, event%rate(problem%system, here), rate, 1e-10_wp*max(1.0_wp, abs(rate)), &
+                          trim(event%columns(1)))
+         if (allocated(error)) return
+         at = at + last + 1
+      end do
+   end subroutine column_rates
+
+   subroutine directions(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(keeper_t), allocatable :: keeper
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(status_t) :: status
+      problem = box()
+      call events%add(rate_event_t(name='down', direction=-1))
+      call events%add(rate_event_t(name='up', direction=1))
+      allocate (keeper)
+      call integrate(problem%system, default_settings('taylor'), problem%start, &
+                     run_plan_t(time_step=0.05_wp, end_time=10.0_wp), status, keeper, events=events)
+      call check(error, keeper%n, 5, 'flips')
+      if (allocated(error)) return
+      call check(error, all(keeper%which(1:5) == [1, 2, 1, 2, 1]), 'down and up in turn')
+      if (allocated(error)) return
+      call check_close(error, keeper%times(4), 7*quarter, 1e-10_wp, 'fourth')
+   end subroutine directions
+
+end module test_events
