@@ -31,7 +31,7 @@ contains
       if (scene%choice /= '') &
          call page%item('method', trim(scene%integrator%method)//', chosen by auto: '//scene%choice)
       call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
-      if (scene%integrator%conserve) call page%item('projection', 'onto the invariants, after each step')
+      if (scene%integrator%conserve) call page%item('projection', 'onto the invariants')
       call add_invariants(page, watcher%invariants)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(run%summary%work)

@@ -30,7 +30,7 @@ module nutate_methods
       integer :: stages
       !> What is solved or evaluated.
       character(len=40) :: equations
-      !> The state is projected onto the invariants after each step.
+      !> The state is projected onto the invariants.
       logical :: projected = .false.
       !> The estimate of its error that a step gives falls as this power of the step; 0: there is none.
       integer :: estimate_power = 0

@@ -18,7 +18,7 @@ module nutate_projected_stepper
 
    public :: projected_stepper_t
 
-   !> Steps to a projection. A step takes 0.1 to 0.2 µs, a projection 0.06. With 8 energy and momentum are as good, but
+   !> Steps to a projection. A step takes 0.2 to 0.5 µs, a projection 0.06. With 8 energy and momentum are as good, but
    !> at long steps on the unstable axis of a box the attitude error is up to six times that of a projection in every
    !> step.
    integer, parameter :: usual_interval = 4

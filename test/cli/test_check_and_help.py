@@ -25,7 +25,7 @@ class Check(CommandLineTest):
         override = ("--set", "integrator.method='dop853'", "--set", "integrator.conserve=.true.")
         self.assertIn("12 stages, projection onto the invariants\n", self.succeed("check", "box.nml", *override).stdout)
         self.assertNotIn("projection", self.succeed("check", "box.nml", *override[:2]).stdout)
-        self.assertIn("  projection          onto the invariants, after each step",
+        self.assertIn("  projection          onto the invariants\n",
                       self.succeed("run", "box.nml", *override).stderr)
         self.assertNotIn("projection", self.succeed("run", "box.nml", *override[:2]).stderr)
         self.fail_with(2, "check", "box.nml", "--set", "integrator.conserve=.true.", says=("conserves by itself",))
