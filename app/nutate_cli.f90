@@ -42,6 +42,8 @@ module nutate_cli
       option_t('--output', 'FILE', 'run', 'where to write the history; - is standard output'), &
       option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost', &
                'override a value of the scene; may be given several times'), &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost', &
+               'take a key out of the scene; may be given several times'), &
       option_t('--plot', 'FILE.svg|png', 'cost', 'draw errors against time with gnuplot'), &
       option_t('--csv', 'FILE', 'cost', 'write one row for each run; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
@@ -62,7 +64,7 @@ module nutate_cli
       character(len=:), allocatable :: scene
       !> Where to write; not allocated where the scene decides.
       character(len=:), allocatable :: output
-      !> `GROUP.KEY=VALUE`, in order; shape (number of overrides).
+      !> `GROUP.KEY=VALUE` and `-GROUP.KEY`, in order; shape (number of overrides).
       character(len=:), allocatable :: overrides(:)
       logical :: quiet = .false.
       integer(long) :: max_steps = huge(1_long)
@@ -99,7 +101,8 @@ contains
       logical :: given(size(options)), is_word(size(arguments))
       integer :: i, width
 
-      width = longest(arguments)
+      ! With room for the mark of `--unset`.
+      width = longest(arguments) + 1
       allocate (character(len=width) :: command%overrides(0))
       given = .false.
       is_word = .false.
@@ -174,7 +177,8 @@ contains
          end if
       end if
       if (allocated(command%error)) return
-      if (given(n) .and. options(n)%value /= '' .and. name /= '--set') command%error = name//' is given twice'
+      if (given(n) .and. options(n)%value /= '' .and. all(name /= ['--set  ', '--unset'])) &
+         command%error = name//' is given twice'
       given(n) = .true.
       call take_value(name, value, command)
    end subroutine take_option
@@ -190,6 +194,10 @@ contains
          if (value == '') command%error = '--output needs the name of a file, or - for standard output'
       case ('--set')
          command%overrides = [character(len=len(command%overrides)) :: command%overrides, value]
+         if (index(value, '-') == 1) &
+            command%error = '--set '//quoted(value)//' is not a setting (expected GROUP.KEY=VALUE)'
+      case ('--unset')
+         command%overrides = [character(len=len(command%overrides)) :: command%overrides, '-'//value]
       case ('--csv')
          command%csv = value
          if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
@@ -255,7 +263,10 @@ contains
       first = 1
       command%verb = 'run'
       if (size(words) > 0) then
-         if (any(verbs%name == words(1)%text)) then
+         if (words(1)%text == 'help') then
+            call take_topic(words, command)
+            return
+         else if (any(verbs%name == words(1)%text)) then
             command%verb = words(1)%text
             command%topic = command%verb
             first = 2
@@ -278,6 +289,21 @@ contains
          command%scene = words(first)%text
       end if
    end subroutine take_words
+
+   !> Takes the words of `nutate help` and `nutate help COMMAND`.
+   subroutine take_topic(words, command)
+      type(argument_t), intent(in) :: words(:)
+      type(command_t), intent(inout) :: command
+      command%verb = 'help'
+      if (size(words) < 2) return
+      if (size(words) > 2) then
+         command%error = 'unexpected argument '//quoted(words(3)%text)//' (expected one command)'
+      else if (any(verbs%name == words(2)%text)) then
+         command%topic = words(2)%text
+      else
+         command%error = 'unknown command '//quoted(words(2)%text)//hint(nearest_name(words(2)%text, verbs%name))
+      end if
+   end subroutine take_topic
 
    !> True for a file that exists and for anything that is written like a path.
    logical function looks_like_scene(word)

@@ -46,7 +46,7 @@ contains
          call add_entry(page, 'nutate '//trim(verbs(i)%name)//' SCENE', verbs(i)%purpose)
       end do
       call add_entry(page, 'nutate SCENE', 'short for nutate run SCENE')
-      call add_entry(page, 'nutate COMMAND --help', 'options of a command')
+      call add_entry(page, 'nutate help COMMAND', 'options of a command; nutate COMMAND --help does the same')
       call add_entry(page, 'nutate --help', 'show this help')
       call add_entry(page, 'nutate --version', 'show the version')
       call add_exit_codes(page)
@@ -65,7 +65,7 @@ contains
       call page%line('removed when the run is complete. --resume goes on to the same bytes, with checkpoints in the')
       call page%line('same file unless --checkpoint names another. Scene and overrides must be the same.')
       call page%line('')
-      call page%line("Columns: t, then the sets asked for by --set ""output.columns='...','...'""")
+      call page%line("Columns: t, then the sets asked for by --set output.columns=NAME,NAME,...")
       do i = 1, size(column_sets)
          call add_entry(page, column_sets(i)%name, column_sets(i)%headers)
       end do

@@ -7,6 +7,7 @@ module nutate_run_command
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_kinds, only: wp, long
+   use nutate_pilot_watcher, only: pilot_watcher_t
    use nutate_printable, only: printable_path
    use nutate_progress, only: run_summary_t
    use nutate_run, only: run_t
@@ -14,7 +15,7 @@ module nutate_run_command
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_run_signals, only: caught_signal, signal_flag, stop_watcher_t, watch_signals
+   use nutate_run_signals, only: caught_signal, signal_flag, watch_signals
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
    use nutate_run_summary, only: summary_page
    implicit none
@@ -47,7 +48,7 @@ contains
          exit_code = EXIT_INPUT
          return
       end if
-      if (.not. allocated(archive)) call find_steps(scene, run, exit_code)
+      if (.not. allocated(archive)) call find_steps(command, scene, run, exit_code)
       if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect(command, scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       watcher%most_rows = most_rows(scene)
@@ -119,13 +120,16 @@ contains
    end function is_resumed
 
    !> Finds the steps that keep to the scene's accuracy.
-   subroutine find_steps(scene, run, exit_code)
+   subroutine find_steps(command, scene, run, exit_code)
+      type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       type(run_t), intent(inout) :: run
       integer, intent(inout) :: exit_code
-      type(stop_watcher_t) :: watcher
+      type(pilot_watcher_t) :: watcher
       type(status_t) :: status
+      call watcher%start(scene%initial%t, scene%plan%end_time, wanted=.not. command%quiet)
       call run%find_steps(scene%system, status, watcher)
+      call watcher%progress%erase()
       if (status%ok()) return
       call say_error('nutate: '//printable_path(scene%file)//': a pilot run failed: '//trim(status%message))
       exit_code = EXIT_RUN
@@ -162,9 +166,11 @@ contains
       watcher%history%file%stop_flag = signal_flag()
       associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
          if (allocated(archive)) then
-            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status)
+            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
+                                        scene%plan%end_time < scene%initial%t)
          else
-            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status)
+            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
+                                      scene%plan%end_time < scene%initial%t)
          end if
       end associate
       if (status%ok()) return

@@ -242,7 +242,7 @@ int nutate_system_bound_torque(nutate_system *system, double torque, double by_r
 
 /* Reads a scene file.
  *   ==>  path         file
- *   ==>  overrides    [n_overrides] strings "GROUP.KEY=VALUE", applied after the file; or NULL with n_overrides 0
+ *   ==>  overrides    [n_overrides] "GROUP.KEY=VALUE", or "-GROUP.KEY" to unset it; NULL with n_overrides 0
  *   ==>  n_overrides  how many
  *   <==  message      what is wrong, one line "FILE:LINE: ..."; or NULL
  *   ==>  size         of message, bytes

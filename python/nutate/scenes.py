@@ -9,7 +9,7 @@ from .systems import add_potential, add_user_torque
 
 
 class Scene(Owner):
-    """A scene file, read and checked; `overrides` are texts "GROUP.KEY=VALUE" as after --set."""
+    """A scene file, read and checked; `overrides` are texts "GROUP.KEY=VALUE" as after --set, and "-GROUP.KEY" as --unset."""
 
     destroy = "nutate_scene_destroy"
 
