@@ -70,8 +70,8 @@ contains
       self%next = now + int(interval*real(self%rate, wp), long)
       self%visible = .true.
       elapsed = real(now - self%started, wp)/real(self%rate, wp)
-      call write_text(STANDARD_ERROR, achar(13)//picture(trim(self%label), min(max(fraction, 0.0_wp), 1.0_wp), elapsed), &
-                      status)
+      call write_text(STANDARD_ERROR, achar(13)//picture(trim(self%label), min(max(fraction, 0.0_wp), 1.0_wp), &
+                                                         elapsed), status)
    end subroutine update
 
    !> The bar, the part done and the time left, which of a bar with a label is not known; shape: `line_width`
