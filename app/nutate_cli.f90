@@ -1,5 +1,6 @@
 !> The command line: which commands and options there are, and what the arguments ask for.
 module nutate_cli
+   use nutate_gnuplot, only: is_picture
    use nutate_kinds, only: wp, long
    use nutate_number_text, only: read_real
    use nutate_printable, only: quoted
@@ -19,13 +20,16 @@ module nutate_cli
       character(len=8) :: name
       !> What it does, in one line.
       character(len=72) :: purpose
+      !> What it is about.
+      character(len=12) :: object = 'SCENE'
    end type verb_t
 
    !> All commands.
    type(verb_t), parameter :: verbs(*) = [ &
       verb_t('run', 'simulate a scene and write its history as CSV'), &
       verb_t('check', 'say what would be simulated; write nothing'), &
-      verb_t('cost', 'say what accuracy costs in time on this scene, with every method')]
+      verb_t('cost', 'say what accuracy costs in time on this scene, with every method'), &
+      verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv')]
 
    !> One option.
    type :: option_t
@@ -33,18 +37,19 @@ module nutate_cli
       !> What its value stands for; blank for an option without value.
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
-      character(len=16) :: verbs
+      character(len=24) :: verbs
       character(len=80) :: purpose
    end type option_t
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run', 'where to write the history; - is standard output'), &
+      option_t('--output', 'FILE', 'run,plot', 'where to write the history (- is standard output), or the picture'), &
       option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost', &
                'override a value of the scene; may be given several times'), &
       option_t('--unset', 'GROUP.KEY', 'run,check,cost', &
                'take a key out of the scene; may be given several times'), &
-      option_t('--plot', 'FILE.svg|png', 'cost', 'draw errors against time with gnuplot'), &
+      option_t('--plot', 'FILE.svg|png', 'run,cost', &
+               'draw with gnuplot: of run the history, of cost errors against time'), &
       option_t('--csv', 'FILE', 'cost', 'write one row for each run; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
       option_t('--quiet', '', 'run', 'no progress bar and no summary; errors are still shown'), &
@@ -52,7 +57,7 @@ module nutate_cli
       option_t('--checkpoint', 'FILE', 'run', 'note in FILE how to go on, should the run be interrupted'), &
       option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
       option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &
-      option_t('--help', '', 'run,check,cost', 'show this help'), &
+      option_t('--help', '', 'run,check,cost,plot', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.
@@ -229,13 +234,6 @@ contains
       end select
    end subroutine take_value
 
-   !> True for the name of a file that gnuplot is to draw.
-   pure logical function is_picture(name)
-      character(len=*), intent(in) :: name
-      is_picture = .false.
-      if (len(name) > 4) is_picture = name(len(name) - 3:) == '.svg' .or. name(len(name) - 3:) == '.png'
-   end function is_picture
-
    !> Notes a time.
    subroutine take_seconds(name, value, least, least_text, seconds, error)
       !> The option and its value.
@@ -258,7 +256,8 @@ contains
       !> Which options have been given; shape (number of options).
       logical, intent(in) :: given(:)
       type(command_t), intent(inout) :: command
-      integer :: first
+      character(len=:), allocatable :: object
+      integer :: first, verb
 
       first = 1
       command%verb = 'run'
@@ -281,10 +280,13 @@ contains
       end if
       call check_options(given, command)
       if (allocated(command%error)) return
+      verb = findloc(verbs%name == command%verb, .true., dim=1)
+      object = trim(merge('scene  ', 'history', verbs(verb)%object == 'SCENE'))
       if (size(words) < first) then
-         command%error = 'there is no scene (expected nutate '//trim(command%verb)//' SCENE)'
+         command%error = 'there is no '//object//' (expected nutate '//trim(command%verb)//' '// &
+                         trim(verbs(verb)%object)//')'
       else if (size(words) > first) then
-         command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one scene)'
+         command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one '//object//')'
       else
          command%scene = words(first)%text
       end if

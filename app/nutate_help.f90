@@ -25,7 +25,8 @@ contains
          if (verbs(i)%name == topic) call page%line('nutate '//trim(topic)//': '//trim(verbs(i)%purpose))
       end do
       call page%line('')
-      call page%line('Usage: nutate '//trim(topic)//' SCENE [options]')
+      call page%line('Usage: nutate '//trim(topic)//' '//trim(verbs(findloc(verbs%name == topic, .true., dim=1))%object)// &
+                     ' [options]')
       call page%line('')
       call page%line('Options')
       do i = 1, size(options)
@@ -34,6 +35,7 @@ contains
       end do
       if (topic == 'run') call add_run_notes(page)
       if (topic == 'cost') call add_cost_notes(page)
+      if (topic == 'plot') call add_plot_notes(page)
    end function help_page
 
    subroutine add_overview(page)
@@ -43,7 +45,7 @@ contains
       call page%line('')
       call page%line('Usage')
       do i = 1, size(verbs)
-         call add_entry(page, 'nutate '//trim(verbs(i)%name)//' SCENE', verbs(i)%purpose)
+         call add_entry(page, 'nutate '//trim(verbs(i)%name)//' '//trim(verbs(i)%object), verbs(i)%purpose)
       end do
       call add_entry(page, 'nutate SCENE', 'short for nutate run SCENE')
       call add_entry(page, 'nutate help COMMAND', 'options of a command; nutate COMMAND --help does the same')
@@ -85,6 +87,16 @@ contains
       call page%line('what some accuracies cost.')
       call add_exit_codes(page)
    end subroutine add_cost_notes
+
+   !> What is drawn.
+   subroutine add_plot_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('A panel for each of these that the history has: angular velocity (omega1.., omega_x..), Euler angles')
+      call page%line('less whole turns (phi.., or from q0..), energy and its residual over the largest T + |V|, norm error,')
+      call page%line('angular momentum (L1.., l_x..). The picture is HISTORY.svg unless --output names another .svg or .png.')
+      call add_exit_codes(page)
+   end subroutine add_plot_notes
 
    subroutine add_exit_codes(page)
       type(page_t), intent(inout) :: page

@@ -112,6 +112,9 @@ class Plot(CommandLineTest):
         self.assertTrue(text.rstrip().endswith("</svg>"))
         for words in ("Free box", "order 8", "attitude error", "energy residual"):
             self.assertIn(words, text)
+        # Methods without a run stand in the legend with their names.
+        for words in ("rk4", "dop853+conserve", "taylor"):
+            self.assertIn(words, text)
         self.assertEqual(self.names(), ["box.nml", "it's a.svg", "top.nml"])
 
     def test_png(self):
@@ -148,7 +151,7 @@ class Refusals(CommandLineTest):
                                  (("--output", "a.csv"), "has no option --output"), (("--quiet",), "has no option")):
             done = self.fail_with(2, "cost", "box.nml", *arguments, says=(words,))
             self.assertEqual(done.stdout, "")
-        for option in ("--csv", "--plot", "--seconds"):
+        for option in ("--csv", "--seconds"):
             self.fail_with(2, "run", "box.nml", option, "1.svg", says=("nutate run has no option" if option != "--seconds"
                                                                         else "--seconds",))
 
