@@ -35,7 +35,7 @@ module nutate_history_plot
       panel_t('l in space  (N m s)', 'l_x,l_y,l_z', 'l_x,l_y,l_z')]
 
    !> Histories of more rows than this are drawn by the least and the greatest value in each of half as many intervals.
-   integer, parameter :: most_points = 2000
+   integer, parameter :: most_points = 1200
    !> Angles that change by more from row to row jump, rad: by whole turns, or by half a turn near a pole.
    real(wp), parameter :: jump = 2.5_wp
    !> Height of a panel, of the title and of the time axis.
