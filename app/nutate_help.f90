@@ -25,8 +25,8 @@ contains
          if (verbs(i)%name == topic) call page%line('nutate '//trim(topic)//': '//trim(verbs(i)%purpose))
       end do
       call page%line('')
-      call page%line('Usage: nutate '//trim(topic)//' '//trim(verbs(findloc(verbs%name == topic, .true., dim=1))%object)// &
-                     ' [options]')
+      i = findloc(verbs%name == topic, .true., dim=1)
+      call page%line('Usage: nutate '//trim(topic)//' '//trim(verbs(i)%object)//' [options]')
       call page%line('')
       call page%line('Options')
       do i = 1, size(options)
@@ -92,9 +92,10 @@ contains
    subroutine add_plot_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
-      call page%line('A panel for each of these that the history has: angular velocity (omega1.., omega_x..), Euler angles')
-      call page%line('less whole turns (phi.., or from q0..), energy and its residual over the largest T + |V|, norm error,')
-      call page%line('angular momentum (L1.., l_x..). The picture is HISTORY.svg unless --output names another .svg or .png.')
+      call page%line('A panel for each of these that the history has: angular velocity (omega1.., omega_x..),')
+      call page%line('Euler angles less whole turns (phi.., or from q0..), energy and its residual over the largest')
+      call page%line('T + |V|, norm error, angular momentum (L1.., l_x..). The picture is HISTORY.svg unless --output')
+      call page%line('names another .svg or .png.')
       call add_exit_codes(page)
    end subroutine add_plot_notes
 
