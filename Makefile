@@ -14,7 +14,7 @@ CASE ?=
 export FFLAGS
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs install uninstall clean
+.PHONY: help setup build run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs wheel install uninstall clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
@@ -71,6 +71,10 @@ api: ## write the list of all public names to docs/public-api.txt, which `make l
 docs: ## write the reference of all modules to build/docs/index.html
 	@bash tools/setup.sh docs
 	@bash tools/docs.sh
+
+wheel: ## build a wheel of the Python package that needs no other library, in build/wheel/
+	@bash tools/setup.sh wheel
+	@bash tools/wheel.sh
 
 install: ## install program, libraries, packages for pkg-config, CMake and Python, scenes and docs in PREFIX=FOLDER
 	@bash tools/setup.sh build

@@ -178,7 +178,7 @@ int nutate_system_add_rotor(nutate_system *system, const double momentum[3]);
 
 /* Effects as a scene file says them: one or several groups of effects.
  *   ==>  text         such as "&gravity / &damping coefficient = 0, 0, 1e-3 /"
- * Status: NUTATE_BAD_SCENE. */
+ * Status: NUTATE_BAD_SCENE, also for a second &gravity. */
 int nutate_system_add_groups(nutate_system *system, const char *text);
 
 /* ---- Callbacks -------------------------------------------------------------------------------------------------- */
