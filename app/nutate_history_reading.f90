@@ -78,7 +78,7 @@ contains
             rows = rows + 1
          end do
          rewind (unit)
-         read (unit, '(a)', iostat=iostat) line
+         read (unit, '(a)')
          allocate (history%values(rows, size(places)))
          call read_rows(unit, path, places, fields, history%values, problem)
       end if

@@ -27,7 +27,8 @@ contains
       if (allocated(command%output)) name = command%output
       exit_code = EXIT_SUCCESS
       if (.not. is_picture(name)) then
-         call say_error('nutate: '//printable_path(name)//' is no picture (expected the name of a file in .svg or .png)')
+         call say_error('nutate: '//printable_path(name)// &
+                        ' is no picture (expected the name of a file in .svg or .png)')
          exit_code = EXIT_INPUT
       else if (same_file(name, command%scene)) then
          call say_error('nutate: '//printable_path(name)//' is the history itself and will not be written over')
@@ -63,8 +64,8 @@ contains
          if (size(history%values, 1) < 2) then
             problem = printable_path(file)//': there are no rows to draw'
          else if (.not. can_draw(history)) then
-            problem = printable_path(file)//': none of its columns is drawn (expected omega1,omega2,omega3 or others, '// &
-                      'see nutate help plot)'
+            problem = printable_path(file)//': none of its columns is drawn (expected omega1,omega2,omega3 or '// &
+                      'others, see nutate help plot)'
          end if
       end if
       if (problem /= '') then

@@ -36,7 +36,8 @@ contains
       type(picture_t) :: picture
 
       call load_scene(command, scene, exit_code)
-      if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) call claim_picture(command, scene, picture, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) &
+         call claim_picture(command, scene, picture, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call watch_signals()
       call run_scene(command, scene, exit_code)

@@ -49,8 +49,8 @@ contains
          if (shape_kinds(i)%name == name) exit
       end do
       if (i > size(shape_kinds)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "unknown shape '"//name//"' (expected "//comma_list(shape_kinds%name)//")", &
-                       'shape')
+         status = fail(NUTATE_BAD_ARGUMENT, "unknown shape '"//name//"' (expected "// &
+                       comma_list(shape_kinds%name)//")", 'shape')
          return
       end if
       if (size(lengths) /= shape_kinds(i)%sizes) then
