@@ -14,10 +14,10 @@ CASE ?=
 export FFLAGS
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs install clean
+.PHONY: help setup build run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs wheel install uninstall clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 10
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
 
 setup: ## install what is missing and let fpm fetch test-drive; afterwards plain fpm works, without a network too
 	@bash tools/setup.sh test
@@ -72,9 +72,16 @@ docs: ## write the reference of all modules to build/docs/index.html
 	@bash tools/setup.sh docs
 	@bash tools/docs.sh
 
-install: ## install program, libraries, header, .mod files, pkg-config and CMake packages in PREFIX=FOLDER
+wheel: ## build a wheel of the Python package that needs no other library, in build/wheel/
+	@bash tools/setup.sh wheel
+	@bash tools/wheel.sh
+
+install: ## install program, libraries, packages for pkg-config, CMake and Python, scenes and docs in PREFIX=FOLDER
 	@bash tools/setup.sh build
 	@bash tools/install.sh '$(PREFIX)'
+
+uninstall: ## remove from PREFIX=FOLDER what `make install` put there
+	@bash tools/uninstall.sh '$(PREFIX)'
 
 clean: ## remove what was built; the tools in .venv and the fetched test-drive stay
 	@[ ! -d build ] || find build -mindepth 1 -maxdepth 1 ! -name dependencies ! -name cache.toml -exec rm -rf {} +

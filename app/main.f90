@@ -6,6 +6,7 @@ program main
    use nutate_cost_command, only: cost_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
    use nutate_help, only: help_page
+   use nutate_plot_command, only: plot_command
    use nutate_run_command, only: run_command
    use nutate_run_signals, only: end_by_signal
    use nutate_version, only: version
@@ -40,6 +41,8 @@ contains
          call check_command(command, exit_code)
       case ('cost')
          call cost_command(command, exit_code)
+      case ('plot')
+         call plot_command(command, exit_code)
       case ('help')
          call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
       case ('version')

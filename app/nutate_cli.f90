@@ -1,5 +1,6 @@
 !> The command line: which commands and options there are, and what the arguments ask for.
 module nutate_cli
+   use nutate_gnuplot, only: is_picture
    use nutate_kinds, only: wp, long
    use nutate_number_text, only: read_real
    use nutate_printable, only: quoted
@@ -19,13 +20,16 @@ module nutate_cli
       character(len=8) :: name
       !> What it does, in one line.
       character(len=72) :: purpose
+      !> What it is about.
+      character(len=12) :: object = 'SCENE'
    end type verb_t
 
    !> All commands.
    type(verb_t), parameter :: verbs(*) = [ &
       verb_t('run', 'simulate a scene and write its history as CSV'), &
       verb_t('check', 'say what would be simulated; write nothing'), &
-      verb_t('cost', 'say what accuracy costs in time on this scene, with every method')]
+      verb_t('cost', 'say what accuracy costs in time on this scene, with every method'), &
+      verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv')]
 
    !> One option.
    type :: option_t
@@ -33,16 +37,19 @@ module nutate_cli
       !> What its value stands for; blank for an option without value.
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
-      character(len=16) :: verbs
+      character(len=24) :: verbs
       character(len=80) :: purpose
    end type option_t
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run', 'where to write the history; - is standard output'), &
+      option_t('--output', 'FILE', 'run,plot', 'where to write the history (- is standard output), or the picture'), &
       option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost', &
                'override a value of the scene; may be given several times'), &
-      option_t('--plot', 'FILE.svg|png', 'cost', 'draw errors against time with gnuplot'), &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost', &
+               'take a key out of the scene; may be given several times'), &
+      option_t('--plot', 'FILE.svg|png', 'run,cost', &
+               'draw with gnuplot: of run the history, of cost errors against time'), &
       option_t('--csv', 'FILE', 'cost', 'write one row for each run; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
       option_t('--quiet', '', 'run', 'no progress bar and no summary; errors are still shown'), &
@@ -50,7 +57,7 @@ module nutate_cli
       option_t('--checkpoint', 'FILE', 'run', 'note in FILE how to go on, should the run be interrupted'), &
       option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
       option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &
-      option_t('--help', '', 'run,check,cost', 'show this help'), &
+      option_t('--help', '', 'run,check,cost,plot', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.
@@ -62,7 +69,7 @@ module nutate_cli
       character(len=:), allocatable :: scene
       !> Where to write; not allocated where the scene decides.
       character(len=:), allocatable :: output
-      !> `GROUP.KEY=VALUE`, in order; shape (number of overrides).
+      !> `GROUP.KEY=VALUE` and `-GROUP.KEY`, in order; shape (number of overrides).
       character(len=:), allocatable :: overrides(:)
       logical :: quiet = .false.
       integer(long) :: max_steps = huge(1_long)
@@ -99,7 +106,8 @@ contains
       logical :: given(size(options)), is_word(size(arguments))
       integer :: i, width
 
-      width = longest(arguments)
+      ! With room for the mark of `--unset`.
+      width = longest(arguments) + 1
       allocate (character(len=width) :: command%overrides(0))
       given = .false.
       is_word = .false.
@@ -174,7 +182,8 @@ contains
          end if
       end if
       if (allocated(command%error)) return
-      if (given(n) .and. options(n)%value /= '' .and. name /= '--set') command%error = name//' is given twice'
+      if (given(n) .and. options(n)%value /= '' .and. all(name /= ['--set  ', '--unset'])) &
+         command%error = name//' is given twice'
       given(n) = .true.
       call take_value(name, value, command)
    end subroutine take_option
@@ -190,6 +199,10 @@ contains
          if (value == '') command%error = '--output needs the name of a file, or - for standard output'
       case ('--set')
          command%overrides = [character(len=len(command%overrides)) :: command%overrides, value]
+         if (index(value, '-') == 1) &
+            command%error = '--set '//quoted(value)//' is not a setting (expected GROUP.KEY=VALUE)'
+      case ('--unset')
+         command%overrides = [character(len=len(command%overrides)) :: command%overrides, '-'//value]
       case ('--csv')
          command%csv = value
          if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
@@ -221,13 +234,6 @@ contains
       end select
    end subroutine take_value
 
-   !> True for the name of a file that gnuplot is to draw.
-   pure logical function is_picture(name)
-      character(len=*), intent(in) :: name
-      is_picture = .false.
-      if (len(name) > 4) is_picture = name(len(name) - 3:) == '.svg' .or. name(len(name) - 3:) == '.png'
-   end function is_picture
-
    !> Notes a time.
    subroutine take_seconds(name, value, least, least_text, seconds, error)
       !> The option and its value.
@@ -250,12 +256,16 @@ contains
       !> Which options have been given; shape (number of options).
       logical, intent(in) :: given(:)
       type(command_t), intent(inout) :: command
-      integer :: first
+      character(len=:), allocatable :: object
+      integer :: first, verb
 
       first = 1
       command%verb = 'run'
       if (size(words) > 0) then
-         if (any(verbs%name == words(1)%text)) then
+         if (words(1)%text == 'help') then
+            call take_topic(words, command)
+            return
+         else if (any(verbs%name == words(1)%text)) then
             command%verb = words(1)%text
             command%topic = command%verb
             first = 2
@@ -270,14 +280,32 @@ contains
       end if
       call check_options(given, command)
       if (allocated(command%error)) return
+      verb = findloc(verbs%name == command%verb, .true., dim=1)
+      object = trim(merge('scene  ', 'history', verbs(verb)%object == 'SCENE'))
       if (size(words) < first) then
-         command%error = 'there is no scene (expected nutate '//trim(command%verb)//' SCENE)'
+         command%error = 'there is no '//object//' (expected nutate '//trim(command%verb)//' '// &
+                         trim(verbs(verb)%object)//')'
       else if (size(words) > first) then
-         command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one scene)'
+         command%error = 'unexpected argument '//quoted(words(first + 1)%text)//' (expected one '//object//')'
       else
          command%scene = words(first)%text
       end if
    end subroutine take_words
+
+   !> Takes the words of `nutate help` and `nutate help COMMAND`.
+   subroutine take_topic(words, command)
+      type(argument_t), intent(in) :: words(:)
+      type(command_t), intent(inout) :: command
+      command%verb = 'help'
+      if (size(words) < 2) return
+      if (size(words) > 2) then
+         command%error = 'unexpected argument '//quoted(words(3)%text)//' (expected one command)'
+      else if (any(verbs%name == words(2)%text)) then
+         command%topic = words(2)%text
+      else
+         command%error = 'unknown command '//quoted(words(2)%text)//hint(nearest_name(words(2)%text, verbs%name))
+      end if
+   end subroutine take_topic
 
    !> True for a file that exists and for anything that is written like a path.
    logical function looks_like_scene(word)

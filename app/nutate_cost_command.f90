@@ -5,10 +5,12 @@ module nutate_cost_command
       EXIT_SUCCESS
    use nutate_cost_answer, only: add_answer
    use nutate_cost_csv, only: cost_csv_t
-   use nutate_cost_plot, only: cost_plot_t, gnuplot_is_here
+   use nutate_cost_plot, only: draw_cost
    use nutate_cost_table, only: add_reference, add_table
    use nutate_decimal, only: rounded_text
    use nutate_files, only: same_file, STANDARD_ERROR, STANDARD_OUTPUT
+   use nutate_gnuplot, only: picture_t
+   use nutate_picture_opening, only: open_picture, report_file
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
    use nutate_run_progress, only: progress_bar_t
@@ -26,7 +28,7 @@ module nutate_cost_command
    !> The files that a study is written to, beside the page of text.
    type :: outputs_t
       type(cost_csv_t) :: csv
-      type(cost_plot_t) :: plot
+      type(picture_t) :: plot
       logical :: has_csv = .false., has_plot = .false.
    end type outputs_t
 
@@ -79,32 +81,18 @@ contains
          call refuse_scene(command%csv, scene, exit_code)
          if (exit_code /= EXIT_SUCCESS) return
          call outputs%csv%open(command%csv, status)
-         call report(command%csv, status, exit_code)
+         call report_file(command%csv, status, exit_code)
          outputs%has_csv = status%ok()
       end if
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) then
          call refuse_scene(command%plot, scene, exit_code)
          if (exit_code == EXIT_SUCCESS) then
-            call open_plot(command%plot, outputs, exit_code)
+            call open_picture(command%plot, outputs%plot, exit_code)
             outputs%has_plot = exit_code == EXIT_SUCCESS
          end if
       end if
       if (exit_code /= EXIT_SUCCESS) call discard_outputs(outputs)
    end subroutine open_outputs
-
-   subroutine open_plot(name, outputs, exit_code)
-      character(len=*), intent(in) :: name
-      type(outputs_t), intent(inout) :: outputs
-      integer, intent(inout) :: exit_code
-      type(status_t) :: status
-      if (gnuplot_is_here()) then
-         call outputs%plot%open(name, status)
-         call report(name, status, exit_code)
-      else
-         call say_error('nutate: cannot draw '//printable_path(name)//': gnuplot is not installed, or not on PATH')
-         exit_code = EXIT_OUTPUT
-      end if
-   end subroutine open_plot
 
    !> The scene must not be written over.
    subroutine refuse_scene(name, scene, exit_code)
@@ -115,16 +103,6 @@ contains
       call say_error('nutate: '//printable_path(name)//' is the scene itself and will not be written over')
       exit_code = EXIT_INPUT
    end subroutine refuse_scene
-
-   !> Says that an output cannot be written, if so.
-   subroutine report(name, status, exit_code)
-      character(len=*), intent(in) :: name
-      type(status_t), intent(in) :: status
-      integer, intent(inout) :: exit_code
-      if (status%ok()) return
-      call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
-      exit_code = EXIT_OUTPUT
-   end subroutine report
 
    subroutine discard_outputs(outputs)
       type(outputs_t), intent(inout) :: outputs
@@ -182,11 +160,11 @@ contains
       call show_page(page, descriptor, exit_code)
       if (outputs%has_csv) then
          call outputs%csv%write(study, status)
-         call report(command%csv, status, exit_code)
+         call report_file(command%csv, status, exit_code)
       end if
       if (outputs%has_plot) then
-         call outputs%plot%draw(scene%title, study, status)
-         call report(command%plot, status, exit_code)
+         call draw_cost(outputs%plot, scene%title, study, status)
+         call report_file(command%plot, status, exit_code)
       end if
    end subroutine show
 

@@ -1,7 +1,7 @@
 !> The runs of a work-precision study as CSV: one row for each run, in the notation of histories.
 module nutate_cost_csv
    use nutate_console, only: count_text
-   use nutate_cost_files, only: discard_file
+   use nutate_discarding, only: discard_file
    use nutate_decimal, only: decimal_length, decimal_t
    use nutate_files, only: output_file_t
    use nutate_invariants, only: conserved_momentum, NO_COMPONENT

@@ -25,7 +25,8 @@ contains
          if (verbs(i)%name == topic) call page%line('nutate '//trim(topic)//': '//trim(verbs(i)%purpose))
       end do
       call page%line('')
-      call page%line('Usage: nutate '//trim(topic)//' SCENE [options]')
+      i = findloc(verbs%name == topic, .true., dim=1)
+      call page%line('Usage: nutate '//trim(topic)//' '//trim(verbs(i)%object)//' [options]')
       call page%line('')
       call page%line('Options')
       do i = 1, size(options)
@@ -34,6 +35,7 @@ contains
       end do
       if (topic == 'run') call add_run_notes(page)
       if (topic == 'cost') call add_cost_notes(page)
+      if (topic == 'plot') call add_plot_notes(page)
    end function help_page
 
    subroutine add_overview(page)
@@ -43,10 +45,10 @@ contains
       call page%line('')
       call page%line('Usage')
       do i = 1, size(verbs)
-         call add_entry(page, 'nutate '//trim(verbs(i)%name)//' SCENE', verbs(i)%purpose)
+         call add_entry(page, 'nutate '//trim(verbs(i)%name)//' '//trim(verbs(i)%object), verbs(i)%purpose)
       end do
       call add_entry(page, 'nutate SCENE', 'short for nutate run SCENE')
-      call add_entry(page, 'nutate COMMAND --help', 'options of a command')
+      call add_entry(page, 'nutate help COMMAND', 'options of a command; nutate COMMAND --help does the same')
       call add_entry(page, 'nutate --help', 'show this help')
       call add_entry(page, 'nutate --version', 'show the version')
       call add_exit_codes(page)
@@ -65,7 +67,7 @@ contains
       call page%line('removed when the run is complete. --resume goes on to the same bytes, with checkpoints in the')
       call page%line('same file unless --checkpoint names another. Scene and overrides must be the same.')
       call page%line('')
-      call page%line("Columns: t, then the sets asked for by --set ""output.columns='...','...'""")
+      call page%line("Columns: t, then the sets asked for by --set output.columns=NAME,NAME,...")
       do i = 1, size(column_sets)
          call add_entry(page, column_sets(i)%name, column_sets(i)%headers)
       end do
@@ -85,6 +87,17 @@ contains
       call page%line('what some accuracies cost.')
       call add_exit_codes(page)
    end subroutine add_cost_notes
+
+   !> What is drawn.
+   subroutine add_plot_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('A panel for each of these that the history has: angular velocity (omega1.., omega_x..),')
+      call page%line('Euler angles less whole turns (phi.., or from q0..), energy and its residual over the largest')
+      call page%line('T + |V|, norm error, angular momentum (L1.., l_x..). The picture is HISTORY.svg unless --output')
+      call page%line('names another .svg or .png.')
+      call add_exit_codes(page)
+   end subroutine add_plot_notes
 
    subroutine add_exit_codes(page)
       type(page_t), intent(inout) :: page

@@ -8,13 +8,17 @@ module nutate_run_command
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_kinds, only: wp, long
+   use nutate_gnuplot, only: picture_t
+   use nutate_picture_opening, only: open_picture
+   use nutate_pilot_watcher, only: pilot_watcher_t
+   use nutate_plot_command, only: draw_file
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
    use nutate_run_reports, only: report_checkpoint, report_failure, report_output, report_signal, kept_rows
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_run_signals, only: caught_signal, signal_flag, stop_watcher_t, watch_signals
+   use nutate_run_signals, only: caught_signal, signal_flag, watch_signals
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
    use nutate_run_summary, only: summary_page
    implicit none
@@ -24,19 +28,54 @@ module nutate_run_command
 
 contains
 
-   !> Runs a scene from its file to its summary.
+   !> Runs a scene from its file to its picture.
    subroutine run_command(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
+      type(picture_t) :: picture
+
+      call load_scene(command, scene, exit_code)
+      if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) &
+         call claim_picture(command, scene, picture, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      call watch_signals()
+      call run_scene(command, scene, exit_code)
+      if (.not. allocated(command%plot)) return
+      if (exit_code == EXIT_SUCCESS) then
+         call draw_file(scene%output%file, command%plot, picture, exit_code)
+      else
+         call picture%discard()
+      end if
+   end subroutine run_command
+
+   !> Claims the file of the picture before any time is spent.
+   subroutine claim_picture(command, scene, picture, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(picture_t), intent(inout) :: picture
+      integer, intent(inout) :: exit_code
+      if (.not. goes_to_file(scene%output%file)) then
+         call say_error('nutate: --plot needs rows in a file (expected --output FILE)')
+         exit_code = EXIT_INPUT
+      else if (same_file(command%plot, scene%file)) then
+         call say_error('nutate: '//printable_path(command%plot)//' is the scene itself and will not be written over')
+         exit_code = EXIT_INPUT
+      else
+         call open_picture(command%plot, picture, exit_code)
+      end if
+   end subroutine claim_picture
+
+   !> Runs a scene to its summary.
+   subroutine run_scene(command, scene, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(inout) :: scene
+      integer, intent(inout) :: exit_code
       type(run_t) :: run
       type(run_watcher_t) :: watcher
       type(byte_archive_t), allocatable :: archive
       type(status_t) :: status
 
-      call load_scene(command, scene, exit_code)
-      if (exit_code /= EXIT_SUCCESS) return
-      call watch_signals()
       scene%plan%max_steps = command%max_steps
       call take_checkpoint(command, scene, archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
@@ -48,7 +87,7 @@ contains
          exit_code = EXIT_INPUT
          return
       end if
-      if (.not. allocated(archive)) call find_steps(scene, run, exit_code)
+      if (.not. allocated(archive)) call find_steps(command, scene, run, exit_code)
       if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect(command, scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       watcher%most_rows = most_rows(scene)
@@ -61,7 +100,7 @@ contains
       if (exit_code == EXIT_SUCCESS .and. events_file(scene) /= '') call open_events(command, scene, watcher, &
          archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call simulate(command, scene, run, watcher, archive, exit_code)
-   end subroutine run_command
+   end subroutine run_scene
 
    !> Reads the checkpoint that the run is to go on from, if there is one.
    subroutine take_checkpoint(command, scene, archive, exit_code)
@@ -131,13 +170,16 @@ contains
    end function is_resumed
 
    !> Finds the steps that keep to the scene's accuracy.
-   subroutine find_steps(scene, run, exit_code)
+   subroutine find_steps(command, scene, run, exit_code)
+      type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       type(run_t), intent(inout) :: run
       integer, intent(inout) :: exit_code
-      type(stop_watcher_t) :: watcher
+      type(pilot_watcher_t) :: watcher
       type(status_t) :: status
+      call watcher%start(scene%initial%t, scene%plan%end_time, wanted=.not. command%quiet)
       call run%find_steps(scene%system, status, watcher)
+      call watcher%progress%erase()
       if (status%ok()) return
       call say_error('nutate: '//printable_path(scene%file)//': a pilot run failed: '//trim(status%message))
       exit_code = EXIT_RUN
@@ -174,9 +216,11 @@ contains
       watcher%history%file%stop_flag = signal_flag()
       associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
          if (allocated(archive)) then
-            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status)
+            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
+                                        scene%plan%end_time < scene%initial%t)
          else
-            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status)
+            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
+                                      scene%plan%end_time < scene%initial%t)
          end if
       end associate
       if (status%ok()) return

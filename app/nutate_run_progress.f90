@@ -22,10 +22,14 @@ module nutate_run_progress
       private
       logical :: enabled = .false.
       logical :: visible = .false.
+      !> What stands before the bar.
+      character(len=24) :: label = ''
       integer(long) :: started = 0, next = 0, rate = 1
    contains
       !> Starts the clock.
       procedure :: start
+      !> Says what the bar is about.
+      procedure :: name
       !> Shows how far the run is, if it is time to.
       procedure :: update
       !> Removes the bar.
@@ -44,6 +48,13 @@ contains
       self%next = self%started + int(patience*real(self%rate, wp), long)
    end subroutine start
 
+   !> Says what the bar is about.
+   subroutine name(self, label)
+      class(progress_bar_t), intent(inout) :: self
+      character(len=*), intent(in) :: label
+      self%label = label
+   end subroutine name
+
    !> Shows how far the run is, if it is time to.
    subroutine update(self, fraction, now)
       class(progress_bar_t), intent(inout) :: self
@@ -59,11 +70,14 @@ contains
       self%next = now + int(interval*real(self%rate, wp), long)
       self%visible = .true.
       elapsed = real(now - self%started, wp)/real(self%rate, wp)
-      call write_text(STANDARD_ERROR, achar(13)//picture(min(max(fraction, 0.0_wp), 1.0_wp), elapsed), status)
+      call write_text(STANDARD_ERROR, achar(13)//picture(trim(self%label), min(max(fraction, 0.0_wp), 1.0_wp), &
+                                                         elapsed), status)
    end subroutine update
 
-   !> The bar, the part done and the time left; shape: `line_width` characters.
-   pure function picture(fraction, elapsed) result(line)
+   !> The bar, the part done and the time left, which of a bar with a label is not known; shape: `line_width`
+   !> characters.
+   pure function picture(label, fraction, elapsed) result(line)
+      character(len=*), intent(in) :: label
       real(wp), intent(in) :: fraction
       !> s.
       real(wp), intent(in) :: elapsed
@@ -72,8 +86,8 @@ contains
       integer :: filled
       filled = int(bar_width*fraction)
       left = ''
-      if (fraction > 0.01_wp) left = ', '//rounded_text(elapsed*(1 - fraction)/fraction, 2)//' s left'
-      line = '['//repeat('#', filled)//repeat('.', bar_width - filled)//'] '// &
+      if (fraction > 0.01_wp .and. label == '') left = ', '//rounded_text(elapsed*(1 - fraction)/fraction, 2)//' s left'
+      line = label//repeat(' ', min(len(label), 1))//'['//repeat('#', filled)//repeat('.', bar_width - filled)//'] '// &
              count_text(int(100*fraction, long))//' %'//left
    end function picture
 

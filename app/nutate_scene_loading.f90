@@ -2,7 +2,9 @@
 module nutate_scene_loading
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t, read_scene
+   use nutate_scene_output, only: format_fault
    use nutate_status, only: status_t
    implicit none
    private
@@ -26,7 +28,12 @@ contains
          exit_code = EXIT_INPUT
          return
       end if
-      if (allocated(command%output)) scene%output%file = command%output
+      if (.not. allocated(command%output)) return
+      scene%output%file = command%output
+      if (format_fault(command%output) == '') return
+      call say_error('nutate: --output '//printable_path(command%output)//' '//format_fault(command%output)// &
+                     ' (expected a name such as '//scene%name//'.csv)')
+      exit_code = EXIT_INPUT
    end subroutine load_scene
 
 end module nutate_scene_loading

@@ -178,7 +178,7 @@ int nutate_system_add_rotor(nutate_system *system, const double momentum[3]);
 
 /* Effects as a scene file says them: one or several groups of effects.
  *   ==>  text         such as "&gravity / &damping coefficient = 0, 0, 1e-3 /"
- * Status: NUTATE_BAD_SCENE. */
+ * Status: NUTATE_BAD_SCENE, also for a second &gravity. */
 int nutate_system_add_groups(nutate_system *system, const char *text);
 
 /* ---- Callbacks -------------------------------------------------------------------------------------------------- */
@@ -242,7 +242,7 @@ int nutate_system_bound_torque(nutate_system *system, double torque, double by_r
 
 /* Reads a scene file.
  *   ==>  path         file
- *   ==>  overrides    [n_overrides] strings "GROUP.KEY=VALUE", applied after the file; or NULL with n_overrides 0
+ *   ==>  overrides    [n_overrides] "GROUP.KEY=VALUE", or "-GROUP.KEY" to unset it; NULL with n_overrides 0
  *   ==>  n_overrides  how many
  *   <==  message      what is wrong, one line "FILE:LINE: ..."; or NULL
  *   ==>  size         of message, bytes

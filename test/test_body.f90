@@ -225,6 +225,8 @@ contains
       call make_shape_body('pyramid', [1.0_wp], body, status, mass=1.0_wp)
       call check(error, trim(status%subject), 'shape')
       if (allocated(error)) return
+      call check(error, index(status%message, 'box, cylinder, cone, sphere, ellipsoid') > 0, status%message)
+      if (allocated(error)) return
       call make_shape_body('sphere', [-1.0_wp], body, status, mass=1.0_wp)
       call check(error, trim(status%subject), 'size')
       if (allocated(error)) return

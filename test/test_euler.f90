@@ -1,7 +1,8 @@
 !> The z-x-z Euler angles: both ways, at and near the poles, followed over turns, and their rates.
 module test_euler
    use, intrinsic :: iso_fortran_env, only: int64
-   use nutate_attitude, only: angular_velocity_from_euler_rates, euler_from_quat, follow_euler, quat_from_euler, &
+   use nutate_attitude, only: angular_velocity_from_euler_rates, euler_from_quat, euler_of_motion, follow_euler, &
+      quat_from_euler, &
                               unwrap_angle
    use nutate_kinds, only: wp, pi, eps
    use nutate_quaternion, only: attitude_distance, quat_conjugate, quat_exp, quat_product, rotate_to_body, &
@@ -29,6 +30,7 @@ contains
                   new_unittest("Euler angles come back, close to the poles too", euler_angles_come_back), &
                   new_unittest("Euler angles are in their ranges", euler_angles_are_in_their_ranges), &
                   new_unittest("at the poles the spin is zero", spin_is_zero_at_poles), &
+                  new_unittest("a motion from a pole starts with the angles it goes on with", motion_starts_at_pole), &
                   new_unittest("unwrapping takes the nearest revolution", unwrapping_takes_the_nearest_turn), &
                   new_unittest("angles are followed over many revolutions", angles_are_followed_on), &
                   new_unittest("at the poles the spin is kept when following", spin_is_kept_at_poles), &
@@ -38,6 +40,32 @@ contains
                   new_unittest("Euler rates give the angular velocity", euler_rates_give_angular_velocity), &
                   new_unittest("Euler rates agree with differences", euler_rates_agree_with_differences)]
    end subroutine collect_euler
+
+   !> At θ = 0 and π the angles and their rates, given in any way, are found again from attitude and angular velocity.
+   subroutine motion_starts_at_pole(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer(int64) :: seed
+      real(wp) :: a(3), phi, theta, psi, q(4), omega(3)
+      integer :: n
+      seed = 35
+      do n = 1, samples
+         a = pi*random_vector(seed)
+         ! θ grows from 0, or falls from π.
+         theta = merge(0.0_wp, pi, modulo(n, 2) == 0)
+         omega = angular_velocity_from_euler_rates(theta, a(2), a(3), merge(0.3_wp, -0.3_wp, theta < 1), 2.0_wp)
+         q = quat_from_euler(a(1), theta, a(2))
+         call euler_of_motion(q, omega, phi, theta, psi)
+         call check_close(error, quat_from_euler(phi, theta, psi), sign(1.0_wp, dot_product(q, quat_from_euler(phi, &
+                          theta, psi)))*q, 8*eps)
+         if (allocated(error)) return
+         call check_close(error, [cos(phi), sin(phi), cos(psi), sin(psi)], [cos(a(1)), sin(a(1)), cos(a(2)), &
+                                                                            sin(a(2))], 32*eps)
+         if (allocated(error)) return
+      end do
+      ! A body that does not leave the pole at once.
+      call euler_of_motion(quat_exp(0.4_wp*e3), 5*e3, phi, theta, psi)
+      call check_close(error, [phi, theta, psi], [0.8_wp, 0.0_wp, 0.0_wp], 4*eps)
+   end subroutine motion_starts_at_pole
 
    subroutine euler_angles_are_z_x_z(error)
       type(error_type), allocatable, intent(out) :: error

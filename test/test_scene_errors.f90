@@ -116,8 +116,11 @@ contains
          case_t(body//initial//integrator, "scene.title='x", '--set: a text is not closed'), &
          case_t(body//initial//integrator, "body.shape='box'", &
                 '--set: inertia and shape in &body say the same thing'), &
-         case_t(body//initial//integrator, 'integrator.accuracy=1e-6', &
-                '--set: time_step and accuracy in &integrator say the same thing'), &
+         case_t(body//initial//integrator, 'initial.euler_rates=1,2,3', &
+                '--set: angular_velocity and euler_rates in &initial say the same thing'), &
+         case_t(body//initial//integrator, '-body', "--unset: 'body' is not a setting (expected GROUP.KEY)"), &
+         case_t(body//initial//integrator, '-body.mas', "--unset: unknown key 'mas' in &body"), &
+         case_t(body//initial//integrator, '-integrator.end_time', 'a.nml:3: &integrator lacks end_time'), &
          case_t(body//initial//integrator, 'integrator.end_time=-1', '--set: end_time has not the sign of time_step'), &
          case_t(body//initial, 'integrator.end_time=1', '--set: &integrator is incomplete'), &
          case_t(body//initial, 'body.mass=1', 'a.nml:2: the group &integrator is missing'), &

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Builds and runs benchmarks: all of CMakeLists.txt's bench_* programs and the scripts in bench/, or those named.
+# Builds and runs benchmarks: all bench_* programs of cmake/benches.cmake and the scripts in bench/, or those named.
 #    tools/bench.sh [NAME]...
 set -u
 . "$(dirname "$0")/environment.sh"
 
 if [ $# -eq 0 ]; then
    # shellcheck disable=SC2046
-   set -- $(sed -n 's/^add_bench(\(bench_[^ ]*\) .*/\1/p' CMakeLists.txt) bench/*.sh
+   set -- $(sed -n 's/^add_bench(\(bench_[^ ]*\) .*/\1/p' cmake/benches.cmake) bench/*.sh
 fi
 bash tools/build.sh nutate_program benches || exit 1
 folder=$cmake_folder/bench

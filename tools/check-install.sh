@@ -46,8 +46,27 @@ links_c() {
 
 links_statically() {
    # shellcheck disable=SC2046
-   gcc "$scratch/probe.c" -I"$prefix/include" "$prefix/lib/libnutate.a" \
-      $(pkg-config --static --libs-only-l nutate | sed 's/-lnutate//') -o "$scratch/static" && "$scratch/static"
+   gcc "$scratch/probe.c" -o "$scratch/static" $(pkg-config --cflags --libs nutate-static) && "$scratch/static" &&
+      gcc -static "$scratch/probe.c" -o "$scratch/private" $(pkg-config --static --cflags --libs nutate) &&
+      "$scratch/private"
+}
+
+links_without_shared_libraries() {
+   # shellcheck disable=SC2046
+   gcc -static "$scratch/probe.c" -o "$scratch/alone" $(pkg-config --cflags --libs nutate-static) &&
+      "$scratch/alone" && ! readelf -d "$scratch/alone" | grep -q NEEDED
+}
+
+has_scenes_and_documentation() {
+   "$prefix/bin/nutate" check "$prefix/share/nutate/scenes/box.nml" >"$scratch/check.log" &&
+      [ -s "$prefix/share/doc/nutate/docs/scenes.md" ] && [ -s "$prefix/share/doc/nutate/README.md" ]
+}
+
+# A copy, since the rest of the tests needs what is installed.
+goes_without_a_trace() {
+   cp -r "$prefix" "$scratch/copy" && touch "$scratch/copy/lib/other.so" && bash tools/uninstall.sh "$scratch/copy" >"$scratch/gone" &&
+      [ "$(cd "$scratch/copy" && find . ! -type d)" = ./lib/other.so ] && [ "$(ls "$scratch/copy")" = lib ] &&
+      ! bash tools/uninstall.sh "$scratch/copy" 2>"$scratch/again" && grep -q 'nothing was installed' "$scratch/again"
 }
 
 links_modules() {
@@ -62,6 +81,9 @@ expect "pkg-config says the version" says_version pkg-config --modversion nutate
 expect "the program says the version" says_version "$prefix/bin/nutate" --version
 expect "a C program links by pkg-config" links_c
 expect "a C program links statically" links_statically
+expect "a C program links with nothing shared" links_without_shared_libraries
 expect "an example links by pkg-config nutate-fortran" links_modules
+expect "scenes and documentation are installed" has_scenes_and_documentation
+expect "make uninstall leaves nothing of it" goes_without_a_trace
 say "$passed passed, $failed failed"
 [ $failed -eq 0 ]

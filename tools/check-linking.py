@@ -1,4 +1,4 @@
-"""Builds and runs every program of docs/linking.md against an installed tree.   tools/check-linking.py PREFIX
+"""Builds and runs every program of docs/linking.md and docs/f77.md against an installed tree.   tools/check-linking.py PREFIX
 
 A program stands after `<!-- file: NAME -->`, the command that builds and runs it after `<!-- run -->`. Programs have at most
 40 lines. The last line is `N passed, N failed`.
@@ -10,13 +10,14 @@ import subprocess
 import sys
 import tempfile
 
-PAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "docs", "linking.md")
+DOCS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "docs")
+PAGES = ("linking.md", "f77.md")
 MOST_LINES = 40
 
 
 def main():
     prefix = os.path.abspath(sys.argv[1])
-    text = open(PAGE, encoding="utf-8").read()
+    text = "".join(open(os.path.join(DOCS, page), encoding="utf-8").read() for page in PAGES)
     parts = re.findall(r"<!-- file: (\S+) -->\n```\S*\n(.*?)```|<!-- run -->\n    ([^\n]*)\n", text, flags=re.DOTALL)
     environment = dict(os.environ, PREFIX=prefix, LD_LIBRARY_PATH=f"{prefix}/lib",
                        PKG_CONFIG_PATH=f"{prefix}/lib/pkgconfig")

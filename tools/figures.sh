@@ -46,6 +46,11 @@ period_error precessing_top 140.6 10
 period_error fast_top 200 4.998774
 draw period_error
 
+# The picture of a history that the program draws by itself.
+simulate compass scenes/compass.nml output.every=5
+quietly figure-plot "$program" plot "$data/compass.csv" --output docs/figures/plot_compass.svg || exit 1
+say "Drawn: docs/figures/plot_compass.svg"
+
 # What accuracy costs: timings of this machine, which differ from run to run.
 cost() { # SCENE
    local figure=docs/figures/cost_$1.svg

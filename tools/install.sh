@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs into a folder: program, static and shared library, header, .mod files, pkg-config and CMake packages.
+# Installs into a folder: program, static and shared library, header, .mod files, pkg-config and CMake packages, Python
+# package, scenes, documentation; share/nutate/installed.txt lists the files, for `make uninstall`.
 #    tools/install.sh PREFIX
 set -u
 . "$(dirname "$0")/environment.sh"
@@ -9,6 +10,10 @@ mkdir -p "$1" && prefix=$(cd "$1" && pwd) || exit 1
 
 cmake_build install-build || exit 1
 quietly install cmake --install "$cmake_folder" --prefix "$prefix" || exit 1
+
+list=$prefix/share/nutate/installed.txt
+{ [ ! -f "$list" ] || cat "$list"; sed "s:^$prefix/::" "$cmake_folder/install_manifest.txt"; echo; } |
+   sort -u | sed '/./!d' >"$list.new" && mv "$list.new" "$list" || exit 1
 
 say "Installed in $prefix: bin/nutate, lib/libnutate.so and .a, include/nutate.h, include/nutate/*.mod"
 say "To link:"

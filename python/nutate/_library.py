@@ -1,13 +1,21 @@
 """Finds the C library, declares what is called of it, and turns its statuses into exceptions."""
 
+from __future__ import annotations
+
+import copy
 import ctypes
+import importlib
 import os
 import sys
 import threading
+from typing import Any, Callable, Optional, Sequence, Union
 
 import numpy as np
+import numpy.typing as npt
 
 SONAME = "libnutate.so.0"
+# The name in a package that pip built, which has no version in it.
+BUNDLED = "libnutate.so"
 MESSAGE_SIZE = 1024
 
 Handle = ctypes.c_void_p
@@ -24,8 +32,11 @@ PotentialCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles, Dou
 HessianCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles)
 TorqueCallback = ctypes.CFUNCTYPE(Int, Double, Doubles, Doubles, ctypes.c_void_p, Doubles)
 
+Array = npt.NDArray[np.float64]
+Textual = Union[str, bytes, "os.PathLike[str]"]
+
 # Arguments as include/nutate.h has them; every function returns a status.
-SIGNATURES = {
+SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_get_version": (Text, Size),
     "nutate_status_text": (Int, Text, Size),
     "nutate_last_message": (Handle, Text, Size),
@@ -61,6 +72,8 @@ SIGNATURES = {
     "nutate_stepper_destroy": (HandlePointer,),
     "nutate_stepper_set": (Handle, Text, Text),
     "nutate_stepper_set_state": (Handle, Double, Doubles, Doubles),
+    "nutate_stepper_set_canonical": (Handle, Double, Doubles, Doubles),
+    "nutate_stepper_prepare": (Handle,),
     "nutate_stepper_step": (Handle, Double),
     "nutate_stepper_keep_steps": (Handle,),
     "nutate_stepper_state_at": (Handle, Double, Doubles, Doubles),
@@ -82,30 +95,82 @@ SIGNATURES = {
     "nutate_stepper_constraints": (Handle, Doubles),
     "nutate_stepper_unproved": (Handle, ctypes.POINTER(Long)),
     "nutate_stepper_accuracy": (Handle, Doubles),
+    "nutate_stepper_row": (Handle, Doubles, Size),
+    "nutate_stepper_conserved": (Handle, ctypes.POINTER(Int), Doubles),
+    "nutate_stepper_solver": (Handle, ctypes.POINTER(Int), Doubles),
+    "nutate_scene_get_plan": (Handle, Doubles, Doubles, ctypes.POINTER(Long)),
+    "nutate_scene_get_initial": (Handle, Doubles, Doubles),
+    "nutate_matrix_from_quat": (Doubles, Doubles),
+    "nutate_quat_from_matrix": (Doubles, Doubles),
+    "nutate_euler_from_quat": (Doubles, Doubles),
+    "nutate_follow_euler": (Doubles, Doubles),
+    "nutate_quat_from_euler": (Doubles, Doubles),
+    "nutate_omega_from_euler_rates": (Doubles, Doubles, Doubles),
+    "nutate_quat_from_axis_angle": (Doubles, Double, Doubles),
+    "nutate_axis_angle_from_quat": (Doubles, Doubles, Doubles),
+    "nutate_quat_from_rotation_vector": (Doubles, Doubles),
+    "nutate_rotation_vector_from_quat": (Doubles, Doubles),
+    "nutate_quat_product": (Doubles, Doubles, Doubles),
+    "nutate_quat_normalized": (Doubles, Doubles),
+    "nutate_rotate_to_space": (Doubles, Doubles, Doubles),
+    "nutate_rotate_to_body": (Doubles, Doubles, Doubles),
+    "nutate_attitude_distance": (Doubles, Doubles, Doubles),
+    "nutate_exact_free_body": (Handle, Doubles, Doubles, Size, Doubles, Doubles, Doubles),
 }
+BAD_ARGUMENT, BAD_BODY, BAD_SCENE, IO = 5, 6, 7, 8
 
 
 class NutateError(Exception):
-    """A call of the library failed. `status` is its number, as NUTATE_... in nutate.h."""
+    """A call failed. `status` is its number, as NUTATE_... in nutate.h; `history` has the rows so far of a run that failed
+    half-way."""
 
-    def __init__(self, status, message):
-        super().__init__(message or status_text(status))
+    def __init__(self, status: int, message: str) -> None:
+        text = message or status_text(status)
+        super().__init__(text)
         self.status = status
+        self.message = text
+        self.history: dict[str, Array] = {}
+
+    def __reduce__(self) -> Any:
+        return type(self), (self.status, self.message), {"history": self.history}
+
+    def __str__(self) -> str:
+        return self.message
 
 
-def installed_with():
+class NutateValueError(NutateError, ValueError):
+    """A NutateError for an argument, a body or a scene that is not legal."""
+
+
+class NutateOSError(NutateError, OSError):
+    """A NutateError for a file that cannot be read or written."""
+
+
+def refusal(message: str) -> NutateValueError:
+    """The error of an argument that the library has not seen."""
+    return NutateValueError(BAD_ARGUMENT, message)
+
+
+def failure(status: int, message: str) -> NutateError:
+    """The error of a status."""
+    if status == IO:
+        return NutateOSError(status, message)
+    return (NutateValueError if status in (BAD_ARGUMENT, BAD_BODY, BAD_SCENE) else NutateError)(status, message)
+
+
+def installed_with() -> list[str]:
     """The library that was installed together with this package, if it was: `make install` says where."""
     try:
-        from ._location import LIBRARY
+        return [importlib.import_module("._location", __package__).LIBRARY]
     except ImportError:
         return []
-    return [LIBRARY]
 
 
-def load():
+def load() -> ctypes.CDLL:
     """The library, with its functions declared."""
     named = os.environ.get("NUTATE_LIBRARY")
-    places = [named] if named else [*installed_with(), os.path.join(sys.prefix, "lib", SONAME), SONAME]
+    bundled = os.path.join(os.path.dirname(os.path.abspath(__file__)), BUNDLED)
+    places = [named] if named else [*([bundled] if os.path.exists(bundled) else installed_with()), os.path.join(sys.prefix, "lib", SONAME), SONAME]
     reasons = []
     for place in places:
         try:
@@ -127,32 +192,32 @@ def load():
 library = load()
 
 
-def text_of(function, *arguments):
+def text_of(function: Any, *arguments: Any) -> str:
     """What a function with (buffer, size) at its end writes there."""
     buffer = ctypes.create_string_buffer(MESSAGE_SIZE)
     check(function(*arguments, buffer, MESSAGE_SIZE))
     return buffer.value.decode("utf-8", "replace")
 
 
-def status_text(status):
+def status_text(status: int) -> str:
     """One line about a status."""
     buffer = ctypes.create_string_buffer(MESSAGE_SIZE)
     library.nutate_status_text(status, buffer, MESSAGE_SIZE)
     return buffer.value.decode()
 
 
-def version():
+def version() -> str:
     """Version of the library."""
     return text_of(library.nutate_get_version)
 
 
-def check(status, message=""):
+def check(status: int, message: str = "") -> None:
     """Raises NutateError unless the status is NUTATE_OK."""
     if status:
-        raise NutateError(status, message)
+        raise failure(status, message)
 
 
-def create(function, *arguments):
+def create(function: Any, *arguments: Any) -> ctypes.c_void_p:
     """The handle that a create function makes."""
     handle = ctypes.c_void_p()
     message = ctypes.create_string_buffer(MESSAGE_SIZE)
@@ -161,34 +226,44 @@ def create(function, *arguments):
     return handle
 
 
-def encoded(text):
+def encoded(text: Textual) -> bytes:
     """A text, or a path, as C has it. C ends texts at a NUL: what stands behind one would be lost."""
     data = os.fsencode(text) if isinstance(text, (bytes, os.PathLike)) else text.encode("utf-8", "surrogateescape")
     if b"\0" in data:
-        raise ValueError(f"{text!r} has a NUL character")
+        raise refusal(f"{text!r} has a NUL character")
     return data
 
 
-def vector(values, size, name):
+def vector(values: npt.ArrayLike, size: int, name: str) -> Array:
     """A contiguous array of so many doubles."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except ValueError as error:
+        raise refusal(f"{name} is {values!r} (expected {size} numbers)") from error
     if array.shape != (size,):
-        raise ValueError(f"{name} has shape {array.shape} (expected {size} numbers)")
+        raise refusal(f"{name} has shape {array.shape} (expected {size} numbers)")
     return array
 
 
-def bounds_of(values, names):
+def quaternion(q: Any, name: str = "q") -> Array:
+    """Four numbers, scalar first, of such an array or of a Rotation of SciPy."""
+    if hasattr(q, "as_quat"):
+        return vector(np.roll(q.as_quat(), 1), 4, name) if np.ndim(q.as_quat()) == 1 else vector(q.as_quat(), 4, name)
+    return vector(q, 4, name)
+
+
+def bounds_of(values: Optional[npt.ArrayLike], names: Sequence[str]) -> Optional[list[float]]:
     """The bounds of a callback as floats; None where there are none. Tested before the callback is added."""
     if values is None:
         return None
     bounds = [float(value) for value in vector(values, len(names), "bounds")]
     for name, bound in zip(names, bounds):
         if not (bound == 0 or 1e-300 <= bound <= 1e100):
-            raise ValueError(f"the bound {name} is {bound} (expected 0 or 1e-300 to 1e100)")
+            raise refusal(f"the bound {name} is {bound} (expected 0 or 1e-300 to 1e100)")
     return bounds
 
 
-def pointer(array):
+def pointer(array: Optional[Array]) -> Any:
     """What C sees of an array of doubles; None is NULL."""
     return None if array is None else array.ctypes.data_as(Doubles)
 
@@ -196,53 +271,91 @@ def pointer(array):
 class Owner:
     """Something with a handle that is freed with it, and with callbacks that must live as long."""
 
-    destroy = None
+    destroy = ""
 
-    def __init__(self, handle, callbacks=None):
+    def __init__(self, handle: ctypes.c_void_p, callbacks: Optional[Callbacks] = None) -> None:
         self._handle = handle
         self._callbacks = callbacks if callbacks is not None else Callbacks()
 
-    def __del__(self):
+    def close(self) -> None:
+        """Frees what the library holds for it; a `with` block does so at its end, and Python when nothing refers to it."""
         handle = getattr(self, "_handle", None)
         if handle:
             getattr(library, self.destroy)(ctypes.byref(handle))
 
-    def __reduce_ex__(self, protocol):
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
         # A copy would share the handle, and free it under the original.
         raise TypeError(f"a {type(self).__name__} cannot be copied or pickled: make another one")
 
-    def _call(self, name, *arguments):
+    def _call(self, name: str, *arguments: Any) -> None:
         """Calls a function of this handle; raises what a callback raised, or NutateError."""
         status = getattr(library, name)(self._handle, *arguments)
         if status:
             self._callbacks.raise_again()
             check(status, text_of(library.nutate_last_message, self._handle))
 
-    def _read(self, name, *shape):
+    def _read(self, name: str, *shape: int) -> Array:
         """The numbers that a function of this handle writes."""
         values = np.empty(shape)
         self._call(name, pointer(values))
         return values
 
 
+class Recipe(Owner):
+    """An owner that knows how it was made, so that it can be made again: by copy, and by pickle as far as its callbacks can be
+    pickled."""
+
+    _given: tuple[tuple[Any, ...], dict[str, Any]]
+    _additions: list[tuple[str, tuple[Any, ...]]]
+
+    def _note(self, *arguments: Any, **keys: Any) -> None:
+        """Notes what the constructor was given."""
+        self._given = (copy.deepcopy(arguments), copy.deepcopy(keys))
+        self._additions = []
+
+    def _add(self, name: str, *arguments: Any) -> None:
+        """Notes a method that has been called."""
+        self._additions.append((name, arguments))
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        return make_again, (type(self), self._given, tuple(self._additions))
+
+
+def make_again(kind: Any, given: tuple[tuple[Any, ...], dict[str, Any]], additions: tuple[Any, ...]) -> Any:
+    """An owner made as another one was."""
+    made = kind(*given[0], **given[1])
+    for name, arguments in additions:
+        getattr(made, name)(*arguments)
+    return made
+
+
 class Callbacks:
     """Functions that the library calls: kept alive here, with what one of them raised in the present thread."""
 
-    def __init__(self):
-        self._kept = []
+    def __init__(self) -> None:
+        self._kept: list[Any] = []
         self._raised = threading.local()
 
-    def raise_again(self):
+    def raise_again(self) -> None:
         """Raises what a callback raised since the last call, if one did."""
         error = getattr(self._raised, "error", None)
         self._raised.error = None
         if error is not None:
             raise error
 
-    def _guard(self, kind, evaluate):
+    def _guard(self, kind: Any, evaluate: Callable[..., None]) -> Any:
         """A callback of C that returns 1 where `evaluate` raises."""
 
-        def call(*arguments):
+        def call(*arguments: Any) -> int:
             try:
                 evaluate(*arguments)
                 return 0
@@ -254,31 +367,31 @@ class Callbacks:
         self._kept.append(guarded)
         return guarded
 
-    def torque(self, function):
+    def torque(self, function: Callable[..., npt.ArrayLike]) -> Any:
         """tau = function(t, q, omega)"""
 
-        def evaluate(t, q, omega, _, tau):
+        def evaluate(t: float, q: Any, omega: Any, _: Any, tau: Any) -> None:
             value = function(t, np.ctypeslib.as_array(q, (4,)).copy(), np.ctypeslib.as_array(omega, (3,)).copy())
             np.ctypeslib.as_array(tau, (3,))[:] = vector(value, 3, "the torque")
 
         return self._guard(TorqueCallback, evaluate)
 
-    def potential(self, function):
+    def potential(self, function: Callable[..., Any]) -> Any:
         """energy, gradient = function(gamma)"""
 
-        def evaluate(gamma, _, energy, gradient):
+        def evaluate(gamma: Any, _: Any, energy: Any, gradient: Any) -> None:
             value, slope = function(np.ctypeslib.as_array(gamma, (3,)).copy())
             energy[0] = value
             np.ctypeslib.as_array(gradient, (3,))[:] = vector(slope, 3, "the gradient")
 
         return self._guard(PotentialCallback, evaluate)
 
-    def hessian(self, function):
+    def hessian(self, function: Optional[Callable[..., npt.ArrayLike]]) -> Any:
         """hessian = function(gamma), or None"""
         if function is None:
             return HessianCallback()
 
-        def evaluate(gamma, _, hessian):
+        def evaluate(gamma: Any, _: Any, hessian: Any) -> None:
             value = np.ascontiguousarray(function(np.ctypeslib.as_array(gamma, (3,)).copy()), dtype=np.float64)
             np.ctypeslib.as_array(hessian, (9,))[:] = vector(value.reshape(-1), 9, "the hessian")
 

@@ -1,54 +1,89 @@
 """Scene files, and running them."""
 
+from __future__ import annotations
+
 import ctypes
+import os
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
+import numpy.typing as npt
 
-from ._library import NutateError, Owner, Text, check, create, encoded, library, MESSAGE_SIZE, pointer, text_of
+from ._library import (Array, MESSAGE_SIZE, Recipe, Text, Textual, check, create, encoded, failure, library, pointer, refusal,
+                       text_of)
 from .systems import add_potential, add_user_torque
 
 
-class Scene(Owner):
-    """A scene file, read and checked; `overrides` are texts "GROUP.KEY=VALUE" as after --set."""
+class Scene(Recipe):
+    """A scene file, read and checked; `overrides` are texts "GROUP.KEY=VALUE" as after --set, and "-GROUP.KEY" as --unset.
+
+    `with Scene(...) as scene:` frees it at the end. copy.copy and pickle make another one of the text that was read."""
 
     destroy = "nutate_scene_destroy"
 
-    def __init__(self, path=None, *overrides, text=None):
+    def __init__(self, path: Union[str, bytes, os.PathLike[str], None] = None, *overrides: str,
+                 text: Union[str, bytes, None] = None, name: Optional[Textual] = None) -> None:
         if (path is None) == (text is None):
-            raise ValueError("a Scene takes a path or a text")
+            raise refusal("a Scene takes a path or a text")
+        read: Union[str, bytes, None] = text
         array = (Text * max(1, len(overrides)))(*[encoded(override) for override in overrides])
-        if text is None:
+        if path is not None:
             handle = create(library.nutate_scene_read, encoded(path), array, len(overrides))
+            with open(path, "rb") as file:
+                read, name = file.read(), path
         else:
-            handle = create(library.nutate_scene_parse, encoded(text), None, array, len(overrides))
+            handle = create(library.nutate_scene_parse, encoded(text or ""), None if name is None else encoded(name), array,
+                            len(overrides))
         super().__init__(handle)
+        self._note(None, *overrides, text=read, name=None if name is None else os.fsdecode(name))
         self._unproved_steps = 0
 
+    def __repr__(self) -> str:
+        return f"<Scene {self.title!r}>" if self._handle else "<Scene, closed>"
+
     @property
-    def unproved_steps(self):
+    def unproved_steps(self) -> int:
         """Steps of the last `run` in which a root was taken for that of the true motion without a proof."""
         return self._unproved_steps
 
     @property
-    def title(self):
+    def title(self) -> str:
         """The title of the scene."""
         return text_of(library.nutate_scene_get_title, self._handle)
 
-    def add_user_torque(self, torque, bounds=None):
+    @property
+    def plan(self) -> tuple[float, float, int]:
+        """time_step, s (0 where steps are chosen by their error), end_time, s, and every."""
+        numbers, every = np.empty(2), ctypes.c_int64()
+        self._call("nutate_scene_get_plan", pointer(numbers[:1]), pointer(numbers[1:]), ctypes.byref(every))
+        return float(numbers[0]), float(numbers[1]), every.value
+
+    @property
+    def initial(self) -> tuple[Array, Array]:
+        """Attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at t = 0."""
+        q, omega = np.empty(4), np.empty(3)
+        self._call("nutate_scene_get_initial", pointer(q), pointer(omega))
+        return q, omega
+
+    def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
         """As System.add_user_torque."""
         add_user_torque(self, "scene", torque, bounds)
+        self._add("add_user_torque", torque, bounds)
 
-    def add_potential(self, direction, potential, hessian=None, bounds=None):
+    def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
+                      hessian: Optional[Callable[..., npt.ArrayLike]] = None,
+                      bounds: Optional[npt.ArrayLike] = None) -> None:
         """As System.add_potential."""
         add_potential(self, "scene", direction, potential, hessian, bounds)
+        self._add("add_potential", direction, potential, hessian, bounds)
 
-    def run(self):
+    def run(self) -> dict[str, Array]:
         """Runs the scene: a dictionary of arrays, one for each column the scene asks for. A run that fails half-way
         raises NutateError, the rows so far are then its attribute `history`."""
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = library.nutate_scene_run(self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
-        columns = {}
+        columns: dict[str, Array] = {}
         try:
             if handle:
                 columns = take_history(handle)
@@ -59,12 +94,12 @@ class Scene(Owner):
             library.nutate_history_destroy(ctypes.byref(handle))
         if status:
             self._callbacks.raise_again()
-            error = NutateError(status, message.value.decode("utf-8", "replace"))
+            error = failure(status, message.value.decode("utf-8", "replace"))
             error.history = columns
             raise error
         return columns
 
-    def write(self, path=None):
+    def write(self, path: Optional[Textual] = None) -> None:
         """Runs the scene and writes its CSV file, as the program does; by default the one that the scene names."""
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = library.nutate_scene_write(self._handle, None if path is None else encoded(path), message,
@@ -74,7 +109,7 @@ class Scene(Owner):
         check(status, message.value.decode("utf-8", "replace"))
 
 
-def take_history(handle):
+def take_history(handle: Any) -> dict[str, Array]:
     """The columns of a history of the library."""
     n_rows, n_columns = ctypes.c_size_t(), ctypes.c_size_t()
     check(library.nutate_history_size(handle, ctypes.byref(n_rows), ctypes.byref(n_columns)))
@@ -84,7 +119,7 @@ def take_history(handle):
     return dict(zip(names, values.T))
 
 
-def run(path, *overrides):
+def run(path: Textual, *overrides: str) -> dict[str, Array]:
     """Runs a scene file: a dictionary of arrays, one for each column of its output, "t" the first.
 
     `overrides` are texts "GROUP.KEY=VALUE" as after --set: run("box.nml", "integrator.time_step=0.005").

@@ -1,15 +1,22 @@
 """Stepping by hand."""
 
+from __future__ import annotations
+
 import ctypes
 import numbers
+import operator
+from typing import Any, Optional, Union
 
 import numpy as np
+import numpy.typing as npt
 
-from ._library import Owner, create, encoded, library, pointer, text_of, vector
+from ._library import Array, Owner, create, encoded, library, pointer, quaternion, refusal, text_of, vector
+from .attitudes import rotate_to_body
 from .scenes import Scene
+from .systems import System
 
 
-def setting(key, value):
+def setting(key: str, value: Any) -> str:
     """A value as a scene file writes it; numbers and truth values may be those of NumPy."""
     if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
         value = value.item()
@@ -28,129 +35,180 @@ class Stepper(Owner):
     """Moves the state of a System, or of a Scene from its initial state.
 
     Settings are the keys of the group &integrator: Stepper(system, method="nielsen_krenk", order=4,
-    linear_solver="reduced", time_step=0.01).
+    linear_solver="reduced", time_step=0.01). `with Stepper(...) as stepper:` frees it at the end.
     """
 
     destroy = "nutate_stepper_destroy"
 
-    def __init__(self, source, **settings):
+    def __init__(self, source: Union[System, Scene], **settings: Any) -> None:
         function = library.nutate_stepper_create_scene if isinstance(source, Scene) else library.nutate_stepper_create
         super().__init__(create(function, source._handle), source._callbacks)
         self.set(**settings)
 
-    def set(self, **settings):
+    def __repr__(self) -> str:
+        if not self._handle:
+            return "<Stepper, closed>"
+        return f"<Stepper at t={self.time:g} s>"
+
+    def set(self, **settings: Any) -> None:
         """Sets keys of the group &integrator."""
         for key, value in settings.items():
             self._call("nutate_stepper_set", encoded(key), encoded(setting(key, value)))
 
-    def set_state(self, q, omega, t=0.0):
-        """Sets attitude, angular velocity (body axes, rad/s) and time (s); work counts from here."""
-        self._call("nutate_stepper_set_state", t, pointer(vector(q, 4, "q")), pointer(vector(omega, 3, "omega")))
+    def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
+                  xyzw: Optional[npt.ArrayLike] = None, frame: str = "body") -> None:
+        """Sets attitude, angular velocity (rad/s, in the axes of `frame`, "body" or "space") and time (s); work counts from
+        here. The attitude is q, four numbers with the scalar first or a Rotation of SciPy, or xyzw, with the scalar last."""
+        if (q is None) == (xyzw is None) or omega is None or frame not in ("body", "space"):
+            raise refusal('set_state takes q or xyzw, omega, and frame="body" or "space"')
+        attitude = quaternion(q) if xyzw is None else np.roll(vector(xyzw, 4, "xyzw"), 1)
+        rates = vector(omega, 3, "omega")
+        if frame == "space":
+            rates = rotate_to_body(attitude, rates)
+        self._call("nutate_stepper_set_state", float(t), pointer(attitude), pointer(rates))
 
-    def step(self, dt):
+    def set_canonical(self, q: Any, p: npt.ArrayLike, t: float = 0.0) -> None:
+        """Sets attitude and conjugate momentum, p = 2 q o [0, L] (kg m2/s), as they are, and time (s)."""
+        self._call("nutate_stepper_set_canonical", float(t), pointer(quaternion(q)), pointer(vector(p, 4, "p")))
+
+    def prepare(self) -> None:
+        """Makes the method ready, and tests the settings together; the first step would do it."""
+        self._call("nutate_stepper_prepare")
+
+    def step(self, dt: float) -> None:
         """One step of the method, s."""
-        self._call("nutate_stepper_step", dt)
+        self._call("nutate_stepper_step", float(dt))
 
-    def steps(self, dt, n):
+    def steps(self, dt: float, n: int) -> None:
         """n steps of the method of the same length, s."""
-        self._call("nutate_stepper_steps", dt, n, None)
+        self._call("nutate_stepper_steps", float(dt), operator.index(n), None)
 
-    def run(self, n, every=1):
+    def run(self, n: int, every: int = 1) -> dict[str, Array]:
         """n nominal steps of the setting time_step, as the program makes them: a dictionary of arrays, one for each
         column, with a row after each `every` steps."""
+        n, every = operator.index(n), operator.index(every)
         if every < 1 or n < 0:
-            raise ValueError(f"n is {n} and every is {every} (expected at least 0 and 1)")
+            raise refusal(f"n is {n} and every is {every} (expected at least 0 and 1)")
         names = self.column_names
         rows = np.empty((n // every, len(names)))
         self._call("nutate_stepper_run", n, every, pointer(rows), len(rows), None)
         return dict(zip(names, rows.T))
 
-    def keep_steps(self):
+    def keep_steps(self) -> None:
         """Keeps the starts of steps from now on, for `state_at`."""
         self._call("nutate_stepper_keep_steps")
 
-    def state_at(self, t):
+    def state_at(self, t: float) -> tuple[Array, Array]:
         """Attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time inside the last step that was kept:
         as good as the method, and unnoticed by the steps that follow."""
         q, omega = np.empty(4), np.empty(3)
         self._call("nutate_stepper_state_at", t, pointer(q), pointer(omega))
         return q, omega
 
-    def set_columns(self, *sets):
+    def set_columns(self, *sets: str) -> None:
         """Chooses the sets of columns of `run`, as &output columns does."""
         self._call("nutate_stepper_set_columns", encoded(",".join(sets)))
 
     @property
-    def column_names(self):
+    def column_names(self) -> list[str]:
         """Names of the columns of `run`."""
         width = ctypes.c_size_t()
         self._call("nutate_stepper_width", ctypes.byref(width))
         return [text_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
 
     @property
-    def time(self):
+    def row(self) -> dict[str, float]:
+        """The present state as a row of `run`."""
+        names = self.column_names
+        values = np.empty(len(names))
+        self._call("nutate_stepper_row", pointer(values), values.size)
+        return dict(zip(names, values.tolist()))
+
+    @property
+    def time(self) -> float:
         """s"""
         return float(self._read("nutate_stepper_time", 1)[0])
 
     @property
-    def quaternion(self):
+    def quaternion(self) -> Array:
         """Attitude, body to space; shape (4,)."""
         return self._read("nutate_stepper_quaternion", 4)
 
     @property
-    def conjugate_momentum(self):
+    def rotation(self) -> Any:
+        """Attitude as a Rotation of SciPy."""
+        from scipy.spatial.transform import Rotation  # type: ignore[import-untyped,unused-ignore]
+        return Rotation.from_quat(np.roll(self.quaternion, -1))
+
+    @property
+    def conjugate_momentum(self) -> Array:
         """p, kg m2/s; shape (4,)."""
         return self._read("nutate_stepper_conjugate_momentum", 4)
 
     @property
-    def angular_velocity(self):
+    def angular_velocity(self) -> Array:
         """Body axes, rad/s; shape (3,)."""
         return self._read("nutate_stepper_angular_velocity", 3)
 
     @property
-    def angular_velocity_space(self):
+    def angular_velocity_space(self) -> Array:
         """Space axes, rad/s; shape (3,)."""
         return self._read("nutate_stepper_angular_velocity_space", 3)
 
     @property
-    def angular_momentum(self):
+    def angular_momentum(self) -> Array:
         """Body axes, N m s; shape (3,)."""
         return self._read("nutate_stepper_angular_momentum", 3)
 
     @property
-    def angular_momentum_space(self):
+    def angular_momentum_space(self) -> Array:
         """Space axes, N m s; shape (3,)."""
         return self._read("nutate_stepper_angular_momentum_space", 3)
 
     @property
-    def matrix(self):
+    def matrix(self) -> Array:
         """Rotation matrix, body to space; shape (3, 3)."""
         return self._read("nutate_stepper_matrix", 3, 3)
 
     @property
-    def euler(self):
+    def euler(self) -> Array:
         """Precession, nutation, spin (z-x-z), rad; shape (3,)."""
         return self._read("nutate_stepper_euler", 3)
 
     @property
-    def energy(self):
+    def energy(self) -> Array:
         """Kinetic, potential, total, work of all torques, and total less its first value less work, J; shape (5,)."""
         return self._read("nutate_stepper_energy", 5)
 
     @property
-    def unproved_steps(self):
+    def unproved_steps(self) -> int:
         """Steps since the state was set in which a root was taken for that of the true motion without a proof."""
         steps = ctypes.c_int64()
         self._call("nutate_stepper_unproved", ctypes.byref(steps))
         return steps.value
 
     @property
-    def estimated_error(self):
+    def estimated_error(self) -> Array:
         """Of the last run with accuracy: a bound on the error of the attitude at its end, rad, above the accuracy where that
         is out of reach; and the part of it that round-off makes whatever the steps; shape (2,)."""
         return self._read("nutate_stepper_accuracy", 2)
 
     @property
-    def constraints(self):
+    def constraints(self) -> Array:
         """q.q - 1 and q.p (kg m2/s); shape (2,)."""
         return self._read("nutate_stepper_constraints", 2)
+
+    @property
+    def conserved(self) -> tuple[int, Array]:
+        """How many components of the angular momentum in space the effects leave alone, 0, 1 or 3, and the axis of the one (a
+        unit vector, space axes; else zeros)."""
+        components, axis = ctypes.c_int(), np.empty(3)
+        self._call("nutate_stepper_conserved", ctypes.byref(components), pointer(axis))
+        return components.value, axis
+
+    @property
+    def solver(self) -> tuple[int, float]:
+        """Newton iterations of the last step, and its last increment over that of the step."""
+        iterations, residual = ctypes.c_int(), np.empty(1)
+        self._call("nutate_stepper_solver", ctypes.byref(iterations), pointer(residual))
+        return iterations.value, float(residual[0])

@@ -1,14 +1,19 @@
 """Bodies and what acts on them."""
 
+from __future__ import annotations
+
+from typing import Any, Callable, Optional, Union
+
 import numpy as np
+import numpy.typing as npt
 
-from ._library import Owner, bounds_of, create, encoded, library, pointer, vector
+from ._library import Array, Owner, Recipe, bounds_of, create, encoded, library, pointer, refusal, vector
 
 
-def group(name, **values):
+def group(name: str, **values: Any) -> str:
     """A group of a scene file with the values that are not None."""
 
-    def text(value):
+    def text(value: Any) -> str:
         if isinstance(value, str):
             return "'" + value.replace("'", "''") + "'"
         return ", ".join(repr(float(number)) for number in np.atleast_1d(value))
@@ -17,53 +22,98 @@ def group(name, **values):
     return f"&{name} " + ", ".join(given) + " /\n"
 
 
-class System(Owner):
+def tensor_entries(tensor: npt.ArrayLike) -> Array:
+    """Jxx, Jyy, Jzz, Jxy, Jxz, Jyz of those, or of a symmetric 3 x 3 matrix."""
+    matrix = np.asarray(tensor, dtype=np.float64)
+    if matrix.shape != (3, 3):
+        return vector(matrix, 6, "tensor")
+    if not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0):
+        raise refusal("tensor is not symmetric")
+    return np.array([matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]])
+
+
+class System(Recipe):
     """A rigid body and the effects that act on it.
 
     One of:
         System(moments=(J1, J2, J3))                     principal moments about the reference point, kg m2
-        System(tensor=(Jxx, Jyy, Jzz, Jxy, Jxz, Jyz))    the symmetric tensor in body axes, kg m2
+        System(tensor=(Jxx, Jyy, Jzz, Jxy, Jxz, Jyz))    the symmetric tensor in body axes, kg m2,
+                                                         or all of it, 3 x 3
         System(shape="box", size=(4, 1, 2))              with mass or density; also cylinder, cone, sphere, ellipsoid
         System(text="&body inertia = 5, 20, 17 / &gravity /")   as a scene file says it
 
     mass in kg, density in kg/m3; center_of_mass from the reference point, body axes, m; about_center: the moments or the
     tensor refer to the centre of mass.
+
+    `with System(...) as system:` frees it at the end. copy.copy and pickle make another one with the same effects; pickle needs
+    callbacks that can be pickled.
     """
 
     destroy = "nutate_system_destroy"
 
-    def __init__(self, *, moments=None, tensor=None, shape=None, size=None, text=None, mass=0.0, density=0.0,
-                 center_of_mass=None, about_center=False):
+    def __init__(self, *, moments: Optional[npt.ArrayLike] = None, tensor: Optional[npt.ArrayLike] = None,
+                 shape: Optional[str] = None, size: Optional[npt.ArrayLike] = None, text: Union[str, bytes, None] = None,
+                 mass: float = 0.0, density: float = 0.0, center_of_mass: Optional[npt.ArrayLike] = None,
+                 about_center: bool = False) -> None:
         if sum(way is not None for way in (moments, tensor, shape, text)) != 1:
-            raise ValueError("a System takes one of moments, tensor, shape and text")
+            raise refusal("a System takes one of moments, tensor, shape and text")
         center = None if center_of_mass is None else vector(center_of_mass, 3, "center_of_mass")
         if text is not None:
             handle = create(library.nutate_system_parse, encoded(text))
         elif shape is not None:
             lengths = np.ascontiguousarray(np.atleast_1d(() if size is None else size), dtype=np.float64)
-            handle = create(library.nutate_system_create_shape, encoded(shape), pointer(lengths), lengths.size, mass,
-                            density, pointer(center))
+            handle = create(library.nutate_system_create_shape, encoded(shape), pointer(lengths), lengths.size, float(mass),
+                            float(density), pointer(center))
         elif tensor is not None:
-            handle = create(library.nutate_system_create_tensor, pointer(vector(tensor, 6, "tensor")), mass,
+            handle = create(library.nutate_system_create_tensor, pointer(tensor_entries(tensor)), float(mass),
                             pointer(center), bool(about_center))
         else:
-            handle = create(library.nutate_system_create_moments, pointer(vector(moments, 3, "moments")), mass,
+            handle = create(library.nutate_system_create_moments, pointer(vector([] if moments is None else moments, 3, "moments")), float(mass),
                             pointer(center), bool(about_center))
         super().__init__(handle)
+        self._note(moments=moments, tensor=tensor, shape=shape, size=size, text=text, mass=mass, density=density,
+                   center_of_mass=center_of_mass, about_center=about_center)
+
+    def __repr__(self) -> str:
+        if not self._handle:
+            return "<System, closed>"
+        with np.printoptions(precision=6):
+            inertia = np.array2string(self.inertia, separator=", ").replace("\n", "")
+        effects = ", ".join(arguments[0] if name == "_add_group" else name[len("add_"):]
+                            for name, arguments in self._additions)
+        return f"<System inertia={inertia} mass={self.mass:g}{' with ' + effects if effects else ''}>"
 
     @property
-    def inertia(self):
+    def mass(self) -> float:
+        """kg; 0 where it is not known."""
+        mass = np.zeros(1)
+        self._call("nutate_system_body", None, pointer(mass), None)
+        return float(mass[0])
+
+    @property
+    def center_of_mass(self) -> Array:
+        """From the reference point, body axes, m; shape (3,)."""
+        center = np.empty(3)
+        self._call("nutate_system_body", None, None, pointer(center))
+        return center
+
+    @property
+    def inertia(self) -> Array:
         """Inertia about the reference point, body axes, kg m2; shape (3, 3)."""
         tensor = np.empty((3, 3))
         self._call("nutate_system_body", pointer(tensor), None, None)
         return tensor
 
-    def add(self, name, **keys):
+    def add(self, name: str, **keys: Any) -> None:
         """Adds a built-in effect with the keys of its group in a scene file:
         system.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)."""
-        self._call("nutate_system_add_groups", encoded(group(name, **keys)))
+        self._add_group(name, group(name, **keys))
 
-    def add_user_torque(self, torque, bounds=None):
+    def _add_group(self, name: str, text: str) -> None:
+        self._call("nutate_system_add_groups", encoded(text))
+        self._add("_add_group", name, text)
+
+    def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
         """Adds a torque of your own: torque(t, q, omega) gives three numbers, N m, body axes; omega in body axes, rad/s.
         It must depend on its arguments alone.
 
@@ -73,8 +123,11 @@ class System(Owner):
         of every effect steps can be proved to follow the true motion; without them they count as `unproved_steps`. The
         bounds are promised, not tested."""
         add_user_torque(self, "system", torque, bounds)
+        self._add("add_user_torque", torque, bounds)
 
-    def add_potential(self, direction, potential, hessian=None, bounds=None):
+    def add_potential(self, direction: npt.ArrayLike, potential: Callable[..., Any],
+                      hessian: Optional[Callable[..., npt.ArrayLike]] = None,
+                      bounds: Optional[npt.ArrayLike] = None) -> None:
         """Adds a potential of your own: potential(gamma) gives U (J) and its gradient by gamma, the body components of
         the vector `direction` fixed in space; hessian(gamma), if there is one, its second derivatives.
 
@@ -82,9 +135,11 @@ class System(Owner):
         the third derivative along any unit vector, for all gamma up to the length of `direction`. What they are good for:
         see add_user_torque."""
         add_potential(self, "system", direction, potential, hessian, bounds)
+        self._add("add_potential", direction, potential, hessian, bounds)
 
 
-def add_user_torque(owner, kind, torque, bounds):
+def add_user_torque(owner: Owner, kind: str, torque: Callable[..., npt.ArrayLike],
+                    bounds: Optional[npt.ArrayLike]) -> None:
     """Adds a torque to a system or a scene, with its bounds."""
     given = bounds_of(bounds, ("torque", "by_rotation", "second", "rate"))
     owner._call(f"nutate_{kind}_add_user_torque", owner._callbacks.torque(torque), None)
@@ -92,7 +147,8 @@ def add_user_torque(owner, kind, torque, bounds):
         owner._call(f"nutate_{kind}_bound_torque", *given)
 
 
-def add_potential(owner, kind, direction, potential, hessian, bounds):
+def add_potential(owner: Owner, kind: str, direction: npt.ArrayLike, potential: Callable[..., Any],
+                  hessian: Optional[Callable[..., npt.ArrayLike]], bounds: Optional[npt.ArrayLike]) -> None:
     """Adds a potential to a system or a scene, with its bounds."""
     given = bounds_of(bounds, ("gradient", "hessian", "third"))
     owner._call(f"nutate_{kind}_add_potential", pointer(vector(direction, 3, "direction")),

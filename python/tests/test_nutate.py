@@ -456,17 +456,12 @@ class MisuseTest(unittest.TestCase):
         stepper.set(method="rk4", linear_solver="lapack")
         self.refuse(nutate.NutateError, ".", stepper.step, 0.01)
 
-    def test_what_owns_a_handle_is_not_copied(self):
-        system = nutate.System(moments=(1, 2, 2.5))
-        scene = nutate.Scene(BOX, "integrator.end_time=0.1")
+    def test_a_stepper_is_not_copied(self):
         stepper = make_box()
-        for thing in (system, scene, stepper):
-            for way in (copy.copy, copy.deepcopy, pickle.dumps):
-                with self.subTest(thing=type(thing), way=way):
-                    self.refuse(TypeError, f"a {type(thing).__name__} cannot be copied", way, thing)
+        for way in (copy.copy, copy.deepcopy, pickle.dumps):
+            with self.subTest(way=way):
+                self.refuse(TypeError, "a Stepper cannot be copied", way, stepper)
         gc.collect()
-        np.testing.assert_array_equal(system.inertia, np.diag((1, 2, 2.5)))
-        self.assertEqual(len(scene.run()["t"]), 11)
         stepper.step(0.01)
 
     def test_a_text_with_a_nul_is_refused_as_a_whole(self):

@@ -1,6 +1,7 @@
 !> Volume and inertia of homogeneous shapes about their centre of mass.
 module nutate_shapes
    use nutate_kinds, only: wp, pi
+   use nutate_spelling, only: comma_list
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -48,7 +49,8 @@ contains
          if (shape_kinds(i)%name == name) exit
       end do
       if (i > size(shape_kinds)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "unknown shape '"//name//"'", 'shape')
+         status = fail(NUTATE_BAD_ARGUMENT, "unknown shape '"//name//"' (expected "// &
+                       comma_list(shape_kinds%name)//")", 'shape')
          return
       end if
       if (size(lengths) /= shape_kinds(i)%sizes) then

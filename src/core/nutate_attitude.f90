@@ -5,7 +5,7 @@
 module nutate_attitude
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp, pi, eps
-   use nutate_quaternion, only: quat_exp, quat_log, quat_norm, quat_normalized
+   use nutate_quaternion, only: quat_exp, quat_log, quat_norm, quat_normalized, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -13,7 +13,7 @@ module nutate_attitude
    public :: quat_from_matrix
    public :: quat_from_axis_angle, axis_angle_from_quat
    public :: quat_from_rotation_vector, rotation_vector_from_quat
-   public :: quat_from_euler, euler_from_quat, follow_euler, unwrap_angle
+   public :: quat_from_euler, euler_from_quat, euler_of_motion, follow_euler, unwrap_angle
    public :: angular_velocity_from_euler_rates
 
    !> Where the z-x-z angles stand: φ and ψ separate, or only their sum (θ = 0) or their difference (θ = π) defined.
@@ -157,6 +157,37 @@ contains
       phi = wrapped(half_sum + half_difference)
       psi = wrapped(half_sum - half_difference)
    end subroutine euler_from_quat
+
+   !> The z-x-z Euler angles of an attitude in a motion: at a pole, where `euler_from_quat` must choose, those that the
+   !> motion goes on from. The line of nodes is then that about which it leaves the pole; where it does not leave it at
+   !> once, ψ = 0.
+   pure subroutine euler_of_motion(q, omega, phi, theta, psi)
+      !> Attitude, body to space. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      !> Angular velocity in the direction of the motion to come, body axes (rad/s). Shape: (3).
+      real(wp), intent(in) :: omega(3)
+      !> Precession φ (rad).
+      real(wp), intent(out) :: phi
+      !> Nutation θ (rad).
+      real(wp), intent(out) :: theta
+      !> Spin ψ (rad).
+      real(wp), intent(out) :: psi
+      real(wp) :: half_sum, half_difference, change(4), least
+      integer :: place
+      call euler_from_quat(q, phi, theta, psi)
+      call locate_euler(q, theta, half_sum, half_difference, place)
+      change = quat_product(quat_normalized(q), [0.0_wp, omega])
+      least = eps*norm2(omega)
+      if (place == pole_at_zero .and. hypot(change(2), change(3)) > least) then
+         half_difference = atan2(change(3), change(2))
+      else if (place == pole_at_pi .and. hypot(change(1), change(4)) > least) then
+         half_sum = atan2(change(4), change(1))
+      else
+         return
+      end if
+      phi = wrapped(half_sum + half_difference)
+      psi = wrapped(half_sum - half_difference)
+   end subroutine euler_of_motion
 
    !> Replaces the z-x-z angles of an earlier moment by those of `q`, with φ and ψ continued beyond ±π.
    !>

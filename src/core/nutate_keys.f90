@@ -39,6 +39,8 @@ module nutate_keys
       logical :: required = .false.
       !> Admissible texts, comma separated, for a key that names a choice; blank: any text.
       character(len=320) :: choices = ''
+      !> Keys that say the same thing, comma separated: set from the command line, this one takes their place.
+      character(len=48) :: instead_of = ''
    contains
       !> What is wrong with one of its numbers, or with all together, in words; empty if nothing is.
       procedure :: fault => fault_of_one

@@ -36,6 +36,41 @@ class Check(CommandLineTest):
         self.assertIn("100 of 0.01 s, to t = 1 s", text)
         self.assertIn("6, one for every 20 steps", text)
 
+    def test_a_length_of_steps_set_takes_the_place_of_the_file_s(self):
+        text = self.succeed("check", "top.nml", "--set", "integrator.accuracy=1e-6").stdout
+        self.assertNotIn("of 0.005 s", text)
+        self.assertIn("1E-6 rad", text)
+        self.write("rare.nml", TOP + "&output every = 50 /")
+        text = self.succeed("check", "rare.nml", "--set", "integrator.local_tolerance=1e-6",
+                            "--set", "output.interval=0.125").stdout
+        self.assertIn("9, one every 0.125 s", text)
+        # What was set on the command line stays.
+        self.fail_with(2, "check", "box.nml", "--set", "integrator.accuracy=1e-6", "--set", "integrator.time_step=0.1",
+                       says=("--set: accuracy and time_step in &integrator say the same thing",))
+
+    def test_a_key_can_be_taken_out(self):
+        self.write("offset.nml", TOP.replace("mass = 1.0,", "mass = 1.0, check_triangle = .true.,"))
+        for arguments in (("--unset", "body.center_of_mass"), ("--unset=body.Center_of_mass",)):
+            text = self.succeed("check", "offset.nml", *arguments, "--unset", "body.check_triangle").stdout
+            self.assertIn("0, 0, 0 m\n", text)
+        # One after the other; what is not there can be taken out.
+        self.assertIn("0, 0, 2 m\n", self.succeed("check", "top.nml", "--unset", "body.center_of_mass",
+                                                  "--set", "body.center_of_mass=0,0,2", "--unset", "scene.title").stdout)
+        self.fail_with(2, "check", "top.nml", "--unset", "body.inertia", says=("top.nml:1: &body is incomplete",))
+        self.fail_with(2, "check", "top.nml", "--unset", "body.mas", says=("--unset: unknown key 'mas'", "nearest: mass"))
+        self.fail_with(2, "check", "top.nml", "--unset", "mass", says=("--unset: 'mass' is not a setting",))
+        self.fail_with(2, "check", "top.nml", "--set=-body.mass", says=("--set '-body.mass' is not a setting",))
+
+    def test_texts_need_no_quotes_on_the_command_line(self):
+        text = self.succeed("check", "box.nml", "--set", "output.file=it's here!.csv", "--set", "scene.title=a = b, c",
+                            "--set", "output.columns=euler, energy", "--set", "integrator.method=dop853").stdout
+        for words in ("it's here!.csv", "box.nml: a = b, c\n", "t,phi,theta,psi,kinetic", "12 stages"):
+            self.assertIn(words, text)
+        self.assertIn("t,phi,theta,psi,kinetic",
+                      self.succeed("check", "box.nml", "--set", "output.columns='energy','euler'").stdout)
+        self.fail_with(2, "check", "box.nml", "--set", "output.columns=euler,enegy",
+                       says=("--set: 'enegy' is not available", "nearest: energy"))
+
     def test_rows_announced_are_rows_written(self):
         for every in (1, 7, 20, 1000):
             override = f"output.every={every}"
@@ -67,6 +102,13 @@ class Help(CommandLineTest):
         for words in ("nutate run SCENE", "nutate check SCENE", "nutate SCENE", "--version", "Exit status"):
             self.assertIn(words, done.stdout)
         self.assertEqual(self.succeed("-h").stdout, done.stdout)
+
+    def test_help_is_a_command_too(self):
+        self.assertEqual(self.succeed("help").stdout, self.succeed("--help").stdout)
+        for verb in ("run", "check", "cost"):
+            self.assertEqual(self.succeed("help", verb).stdout, self.succeed(verb, "--help").stdout)
+        self.fail_with(2, "help", "rum", says=("unknown command 'rum'", "nearest: run"))
+        self.fail_with(2, "help", "run", "check", says=("unexpected argument 'check'",))
 
     def test_help_on_a_command_names_its_options(self):
         text = self.succeed("run", "--help").stdout

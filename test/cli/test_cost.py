@@ -30,6 +30,27 @@ class Study(CommandLineTest):
         self.assertTrue(all(len(line) <= 100 for line in lines))
         self.assertEqual(self.names(), ["box.nml", "top.nml"])
 
+    def test_settings_for_each_accuracy_are_cheapest_first_and_can_be_pasted(self):
+        lines = self.succeed("cost", "top.nml", *SHORT).stdout.splitlines()
+        first = next(i for i, line in enumerate(lines) if line.endswith("&integrator, cheapest first"))
+        rows = lines[first + 2:lines.index("", first)]
+        self.assertEqual([row.split()[0] for row in rows if not row.startswith(" " * 8)],
+                         ["0.0001", "1E-6", "1E-8", "1E-10"])
+        before, tried = 0.0, 0
+        for row in rows:
+            if "method=" not in row:
+                self.assertIn("reached by no run here", row)
+                continue
+            time_of_it = float(row[8:16])
+            if not row.startswith(" " * 8):
+                before = 0.0
+                self.write("pasted.nml", TOP.replace("time_step = 0.005", row[24:]))
+                self.succeed("run", "pasted.nml", "--quiet")
+                tried += 1
+            self.assertGreaterEqual(time_of_it, before)
+            before = time_of_it
+        self.assertGreaterEqual(tried, 2)
+
     def test_reference_is_named(self):
         self.assertIn("exact motion of Lagrange's top", self.succeed("cost", "top.nml", *SHORT).stdout)
         self.write("damped.nml", TOP + "&damping coefficient = 1, 1, 1 /")
@@ -114,6 +135,13 @@ class Plot(CommandLineTest):
             self.assertIn(words, text)
         self.assertEqual(self.names(), ["box.nml", "it's a.svg", "top.nml"])
 
+    def test_methods_without_a_run_stay_in_the_legend(self):
+        self.succeed("cost", "top.nml", "--seconds", "0.5", "--plot", "a.svg", "--set", "integrator.projection=.false.",
+                     "--set", "integrator.auxiliary_inertia=10")
+        text = self.read("a.svg")
+        for words in ("order 8 (reduced): not here", "order 2 (lapack)", "rk4", "dop853+conserve", "taylor"):
+            self.assertIn(words, text)
+
     def test_png(self):
         self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", "a.png")
         with open(self.path("a.png"), "rb") as file:
@@ -148,7 +176,7 @@ class Refusals(CommandLineTest):
                                  (("--output", "a.csv"), "has no option --output"), (("--quiet",), "has no option")):
             done = self.fail_with(2, "cost", "box.nml", *arguments, says=(words,))
             self.assertEqual(done.stdout, "")
-        for option in ("--csv", "--plot", "--seconds"):
+        for option in ("--csv", "--seconds"):
             self.fail_with(2, "run", "box.nml", option, "1.svg", says=("nutate run has no option" if option != "--seconds"
                                                                         else "--seconds",))
 

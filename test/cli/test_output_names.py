@@ -59,6 +59,18 @@ class Links(CommandLineTest):
         self.assertEqual(os.readlink(self.path("link")), "disk/ck")
 
 
+class Formats(CommandLineTest):
+    def test_names_of_other_formats_are_refused(self):
+        for name in ("r.npy", "r.HDF5", "a/b.json"):
+            for command in ("run", "check"):
+                self.fail_with(2, command, "box.nml", "--set", "output.file=" + name,
+                               says=(name, "histories are CSV", "box.csv"))
+            self.fail_with(2, "run", "box.nml", "--output", name, says=("--output " + name, "histories are CSV", "box.csv"))
+        self.assertEqual(self.names(), ["box.nml", "top.nml"])
+        for name in ("r.txt", "npy", "r.npy.csv"):
+            self.succeed("run", "box.nml", "--output", name)
+
+
 class LongNames(CommandLineTest):
     def test_names_up_to_the_longest_are_written(self):
         self.succeed("run", "box.nml", "--output", "plain.csv")

@@ -93,6 +93,17 @@ class History(CommandLineTest):
         for number, row in enumerate(self.history("spin.csv")[1]):
             self.assertAlmostEqual(row[1] + row[3], number*16*math.atan(0.625), delta=1e-13)
 
+    def test_angles_that_start_at_a_pole_go_on_from_there(self):
+        tilted = ("--set", "initial.angular_velocity=0.03, 0.1, 5", "--set", "output.columns=euler")
+        for attitude in ("1, 0, 0, 0", "0.6, 0, 0, -0.8", "0, 0.6, 0.8, 0"):
+            for sign in ("", "-"):
+                self.succeed("run", "box.nml", *tilted, "--set", "initial.quaternion=" + attitude,
+                             "--set", f"integrator.time_step={sign}0.01", "--set", f"integrator.end_time={sign}0.1")
+                rows = self.history("box.csv")[1]
+                self.assertIn(rows[0][2], (0.0, math.pi))
+                for before, after in zip(rows, rows[1:]):
+                    self.assertLess(max(abs(a - b) for a, b in zip(before, after)), 0.1)
+
     def test_steps_without_a_proof_are_said(self):
         # The ends of the spring meet at the start, where its force has no bound on its derivatives.
         self.write("meeting.nml", "&body inertia = 1.0, 2.0, 2.5 /\n&initial angular_velocity = 0.3, 1.0, 0.2 /\n"
@@ -242,6 +253,15 @@ class ProgressBar(CommandLineTest):
 
     def test_quiet_shows_none(self):
         self.assertEqual(self.on_terminal(*self.LONG, "--quiet"), ("", 0))
+
+    def test_pilot_runs_show_a_bar_each(self):
+        long = ("run", "top.nml", "--set", "integrator.accuracy=1e-7", "--set", "integrator.method=nielsen_krenk",
+                "--set", "integrator.end_time=200", "--set", "output.interval=100")
+        seen, status = self.on_terminal(*long)
+        self.assertEqual(status, 0)
+        self.assertRegex(seen, r"\rpilot run \d+ \[#*\.*\] \d+ % +\r")
+        self.assertRegex(seen, r"\r {76}\rtop.nml: \d+ steps")
+        self.assertNotIn("pilot", self.on_terminal(*long, "--quiet")[0])
 
     def test_no_terminal_no_bar(self):
         self.assertNotIn("\r", self.succeed(*self.LONG).stderr)

@@ -123,6 +123,7 @@ contains
          built%body = system%body
       end if
       if (.not. error%raised) call build_effects(groups, built, error)
+      if (.not. error%raised .and. .not. with_body) call check_once(groups, system, error)
       if (error%raised) then
          status = fail(NUTATE_BAD_SCENE, error%text)
          return
@@ -130,6 +131,43 @@ contains
       system%body = built%body
       call system%effects%append(built%effects)
    end subroutine build_system
+
+   !> Raises an error for a group that a scene has once at most, where the system has its effect already.
+   subroutine check_once(groups, system, error)
+      type(group_t), intent(in) :: groups(:)
+      type(system_t), intent(in) :: system
+      type(scene_error_t), intent(inout) :: error
+      type(group_kind_t), allocatable :: kinds(:)
+      integer :: i, k
+      kinds = scene_kinds()
+      do i = 1, size(groups)
+         k = findloc(kinds%name == groups(i)%name, .true., dim=1)
+         if (kinds(k)%repeatable) cycle
+         if (has_effect_of(groups(i), system)) call error%raise( &
+            groups(i)%line, 'a second group &'//trim(groups(i)%name), expected='it once')
+      end do
+   end subroutine check_once
+
+   !> True if a system has an effect of the kind that a group describes.
+   logical function has_effect_of(group, system) result(has)
+      type(group_t), intent(in) :: group
+      type(system_t), intent(in) :: system
+      type(system_t) :: alone
+      type(scene_error_t) :: error
+      integer :: i
+      alone%body = system%body
+      call build_effects([group], alone, error)
+      has = .false.
+      if (alone%effects%n_potentials > 0) then
+         do i = 1, system%effects%n_potentials
+            has = has .or. same_type_as(system%effects%potentials(i)%item, alone%effects%potentials(1)%item)
+         end do
+      else if (alone%effects%n_torques > 0) then
+         do i = 1, system%effects%n_torques
+            has = has .or. same_type_as(system%effects%torques(i)%item, alone%effects%torques(1)%item)
+         end do
+      end if
+   end function has_effect_of
 
    !> Raises an error for a group that is no part of a system, for a key or a body that is missing.
    subroutine check_parts(groups, with_body, error)

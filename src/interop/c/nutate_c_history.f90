@@ -219,7 +219,8 @@ contains
       collector%history => handle
       collector%failure => failure
       collector%sees_every_step = collector%columns%follows_steps
-      call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia)
+      call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia, &
+                                   backward=from%scene%plan%end_time < from%scene%initial%t)
       call add_failure(failure, status)
       if (.not. status%ok()) return
       state = from%scene%initial
@@ -243,7 +244,8 @@ contains
       writer%failure => failure
       call lock_texts()
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
-                       from%scene%integrator%inverse_auxiliary_inertia, status)
+                       from%scene%integrator%inverse_auxiliary_inertia, status, &
+                       backward=from%scene%plan%end_time < from%scene%initial%t)
       if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, system, status)
       call unlock_texts()
       if (.not. status%ok()) return

@@ -6,12 +6,12 @@ module nutate_c_settings
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: total_energy
-   use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL, KEY_TEXT
+   use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
-   use nutate_scene_check, only: apply_override
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_integrator, only: build_integrator, integrator_keys
+   use nutate_scene_override, only: apply_override
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -46,7 +46,7 @@ contains
          if (any(ways == key)) call drop(groups(1), trim(ways(i)))
       end do
       call lock_texts()
-      call apply_override('integrator.'//key//'='//literal(kinds(1), key, value), kinds, groups, error)
+      call apply_override('integrator.'//key//'='//value, kinds, groups, error)
       call unlock_texts()
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text, key)
@@ -58,19 +58,6 @@ contains
       handle%ready = .false.
       handle%plain = .false.
    end subroutine set_key
-
-   !> The value as a scene would write it: texts in quotes.
-   function literal(kind, key, value) result(text)
-      type(group_kind_t), intent(in) :: kind
-      character(len=*), intent(in) :: key, value
-      character(len=:), allocatable :: text
-      integer :: i
-      text = value
-      do i = 1, size(kind%keys)
-         if (kind%keys(i)%name == key .and. kind%keys(i)%kind == KEY_TEXT .and. index(value, "'") == 0) &
-            text = "'"//value//"'"
-      end do
-   end function literal
 
    !> Takes a key out of a group.
    subroutine drop(group, name)
@@ -146,7 +133,8 @@ contains
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
       handle%first_energy = total_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
-      call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
+      call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia, &
+                                handle%plan%time_step < 0.0_wp)
       if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       call add_failure(handle%failure, status)
       if (handle%attitude_if_needed) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &

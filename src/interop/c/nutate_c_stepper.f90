@@ -280,7 +280,7 @@ contains
       handle%under_way = .false.
       handle%plain = .false.
       handle%ready = .false.
-      call handle%columns%start(handle%system, state, inverse_j0)
+      call handle%columns%start(handle%system, state, inverse_j0, handle%plan%time_step < 0.0_wp)
    end subroutine replace_state
 
 end module nutate_c_stepper

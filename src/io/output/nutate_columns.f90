@@ -2,7 +2,7 @@
 !> case of `write_set`.
 module nutate_columns
    use nutate_archive, only: archive_t
-   use nutate_attitude, only: euler_from_quat, follow_euler, quat_from_euler
+   use nutate_attitude, only: euler_of_motion, follow_euler, quat_from_euler
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
    use nutate_kinds, only: wp
@@ -125,17 +125,22 @@ contains
    end function header
 
    !> Takes the first state.
-   pure subroutine start(self, system, state, inverse_j0)
+   pure subroutine start(self, system, state, inverse_j0, backward)
       class(columns_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), intent(in) :: inverse_j0
+      !> The run goes back in time; default false.
+      logical, intent(in), optional :: backward
+      real(wp) :: omega(3)
       self%shared%inverse_j0 = inverse_j0
       if (any(self%chosen == ENERGY)) self%shared%first_energy = total_energy(system, state, inverse_j0)
       if (.not. self%follows_steps) return
+      omega = angular_velocity(system, state)
+      if (present(backward)) omega = merge(-omega, omega, backward)
       associate (shared => self%shared)
-         call euler_from_quat(state%q, shared%phi, shared%theta, shared%psi)
+         call euler_of_motion(state%q, omega, shared%phi, shared%theta, shared%psi)
          shared%side = sign(1.0_wp, dot_product(state%q, quat_from_euler(shared%phi, shared%theta, shared%psi)))
       end associate
    end subroutine start

@@ -49,7 +49,7 @@ contains
 
    !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for a set of columns that does not exist;
    !> `NUTATE_IO`.
-   subroutine open_history(self, name, columns, system, state, inverse_j0, status)
+   subroutine open_history(self, name, columns, system, state, inverse_j0, status, backward)
       class(history_t), intent(inout) :: self
       !> Path, or `-` for standard output.
       character(len=*), intent(in) :: name
@@ -61,8 +61,10 @@ contains
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), intent(in) :: inverse_j0
       type(status_t), intent(out) :: status
+      !> The run goes back in time; default false.
+      logical, intent(in), optional :: backward
 
-      call start(self, columns, system, state, inverse_j0, status)
+      call start(self, columns, system, state, inverse_j0, status, backward)
       if (.not. status%ok()) return
       call self%file%open(name, status)
       if (status%ok()) call self%file%put_line(self%columns%header(), status)
@@ -70,7 +72,7 @@ contains
 
    !> Goes on with a history of which an archive has been made, instead of `open`. Errors: those of `open`, and
    !> `NUTATE_IO` where the partial file is not what it was; nothing has been changed then.
-   subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status)
+   subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, backward)
       class(history_t), intent(inout) :: self
       !> What `open` was given.
       character(len=*), intent(in) :: name, columns(:)
@@ -80,8 +82,9 @@ contains
       !> Being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
+      logical, intent(in), optional :: backward
       type(file_mark_t) :: mark
-      call start(self, columns, system, state, inverse_j0, status)
+      call start(self, columns, system, state, inverse_j0, status, backward)
       if (.not. status%ok()) return
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
@@ -112,13 +115,14 @@ contains
    end subroutine transfer_values
 
    !> Prepares for rows of the columns asked for.
-   subroutine start(self, columns, system, state, inverse_j0, status)
+   subroutine start(self, columns, system, state, inverse_j0, status, backward)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: columns(:)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: inverse_j0
       type(status_t), intent(out) :: status
+      logical, intent(in), optional :: backward
       call self%columns%choose(columns, status)
       if (.not. status%ok()) return
       self%sees_every_step = self%columns%follows_steps
@@ -127,7 +131,7 @@ contains
       allocate (self%values(self%columns%width))
       allocate (character(len=(decimal_length + 1)*self%columns%width) :: self%line)
       call self%decimal%prepare()
-      call self%columns%start(system, state, inverse_j0)
+      call self%columns%start(system, state, inverse_j0, backward)
    end subroutine start
 
    !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.

@@ -14,12 +14,13 @@ module nutate_scene
    use nutate_printable, only: printable_path
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_body, only: body_keys, build_body
-   use nutate_scene_check, only: apply_override, check_complete, read_groups
+   use nutate_scene_check, only: check_complete, read_groups
    use nutate_scene_effects, only: add_effect_kinds, build_effects
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
    use nutate_scene_initial, only: initial_keys, build_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
+   use nutate_scene_override, only: apply_override
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
    use nutate_scene_title, only: title_keys, scene_name
    use nutate_state, only: state_t
@@ -68,10 +69,10 @@ contains
       character(len=*), intent(in) :: path
       type(scene_t), intent(out) :: scene
       type(status_t), intent(out) :: status
-      !> What is wrong, one printable line: `FILE:LINE: ...`, `--set: ...` or `FILE: cannot be read (...)`; empty on
-      !> success.
+      !> What is wrong, one printable line: `FILE:LINE: ...`, `--set: ...`, `--unset: ...` or `FILE: cannot be read
+      !> (...)`; empty on success.
       character(len=:), allocatable, intent(out) :: message
-      !> `GROUP.KEY=VALUE`, applied in order after the file.
+      !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the file.
       character(len=*), intent(in), optional :: overrides(:)
       character(len=:), allocatable :: text, reason
 
@@ -94,7 +95,7 @@ contains
       type(status_t), intent(out) :: status
       !> What is wrong, one printable line; empty on success.
       character(len=:), allocatable, intent(out) :: message
-      !> `GROUP.KEY=VALUE`, applied in order after the text.
+      !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the text.
       character(len=*), intent(in), optional :: overrides(:)
       type(group_kind_t), allocatable :: kinds(:)
       type(scene_error_t) :: error

@@ -10,7 +10,7 @@ module nutate_scene_check
    implicit none
    private
 
-   public :: read_groups, apply_override, check_complete
+   public :: read_groups, check_complete, resize
 
 contains
 
@@ -132,70 +132,6 @@ contains
                           ' is not a key', expected=due)
       end select
    end subroutine blame
-
-   !> Applies a setting `GROUP.KEY=VALUE` of the command line: to the first group of the name, made if there is none.
-   subroutine apply_override(override, kinds, groups, error)
-      character(len=*), intent(in) :: override
-      type(group_kind_t), intent(in) :: kinds(:)
-      type(group_t), allocatable, intent(inout) :: groups(:)
-      type(scene_error_t), intent(inout) :: error
-      type(scene_error_t) :: mistake
-      type(setting_t) :: setting
-      type(lexer_t) :: lexer
-      type(token_t) :: token
-      integer :: equals, dot, kind, key
-
-      if (error%raised) return
-      equals = index(override, '=')
-      dot = index(override(1:max(equals - 1, 0)), '.')
-      if (dot == 0) then
-         call error%raise(0, quoted(override)//' is not a setting', expected='GROUP.KEY=VALUE')
-         return
-      end if
-      call find_kind(trim(adjustl(override(1:dot - 1))), kinds, 0, kind, error)
-      if (error%raised) return
-      call find_key(trim(adjustl(override(dot + 1:equals - 1))), kinds, kind, 0, key, error)
-      if (error%raised) return
-      setting%name = kinds(kind)%keys(key)%name
-      lexer%position = equals + 1
-      call read_values(lexer, override, kinds(kind)%keys(key), setting, token, mistake)
-      if (token%kind /= TOKEN_END) &
-         call mistake%raise(0, quoted(override(token%first:token%last))//' follows the value of '//trim(setting%name), &
-                            expected='one setting')
-      if (mistake%raised) then
-         call error%raise(0, mistake%text)
-      else
-         call put_setting(kinds(kind), setting, groups)
-      end if
-   end subroutine apply_override
-
-   !> Puts a setting of the command line into the first group of a kind.
-   subroutine put_setting(kind, setting, groups)
-      type(group_kind_t), intent(in) :: kind
-      type(setting_t), intent(in) :: setting
-      type(group_t), allocatable, intent(inout) :: groups(:)
-      type(setting_t), allocatable :: settings(:)
-      integer :: i, j, n
-
-      do i = 1, size(groups)
-         if (groups(i)%name == kind%name) exit
-      end do
-      if (i > size(groups)) then
-         call resize(groups, i, i - 1)
-         groups(i)%name = kind%name
-         allocate (groups(i)%settings(0))
-      end if
-      ! The setting goes behind the others: where two keys exclude each other, the later one is at fault.
-      allocate (settings(size(groups(i)%settings) + 1))
-      n = 0
-      do j = 1, size(groups(i)%settings)
-         if (groups(i)%settings(j)%name == setting%name) cycle
-         n = n + 1
-         settings(n) = groups(i)%settings(j)
-      end do
-      settings(n + 1) = setting
-      groups(i)%settings = settings(1:n + 1)
-   end subroutine put_setting
 
    !> Raises an error for a group or a key that a scene needs and lacks.
    subroutine check_complete(kinds, groups, last_line, error)

@@ -7,12 +7,16 @@ module nutate_scene_error
    private
 
    public :: scene_error_t, error_line, allow_one_of, demand_one_of, demand_with
+   public :: LINE_OF_SET, LINE_OF_UNSET
+
+   !> In the place of a line of the file: what the command line sets, and what it takes out.
+   integer, parameter :: LINE_OF_SET = 0, LINE_OF_UNSET = -1
 
    !> What is wrong and where. The first error stays; what is raised after it is not heard.
    type :: scene_error_t
       logical :: raised = .false.
-      !> Line of the file; 0 for a setting on the command line.
-      integer :: line = 0
+      !> Line of the file, or `LINE_OF_...`.
+      integer :: line = LINE_OF_SET
       character(len=:), allocatable :: text
       !> What it is called where the groups do not come from a scene: `NUTATE_BAD_ARGUMENT`, or the code of a status.
       integer :: code = NUTATE_BAD_ARGUMENT
@@ -27,7 +31,7 @@ contains
    !> Records an error as `what (expected; nearest: name)` unless there is one already.
    pure subroutine raise(self, line, what, expected, nearest)
       class(scene_error_t), intent(inout) :: self
-      !> 0 for a setting on the command line.
+      !> Line of the file, or `LINE_OF_...`.
       integer, intent(in) :: line
       !> What is wrong.
       character(len=*), intent(in) :: what
@@ -59,14 +63,16 @@ contains
       self%code = status%code
    end subroutine take
 
-   !> The error as a line for a person: `FILE:LINE: text`, or `--set: text`.
+   !> The error as a line for a person: `FILE:LINE: text`, `--set: text` or `--unset: text`.
    pure function error_line(path, error) result(line)
       character(len=*), intent(in) :: path
       type(scene_error_t), intent(in) :: error
       character(len=:), allocatable :: line
       character(len=12) :: number
-      if (error%line == 0) then
+      if (error%line == LINE_OF_SET) then
          line = '--set: '//error%text
+      else if (error%line == LINE_OF_UNSET) then
+         line = '--unset: '//error%text
       else
          write (number, '(i0)') error%line
          line = printable_path(path)//':'//trim(number)//': '//error%text

@@ -34,9 +34,9 @@ contains
               key_t(name='order', kind=KEY_INTEGER), &
               key_t(name='series_order', kind=KEY_INTEGER), &
               key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(pack(solvers, solvers /= '')))), &
-              key_t(name='time_step', range=TIME_STEP), &
-              key_t(name='accuracy', range=FRACTION), &
-              key_t(name='local_tolerance', range=FRACTION), &
+              key_t(name='time_step', range=TIME_STEP, instead_of='accuracy,local_tolerance'), &
+              key_t(name='accuracy', range=FRACTION, instead_of='time_step,local_tolerance'), &
+              key_t(name='local_tolerance', range=FRACTION, instead_of='time_step,accuracy'), &
               key_t(name='end_time', range=NOT_ZERO, required=.true.), &
               key_t(name='auxiliary_inertia', range=POSITIVE_OR_INFINITE), &
               key_t(name='projection', kind=KEY_LOGICAL), &

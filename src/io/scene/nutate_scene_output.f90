@@ -5,13 +5,19 @@ module nutate_scene_output
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, whole_tolerance
+   use nutate_printable, only: quoted
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of
-   use nutate_spelling, only: joined
+   use nutate_spelling, only: joined, lower_case
    implicit none
    private
 
-   public :: output_settings_t, output_keys, build_output
+   public :: output_settings_t, output_keys, build_output, format_fault
+
+   !> Ends of names that promise what a history is not.
+   character(len=8), parameter :: other_formats(*) = [character(len=8) :: &
+      '.npy', '.npz', '.h5', '.hdf5', '.nc', '.mat', '.parquet', '.feather', '.xlsx', '.ods', '.json', '.pkl', '.gz', &
+      '.zip', '.svg', '.png', '.pdf']
 
    !> Where the rows go and what they hold.
    type :: output_settings_t
@@ -32,8 +38,8 @@ contains
 
       keys = [key_t(name='file', kind=KEY_TEXT), &
               key_t(name='events', kind=KEY_TEXT), &
-              key_t(name='every', kind=KEY_INTEGER, range=POSITIVE), &
-              key_t(name='interval', range=POSITIVE), &
+              key_t(name='every', kind=KEY_INTEGER, range=POSITIVE, instead_of='interval'), &
+              key_t(name='interval', range=POSITIVE, instead_of='every'), &
               key_t(name='columns', kind=KEY_TEXT, most=size(sets), choices=joined(sets))]
    end function output_keys
 
@@ -52,6 +58,9 @@ contains
       output%file = trim(group%text('file', scene_name//'.csv'))
       if (output%file == '') then
          call error%raise(group%line_of('file'), 'file is blank', expected='the name of the CSV file')
+      else if (format_fault(output%file) /= '') then
+         call error%raise(group%line_of('file'), quoted(output%file)//' '//format_fault(output%file), &
+                          expected='a name such as '//scene_name//'.csv')
       else if (output%file == path) then
          call error%raise(group%line_of('file'), 'file would replace the scene itself', expected='another name')
       end if
@@ -72,6 +81,17 @@ contains
       end if
       call build_columns(group, output, error)
    end subroutine build_output
+
+   !> What is wrong with a name that ends like those of files in another format; empty if nothing is.
+   pure function format_fault(name) result(words)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: words
+      integer :: dot
+      words = ''
+      dot = index(name, '.', back=.true.)
+      if (dot < 2) return
+      if (any(other_formats == lower_case(name(dot:)))) words = 'would not be what it says: histories are CSV'
+   end function format_fault
 
    !> The interval between rows as a number of steps.
    subroutine count_steps(group, plan, error)

@@ -1,5 +1,5 @@
 !> Output files that are given up.
-module nutate_cost_files
+module nutate_discarding
    use nutate_files, only: output_file_t
    use nutate_status, only: status_t
    implicit none
@@ -22,4 +22,4 @@ contains
       if (iostat /= 0) file%partial = ''
    end subroutine discard_file
 
-end module nutate_cost_files
+end module nutate_discarding

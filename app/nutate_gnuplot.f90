@@ -1,0 +1,169 @@
+!> Pictures drawn by gnuplot: the file, the script that draws it, and texts in quotes.
+module nutate_gnuplot
+   use nutate_console, only: count_text
+   use nutate_discarding, only: discard_file
+   use nutate_files, only: output_file_t
+   use nutate_kinds, only: long
+   use nutate_status, only: status_t, fail, NUTATE_IO
+   implicit none
+   private
+
+   public :: picture_t, gnuplot_is_here, is_picture, gnuplot_quoted, colours
+
+   !> Colours that differ for every kind of colour vision.
+   character(len=7), parameter :: colours(10) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &
+                                                '#666666', '#000000', '#8c510a', '#66a61e']
+   !> Lines that every script begins with.
+   character(len=*), parameter :: head(*) = [character(len=96) :: &
+      'set encoding utf8', &
+      'set output ARG1', &
+      'set border 3 linecolor rgb ''#444444''', &
+      'set tics nomirror out scale 0.6', &
+      'set grid linecolor rgb ''#dddddd'' linewidth 1 linetype 1']
+
+   !> A picture under way: its file and the script that draws it, both under partial names.
+   type :: picture_t
+      type(output_file_t), private :: picture, script
+      !> The picture is an SVG, not a PNG.
+      logical, private :: is_svg = .true.
+      !> What the first line that could not be written came to.
+      type(status_t), private :: status
+   contains
+      !> Claims the files.
+      procedure :: open
+      !> Says how large the picture is and begins the script.
+      procedure :: begin
+      !> Adds a line to the script.
+      procedure :: put
+      !> Draws.
+      procedure :: draw
+      !> Gives the files up.
+      procedure :: discard
+   end type picture_t
+
+contains
+
+   !> True if gnuplot can be started.
+   logical function gnuplot_is_here()
+      integer :: exit_status, command_status
+      call execute_command_line('command -v gnuplot >/dev/null 2>&1', exitstat=exit_status, cmdstat=command_status)
+      gnuplot_is_here = exit_status == 0 .and. command_status == 0
+   end function gnuplot_is_here
+
+   !> True for the name of a file that gnuplot is to draw.
+   pure logical function is_picture(name)
+      character(len=*), intent(in) :: name
+      is_picture = .false.
+      if (len(name) > 4) is_picture = name(len(name) - 3:) == '.svg' .or. name(len(name) - 3:) == '.png'
+   end function is_picture
+
+   !> Claims the files. Errors: `NUTATE_IO`.
+   subroutine open(self, name, status)
+      class(picture_t), intent(inout) :: self
+      !> `is_picture`.
+      character(len=*), intent(in) :: name
+      type(status_t), intent(out) :: status
+      self%is_svg = name(len(name) - 3:) == '.svg'
+      call self%picture%open(name, status)
+      if (.not. status%ok()) return
+      ! As long as the picture's name, which may be as long as names can be.
+      call self%script%open(name(1:len(name) - 4)//'.gp'//name(len(name) - 2:len(name) - 2), status)
+      if (.not. status%ok()) call discard_file(self%picture)
+   end subroutine open
+
+   !> Says how large the picture is and begins the script.
+   subroutine begin(self, width, height)
+      class(picture_t), intent(inout) :: self
+      !> Of an SVG; a PNG has half as many pixels again.
+      integer, intent(in) :: width, height
+      integer :: i
+      if (self%is_svg) then
+         call self%put('set terminal svg size '//size_text(width, height)//' fixed name ''nutate'' font '// &
+                       '''Helvetica,Arial,sans-serif,15'' background ''#ffffff''')
+      else
+         call self%put('if (strstrt(GPVAL_TERMINALS, ''pngcairo'') > 0) { set terminal pngcairo size '// &
+                       size_text(3*width/2, 3*height/2)//' fontscale 1.4 } else { set terminal png size '// &
+                       size_text(3*width/2, 3*height/2)//' large }')
+      end if
+      do i = 1, size(head)
+         call self%put(trim(head(i)))
+      end do
+   end subroutine begin
+
+   pure function size_text(width, height) result(text)
+      integer, intent(in) :: width, height
+      character(len=:), allocatable :: text
+      text = count_text(int(width, long))//','//count_text(int(height, long))
+   end function size_text
+
+   !> Adds a line to the script. That one could not be written is said by `draw`.
+   subroutine put(self, line)
+      class(picture_t), intent(inout) :: self
+      character(len=*), intent(in) :: line
+      if (self%status%ok()) call self%script%put_line(line, self%status)
+   end subroutine put
+
+   !> Draws what the script says. Errors: `NUTATE_IO`; nothing is left then.
+   subroutine draw(self, status)
+      class(picture_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      character(len=:), allocatable :: target
+      integer :: exit_status, command_status
+
+      status = self%status
+      if (status%ok()) call self%script%flush(status)
+      if (status%ok()) then
+         target = self%picture%name
+         if (allocated(self%picture%partial)) target = self%picture%partial
+         call execute_command_line('gnuplot -c '//shell_quoted(self%script%partial)//' '//shell_quoted(target)// &
+                                   ' >/dev/null 2>&1', exitstat=exit_status, cmdstat=command_status)
+         if (exit_status /= 0 .or. command_status /= 0) status = fail(NUTATE_IO, 'gnuplot failed to draw it')
+      end if
+      call discard_file(self%script)
+      if (status%ok()) then
+         call self%picture%finish(status)
+      else
+         call discard_file(self%picture)
+      end if
+   end subroutine draw
+
+   !> Gives the files up.
+   subroutine discard(self)
+      class(picture_t), intent(inout) :: self
+      call discard_file(self%script)
+      call discard_file(self%picture)
+   end subroutine discard
+
+   !> Text in single quotes for gnuplot.
+   pure function gnuplot_quoted(text) result(quoted)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: quoted
+      quoted = in_quotes(text, "''")
+   end function gnuplot_quoted
+
+   !> Text in single quotes for the shell.
+   pure function shell_quoted(text) result(quoted)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: quoted
+      quoted = in_quotes(text, "'\''")
+   end function shell_quoted
+
+   !> Text in single quotes.
+   pure function in_quotes(text, apostrophe) result(quoted)
+      character(len=*), intent(in) :: text
+      !> What stands for an apostrophe.
+      character(len=*), intent(in) :: apostrophe
+      character(len=:), allocatable :: quoted
+      integer :: i
+      quoted = "'"
+      do i = 1, len(text)
+         if (text(i:i) == "'") then
+            quoted = quoted//apostrophe
+         else
+            quoted = quoted//text(i:i)
+         end if
+      end do
+      quoted = quoted//"'"
+   end function in_quotes
+
+end module nutate_gnuplot

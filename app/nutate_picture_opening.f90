@@ -1,0 +1,42 @@
+!> Claims the file of a picture, and says what is wrong with a file, in one line.
+module nutate_picture_opening
+   use nutate_console, only: say_error, EXIT_OUTPUT
+   use nutate_gnuplot, only: picture_t, gnuplot_is_here
+   use nutate_printable, only: printable_path
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: open_picture, report_file
+
+contains
+
+   !> Claims the file of a picture, if there is a gnuplot to draw it.
+   subroutine open_picture(name, picture, exit_code)
+      !> `is_picture`.
+      character(len=*), intent(in) :: name
+      type(picture_t), intent(inout) :: picture
+      !> Changed on failure.
+      integer, intent(inout) :: exit_code
+      type(status_t) :: status
+      if (gnuplot_is_here()) then
+         call picture%open(name, status)
+         call report_file(name, status, exit_code)
+      else
+         call say_error('nutate: cannot draw '//printable_path(name)//': gnuplot is not installed, or not on PATH')
+         exit_code = EXIT_OUTPUT
+      end if
+   end subroutine open_picture
+
+   !> Says that a file cannot be written, if so.
+   subroutine report_file(name, status, exit_code)
+      character(len=*), intent(in) :: name
+      type(status_t), intent(in) :: status
+      !> Changed on failure.
+      integer, intent(inout) :: exit_code
+      if (status%ok()) return
+      call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+      exit_code = EXIT_OUTPUT
+   end subroutine report_file
+
+end module nutate_picture_opening

@@ -1,0 +1,89 @@
+"""Attitudes in all their forms, and what C has beside steps and runs."""
+
+import unittest
+
+import numpy as np
+
+import nutate
+from test_nutate import BOX, make_box
+
+
+class AttitudeTest(unittest.TestCase):
+    """Conversions, the exact solution, and what the header has beside."""
+
+    Q = nutate.quat_normalized((0.5, -0.1, 0.7, 0.2))
+
+    def same(self, a, b):
+        np.testing.assert_allclose(a, b, rtol=1e-14, atol=1e-14)
+
+    def test_every_form_comes_back(self):
+        q = self.Q
+        self.same(nutate.quat_from_matrix(nutate.matrix_from_quat(q)), q)
+        self.same(nutate.quat_from_euler(nutate.euler_from_quat(q)), q)
+        self.same(nutate.quat_from_rotation_vector(nutate.rotation_vector_from_quat(q)), q)
+        self.same(nutate.quat_from_axis_angle(*nutate.axis_angle_from_quat(q)), q)
+        self.same(nutate.rotate_to_body(q, nutate.rotate_to_space(q, (1, 2, 3))), (1, 2, 3))
+        self.same(nutate.rotate_to_space(q, (1, 2, 3)), nutate.matrix_from_quat(q) @ (1, 2, 3))
+        self.same(nutate.matrix_from_quat(nutate.quat_product(q, q)), np.linalg.matrix_power(nutate.matrix_from_quat(q), 2))
+        self.assertAlmostEqual(nutate.attitude_distance(q, nutate.quat_product(q, nutate.quat_from_axis_angle((0, 0, 2), 0.3))),
+                               0.3, delta=1e-14)
+        phi, theta, psi = nutate.euler_from_quat(q)
+        self.same(nutate.follow_euler(q, (phi + 2 * np.pi, theta, psi - 2 * np.pi)), (phi + 2 * np.pi, theta, psi - 2 * np.pi))
+        self.same(nutate.omega_from_euler_rates((phi, 0.0, 0.0), (0.1, 0.2, 0.3)), (0.2, 0.0, 0.4))
+        for wrong in (lambda: nutate.matrix_from_quat((1, 0, 0)), lambda: nutate.quat_from_matrix(np.eye(2)),
+                      lambda: nutate.quat_from_axis_angle((0, 0, 0), 1), lambda: nutate.quat_normalized((np.nan, 0, 0, 0))):
+            self.assertRaises(nutate.NutateValueError, wrong)
+
+    def test_rotations_of_scipy_go_in_and_out(self):
+        try:
+            from scipy.spatial.transform import Rotation
+        except ImportError:
+            self.skipTest("SciPy is not here")
+        rotation = Rotation.from_quat(np.roll(self.Q, -1))
+        self.same(nutate.matrix_from_quat(rotation), rotation.as_matrix())
+        stepper = make_box()
+        stepper.set_state(rotation, (0.1, 0, 10))
+        self.same(stepper.rotation.as_matrix(), rotation.as_matrix())
+
+    def test_ways_to_set_a_state_agree(self):
+        stepper = make_box()
+        stepper.set_state(q=self.Q, omega=(1, 2, 3), t=np.float32(0.5))
+        states = [stepper.conjugate_momentum]
+        stepper.set_state(xyzw=np.roll(self.Q, -1), omega=(1, 2, 3))
+        states.append(stepper.conjugate_momentum)
+        stepper.set_state(q=self.Q, omega=nutate.rotate_to_space(self.Q, (1, 2, 3)), frame="space")
+        states.append(stepper.conjugate_momentum)
+        stepper.set_canonical(self.Q, states[0])
+        states.append(stepper.conjugate_momentum)
+        for p in states[1:]:
+            np.testing.assert_allclose(p, states[0], rtol=1e-14, atol=1e-13)
+        for wrong in ({"q": self.Q}, {"omega": (1, 2, 3)}, {"q": self.Q, "xyzw": self.Q, "omega": (1, 2, 3)},
+                      {"q": self.Q, "omega": (1, 2, 3), "frame": "earth"}):
+            self.assertRaises(nutate.NutateValueError, stepper.set_state, **wrong)
+
+    def test_the_exact_motion_is_that_of_short_steps(self):
+        system = nutate.System(tensor=((5, 0.1, 0), (0.1, 20, 0), (0, 0, 17)))
+        q, omega = nutate.exact_free_body(system, self.Q, (0.1, 0.2, 3), (0.0, 0.5))
+        stepper = nutate.Stepper(system, order=8, linear_solver="reduced")
+        stepper.set_state(self.Q, (0.1, 0.2, 3))
+        stepper.steps(0.01, 50)
+        self.assertLess(nutate.attitude_distance(q[1], stepper.quaternion), 1e-12)
+        np.testing.assert_allclose(stepper.angular_velocity, omega[1], rtol=1e-11)
+        with self.assertRaisesRegex(nutate.NutateValueError, "not symmetric"):
+            nutate.System(tensor=((5, 0.1, 0), (0, 20, 0), (0, 0, 17)))
+
+    def test_what_body_and_effects_say(self):
+        system = nutate.System(moments=(5, 5, 1), mass=np.int64(2), center_of_mass=(0, 0, 1))
+        self.assertEqual((system.mass, tuple(system.center_of_mass)), (2.0, (0.0, 0.0, 1.0)))
+        self.assertEqual(nutate.Stepper(system).conserved[0], 3)
+        system.add("gravity")
+        stepper = nutate.Stepper(system, time_step=0.01)
+        components, axis = stepper.conserved
+        self.assertEqual((components, abs(axis[2])), (1, 1.0))
+        stepper.set_state((1, 0, 0, 0), (1, 0, 5))
+        stepper.prepare()
+        stepper.step(0.01)
+        self.assertGreater(stepper.solver[0], 0)
+        self.assertEqual(stepper.row["t"], stepper.time)
+        q, omega = nutate.Scene(BOX).initial
+        np.testing.assert_array_equal(np.concatenate((q, omega)), (1, 0, 0, 0, 0.1, 0, 10))

@@ -1,0 +1,92 @@
+"""What owns memory of the library: copies, pickles, its end, how it shows itself, and what its failures are."""
+
+import copy
+import os
+import pickle
+import tempfile
+import unittest
+
+import numpy as np
+
+import nutate
+from test_nutate import BOX, make_box
+
+
+def spin_down(t, q, omega):
+    """A torque that pickle finds by its name."""
+    return -0.1 * omega
+
+
+class OwnersTest(unittest.TestCase):
+    """Copies, pickles, the end of what owns memory, and how it shows itself."""
+
+    WAYS = (copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing)))
+
+    def test_a_copied_system_moves_as_the_first_and_outlives_it(self):
+        for way in self.WAYS:
+            system = nutate.System(tensor=np.diag((1, 2, 2.5)), mass=2, center_of_mass=[0, 0, 0.1])
+            system.add("gravity")
+            system.add_user_torque(spin_down, bounds=(1, 0, 0, 0))
+            steppers = [nutate.Stepper(system), nutate.Stepper(way(system))]
+            system.close()
+            for stepper in steppers:
+                stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+                stepper.steps(0.01, 20)
+            np.testing.assert_array_equal(steppers[0].quaternion, steppers[1].quaternion)
+            self.assertLess(steppers[1].energy[3], 0)
+
+    def test_a_copied_scene_is_what_was_read(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "spin.nml")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("&body inertia = 1, 2, 2.5 /\n&initial angular_velocity = 1, 2, 3 /\n"
+                           "&integrator time_step = 0.1, end_time = 0.7 /\n")
+            scene = nutate.Scene(path, "integrator.order=4", "-integrator.end_time", "integrator.end_time=0.3")
+            scene.add_user_torque(spin_down)
+            os.remove(path)
+            expected = scene.run()
+            for way in self.WAYS:
+                twin = way(scene)
+                self.assertEqual((twin.title, twin.plan), ("spin", (0.1, 0.3, 1)))
+                for name, values in twin.run().items():
+                    np.testing.assert_array_equal(values, expected[name])
+
+    def test_with_frees_at_its_end(self):
+        with nutate.System(moments=(1, 2, 2.5)) as system, nutate.Stepper(system) as stepper, nutate.Scene(BOX) as scene:
+            stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+        for use in (lambda: system.inertia, lambda: stepper.step(0.1), scene.run):
+            with self.assertRaises(nutate.NutateError):
+                use()
+        for thing in (system, stepper, scene):
+            thing.close()
+            self.assertIn("closed", repr(thing))
+
+    def test_what_it_is_shows(self):
+        system = nutate.System(moments=(5, 5, 1), mass=1, center_of_mass=(0, 0, 1))
+        system.add("gravity")
+        self.assertRegex(repr(system), r"<System inertia=\[\[5.*\]\] mass=1 with gravity>")
+        self.assertIn("Scene 'Free", repr(nutate.Scene(BOX)))
+        self.assertEqual(repr(make_box()), "<Stepper at t=0 s>")
+        self.assertEqual(nutate.__version__, nutate.version())
+
+    def test_an_effect_that_a_scene_has_once_is_added_once(self):
+        system = nutate.System(moments=(5, 5, 1), mass=1, center_of_mass=(0, 0, 1))
+        system.add("gravity")
+        system.add("rotor", momentum=(0, 0, 1))
+        system.add("rotor", momentum=(0, 0, 1))
+        with self.assertRaisesRegex(nutate.NutateValueError, "second group &gravity"):
+            system.add("gravity", acceleration=(0, 0, -1))
+
+    def test_failures_are_what_python_calls_them(self):
+        with self.assertRaises(OSError) as caught:
+            nutate.Scene("absent.nml")
+        self.assertIsInstance(caught.exception, nutate.NutateError)
+        self.assertIn("absent.nml", str(caught.exception))
+        again = pickle.loads(pickle.dumps(caught.exception))
+        self.assertEqual((type(again), again.status, str(again)),
+                         (type(caught.exception), caught.exception.status, str(caught.exception)))
+        for wrong in (lambda: nutate.Scene(text="&body /"), lambda: nutate.System(moments=(1, 1, 3)),
+                      lambda: nutate.System(moments=(1, 1)), lambda: make_box(order=3).step(0.1), nutate.System):
+            with self.assertRaises(ValueError) as caught:
+                wrong()
+            self.assertIsInstance(caught.exception, nutate.NutateError)
