@@ -13,7 +13,7 @@ module nutate_check_command
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
-   use nutate_keys, only: group_t, key_t, KEY_REAL
+   use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_methods, only: equations_of, make_stepper
    use nutate_notes, only: note_t, scene_notes
@@ -141,10 +141,15 @@ contains
       integer :: k
       text = ''
       do k = 1, size(keys)
-         if (.not. group%has(trim(keys(k)%name)) .or. keys(k)%kind /= KEY_REAL) cycle
+         if (.not. group%has(trim(keys(k)%name))) cycle
          if (text /= '') text = text//'; '
-         text = text//trim(keys(k)%name)//' = '// &
-                vector_text(group%vector(trim(keys(k)%name), spread(0.0_wp, 1, group%count_of(trim(keys(k)%name)))))
+         text = text//trim(keys(k)%name)//' = '
+         if (keys(k)%kind == KEY_TEXT) then
+            text = text//printable_path(trim(group%text(trim(keys(k)%name), '')))
+         else
+            text = text//vector_text(group%vector(trim(keys(k)%name), spread(0.0_wp, 1, &
+                                                                             group%count_of(trim(keys(k)%name)))))
+         end if
       end do
       if (text == '') text = 'default values'
    end function settings_text

@@ -40,8 +40,8 @@ module nutate_rigid_rates
       integer :: failure = 0
       !> The torque acts in this step; shape (number of torques).
       logical, allocatable :: acts(:)
-      !> From when to when a torque may be asked, s; shape (2, number of torques).
-      real(wp), allocatable :: window(:, :)
+      !> The piece of a torque in this step, and from when to when it may be asked, s; shapes (2, number of torques).
+      real(wp), allocatable :: piece(:, :), window(:, :)
       !> ∫ Ω·τᵢ dt over the step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
    end type rigid_rates_t
@@ -56,10 +56,10 @@ contains
       logical, intent(in) :: attitude
       self%attitude = attitude
       self%forced = system%effects%n_potentials + system%effects%n_torques > 0
-      if (allocated(self%acts)) deallocate (self%acts, self%window, self%work)
+      if (allocated(self%acts)) deallocate (self%acts, self%piece, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), source=.false.)
-         allocate (self%window(2, n), self%work(n), source=0.0_wp)
+         allocate (self%piece(2, n), self%window(2, n), self%work(n), source=0.0_wp)
       end associate
    end subroutine prepare_rates
 
@@ -85,7 +85,10 @@ contains
          associate (torque => system%effects%torques(i)%item)
             self%acts(i) = torque%acts_at(window_time)
             call torque%window(self%window(1, i), self%window(2, i))
+            call torque%piece(window_time, self%piece(1, i), self%piece(2, i))
          end associate
+         self%window(1, i) = max(self%window(1, i), self%piece(1, i))
+         self%window(2, i) = min(self%window(2, i), self%piece(2, i))
          self%work(i) = 0.0_wp
       end do
       associate (q => state%q, p => state%p)

@@ -154,12 +154,10 @@ contains
       real(wp) :: t_end, rest, step
       logical :: accepted
 
-      do while (progress%next_break <= size(progress%breaks))
-         if (abs(progress%breaks(progress%next_break) - progress%state%t) > 0.0_wp) exit
-         progress%next_break = progress%next_break + 1
-      end do
+      if (.not. self%sense*(progress%next_break - progress%state%t) > 0.0_wp) &
+         progress%next_break = system%effects%next_break(progress%state%t, self%sense)
       t_end = progress%plan%end_time
-      if (progress%next_break <= size(progress%breaks)) t_end = progress%breaks(progress%next_break)
+      if (self%sense*(t_end - progress%next_break) > 0.0_wp) t_end = progress%next_break
       select type (method => self%half)
       class is (dense_stepper_t)
          associate (goal => progress%plan%goal)

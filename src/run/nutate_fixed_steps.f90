@@ -11,7 +11,7 @@ module nutate_fixed_steps
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
-      NUTATE_SINGULAR
+      NUTATE_SINGULAR, NUTATE_STEP_LIMIT
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    implicit none
@@ -112,7 +112,7 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      real(wp) :: dt, t_end, margin, length
+      real(wp) :: dt, t_end, margin, length, next
       integer(long) :: parts
 
       dt = progress%plan%time_step
@@ -124,16 +124,16 @@ contains
       progress%record%unproved = 0
       ! Parts that there would be if none had to be cut.
       parts = progress%summary%parts + 1
-      do while (progress%next_break <= size(progress%breaks))
-         associate (next => progress%breaks(progress%next_break))
-            if ((t_end - next)*sign(1.0_wp, dt) <= margin) exit
-            if (abs(next - progress%state%t) > margin) then
-               call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
-               parts = parts + 1
-            end if
-         end associate
-         progress%next_break = progress%next_break + 1
+      do while ((t_end - progress%next_break)*sign(1.0_wp, dt) > margin)
+         next = progress%next_break
+         if (abs(next - progress%state%t) > margin) then
+            call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
+            parts = parts + 1
+            if (parts - spare_tries > progress%plan%max_steps .and. status%code == 0) &
+               status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+         end if
          if (status%code /= 0) return
+         call pass_break(system, progress, dt)
          call show_part(progress%state, observer)
       end do
       length = t_end - progress%state%t
@@ -143,6 +143,19 @@ contains
       if (progress%summary%parts > parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
       call count_step(progress)
    end subroutine take_nominal_step
+
+   !> Looks for the next time on which a step must end, farther away than none is told from another.
+   subroutine pass_break(system, progress, dt)
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      !> Nominal step, s.
+      real(wp), intent(in) :: dt
+      real(wp) :: sense, passed
+      sense = sign(1.0_wp, dt)
+      passed = progress%state%t + sense*(same_time*abs(dt) + time_noise(progress%state%t, progress%plan))
+      if (sense*(progress%next_break - passed) > 0.0_wp) passed = progress%next_break
+      progress%next_break = system%effects%next_break(passed, sense)
+   end subroutine pass_break
 
    !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
    subroutine travel(stepper, system, progress, length, t_end, status, observer)

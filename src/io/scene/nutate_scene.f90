@@ -156,7 +156,7 @@ contains
       if (error%raised) return
       call build_initial(first_group(scene%groups, 'initial'), q, omega, error)
       if (error%raised) return
-      call build_effects(scene%groups, scene%system, error)
+      call build_effects(scene%groups, scene%system, error, path(1:index(path, '/', back=.true.)))
       if (error%raised) return
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')

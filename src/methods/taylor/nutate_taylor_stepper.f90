@@ -242,6 +242,7 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%time_unit = time_unit
+      self%series%torques%piece(:, :) = self%rates%piece
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
       self%expanded = converges
       self%first = state

@@ -5,12 +5,13 @@
 !> `γ = R(q)ᵀn` is a sum of the three rows `R(q)ᵀeᵢ`. The first basis vectors span the directions, in the order linear
 !> potentials, others: a top needs e₁ only.
 module nutate_torque_series
-   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES
+   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES, SPACE_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: parallel
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
    use nutate_power_series, only: highest_order, inverses
+   use nutate_small_products, only: times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -27,6 +28,8 @@ module nutate_torque_series
       integer :: n_moments = 0
       !> There is more than linear potentials.
       logical :: has_more = .false.
+      !> The piece of each torque in the step, s, to be set; shape (2, number of torques).
+      real(wp), allocatable :: piece(:, :)
       !> Potentials with a general series, and the slot of their auxiliary series.
       integer, private :: n_general = 0
       integer, allocatable, private :: general(:), slot(:)
@@ -37,6 +40,10 @@ module nutate_torque_series
       !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
+      !> Torques that are given in space axes, and their series along the basis vectors; shapes (number of torques), (3,
+      !> 0:highest_order, number of torques). The rows R(q)ᵀeᵢ, where there is one; shape (3,3, 0:highest_order).
+      logical, allocatable, private :: in_space(:)
+      real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
       !> Ω, rad/s, shape (3, 0:highest_order), and each torque, N m, shape (0:highest_order, 3, number of torques); body
@@ -72,6 +79,7 @@ contains
       call choose_basis(self, effects)
       call add_moments(self, effects)
       call make_slots(self, effects)
+      call make_axes(self, effects)
    end subroutine prepare
 
    subroutine demand_series(effect, status)
@@ -112,6 +120,10 @@ contains
       end do
       do i = 1, effects%n_torques
          call add_direction(self, effects%torques(i)%item%series_direction())
+         if (effects%torques(i)%item%series_kind() /= SPACE_SERIES) cycle
+         do kind = 1, 3
+            call add_direction(self, merge(1.0_wp, 0.0_wp, [1, 2, 3] == kind))
+         end do
       end do
       associate (e => self%basis)
          if (self%rank == 0) e(:, 1) = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -199,6 +211,19 @@ contains
       allocate (self%torque(0:highest_order, 3, effects%n_torques), source=0.0_wp)
    end subroutine make_slots
 
+   !> Finds the torques in space axes, and makes room for them.
+   subroutine make_axes(self, effects)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i, n
+      if (allocated(self%piece)) deallocate (self%piece, self%in_space, self%along, self%rows)
+      n = effects%n_torques
+      allocate (self%piece(2, n), source=0.0_wp)
+      allocate (self%in_space(n), source=[(effects%torques(i)%item%series_kind() == SPACE_SERIES, i=1, n)])
+      n = merge(highest_order, -1, any(self%in_space))
+      allocate (self%along(3, 0:n, effects%n_torques), self%rows(3, 3, 0:n), source=0.0_wp)
+   end subroutine make_axes
+
    subroutine open_slot(self, effect, direction, n, last)
       class(torque_series_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -228,6 +253,7 @@ contains
       real(wp) :: one(3)
       integer :: i, n
       self%omega(:, k) = omega
+      if (size(self%rows) > 0) self%rows(:, :, k) = rows
       do n = 1, size(self%gamma, 3)
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
                                + rows(:, 3)*self%components(3, n)
@@ -245,13 +271,30 @@ contains
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
          else
             call effects%torques(i)%item%series_torque( &
-               k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
-               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+               k, min(max(t, self%piece(1, i)), self%piece(2, i)), time_unit, self%omega(:, 0:k), &
+               self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+            if (self%in_space(i)) call turn_to_body(self, i, k, one)
          end if
          self%torque(k, :, i) = one
          tau = tau + one
       end do
    end subroutine add_terms
+
+   !> Coefficient k of R(q)ᵀν from that of ν and those before.
+   pure subroutine turn_to_body(self, i, k, tau)
+      class(torque_series_t), intent(inout) :: self
+      !> Position of the torque; coefficient.
+      integer, intent(in) :: i, k
+      !> ν on entry, space axes; R(q)ᵀν on exit, body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      integer :: j
+      self%along(:, k, i) = [dot_product(tau, self%basis(:, 1)), dot_product(tau, self%basis(:, 2)), &
+                             dot_product(tau, self%basis(:, 3))]
+      tau = 0.0_wp
+      do j = 0, k
+         tau = tau + times_vector(self%rows(:, :, k - j), self%along(:, j, i))
+      end do
+   end subroutine turn_to_body
 
    !> ∫ Ω·τᵢ dt of the torque i from the start of the series to `s`, J: term by term.
    pure real(wp) function work_until(self, i, order, time_unit, s) result(work)
