@@ -22,6 +22,8 @@ module nutate_check_command
    use nutate_fixed_steps, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
+   use nutate_slips, only: add_slips
+   use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -132,7 +134,7 @@ contains
       if (is_free) call page%item('none', 'the body is free')
    end subroutine add_effects
 
-   !> The settings of a group: `key = values; key = values`.
+   !> The settings of a group, and the defaults that stand in for others: `key = values; key = values (default)`.
    pure function settings_text(group, keys) result(text)
       type(group_t), intent(in) :: group
       !> The keys that it may have.
@@ -141,18 +143,41 @@ contains
       integer :: k
       text = ''
       do k = 1, size(keys)
-         if (.not. group%has(trim(keys(k)%name))) cycle
-         if (text /= '') text = text//'; '
-         text = text//trim(keys(k)%name)//' = '
-         if (keys(k)%kind == KEY_TEXT) then
-            text = text//printable_path(trim(group%text(trim(keys(k)%name), '')))
-         else
-            text = text//vector_text(group%vector(trim(keys(k)%name), spread(0.0_wp, 1, &
-                                                                             group%count_of(trim(keys(k)%name)))))
-         end if
+         if (group%has(trim(keys(k)%name))) text = text//'; '//trim(keys(k)%name)//' = '//values_text(group, keys(k))
       end do
-      if (text == '') text = 'default values'
+      do k = 1, size(keys)
+         if (takes_default(group, keys(k))) &
+            text = text//'; '//trim(keys(k)%name)//' = '//trim(keys(k)%default)//' (default)'
+      end do
+      text = text(min(3, len(text) + 1):)
    end function settings_text
+
+   !> The values that a group has for a key.
+   pure function values_text(group, key) result(text)
+      type(group_t), intent(in) :: group
+      type(key_t), intent(in) :: key
+      character(len=:), allocatable :: text
+      if (key%kind == KEY_TEXT) then
+         text = printable_path(trim(group%text(trim(key%name), '')))
+      else
+         text = vector_text(group%vector(trim(key%name), spread(0.0_wp, 1, group%count_of(trim(key%name)))))
+      end if
+   end function values_text
+
+   !> A default of the key is to be told.
+   pure logical function takes_default(group, key) result(takes)
+      type(group_t), intent(in) :: group
+      type(key_t), intent(in) :: key
+      integer :: i
+      takes = .false.
+      if (key%default == '' .or. group%has(trim(key%name))) return
+      takes = key%beside == ''
+      associate (names => split_list(key%beside))
+         do i = 1, size(names)
+            if (group%has(trim(names(i)))) takes = .true.
+         end do
+      end associate
+   end function takes_default
 
    subroutine add_method(page, scene)
       type(page_t), intent(inout) :: page
@@ -322,6 +347,7 @@ contains
       type(note_t), allocatable :: notes(:)
       integer :: i
       call scene_notes(scene, notes)
+      call add_slips(scene, notes)
       if (size(notes) > 0) call page%line('notes')
       do i = 1, size(notes)
          call page%line('  '//notes(i)%text)

@@ -74,6 +74,8 @@ program unit
    use test_stability_time, only: collect_stability_time
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
+   use test_table_torques, only: collect_table_torques
+   use test_tables, only: collect_tables
    use test_taylor, only: collect_taylor
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
@@ -187,6 +189,8 @@ contains
          new_testsuite("series", collect_series), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
+         new_testsuite("table_torques", collect_table_torques), &
+         new_testsuite("tables", collect_tables), &
          new_testsuite("taylor", collect_taylor), &
          new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &

@@ -39,6 +39,10 @@ module nutate_keys
       logical :: required = .false.
       !> Admissible texts, comma separated, for a key that names a choice; blank: any text.
       character(len=320) :: choices = ''
+      !> What it is where it is absent, as a scene would have it, for those who want to be told; blank: nothing to tell.
+      character(len=16) :: default = ''
+      !> The default holds beside one of these keys, comma separated; blank: always.
+      character(len=16) :: beside = ''
    contains
       !> What is wrong with one of its numbers, or with all together, in words; empty if nothing is.
       procedure :: fault => fault_of_one

@@ -2,8 +2,8 @@
 !> where two points have the same time; cubic ones are a spline (C. de Boor, A Practical Guide to Splines, 1978, IV),
 !> natural at its ends or periodic.
 !>
-!> In the interval k, from x(k-1) to x(k), the vector is c₀ + c₁s + c₂s² + c₃s³ with s = (x - x(k-1))/h, h its length: no
-!> coefficient is larger or smaller than the unit of time makes it.
+!> In the interval k, from x(k-1) to x(k), the vector is c₀ + c₁s + c₂s² + c₃s³, s = (x - x(k-1))/h, h its length: so
+!> the size of the coefficients does not depend on the unit of time.
 module nutate_piecewise
    use nutate_kinds, only: wp
    use nutate_lapack, only: dptsv
@@ -158,7 +158,8 @@ contains
       !> Shapes (3), (3,3).
       real(wp), intent(in) :: times(3), values(3, 3)
       real(wp) :: bend(3)
-      bend = 6*((values(:, 3) - values(:, 2))/(times(3) - times(2)) - (values(:, 2) - values(:, 1))/(times(2) - times(1)))
+      bend = 6*((values(:, 3) - values(:, 2))/(times(3) - times(2)) &
+                - (values(:, 2) - values(:, 1))/(times(2) - times(1)))
    end function bend
 
    !> Notes in which interval each of n equal parts of the whole begins: an interval is then found at once where the
@@ -263,7 +264,7 @@ contains
          do j = 0, 3
             bounds(0) = max(bounds(0), length_of(b(:, j)))
             if (j < 3) bounds(1) = max(bounds(1), 3*length_of(b(:, j + 1) - b(:, j))/h)
-            if (j < 2) bounds(2) = max(bounds(2), 6*(length_of((b(:, j + 2) - b(:, j + 1)) - (b(:, j + 1) - b(:, j)))/h)/h)
+            if (j < 2) bounds(2) = max(bounds(2), 6*(length_of(b(:, j + 2) - 2*b(:, j + 1) + b(:, j))/h)/h)
          end do
       end do
    end subroutine find_bounds

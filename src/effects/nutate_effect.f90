@@ -21,6 +21,7 @@ module nutate_effect
    private
 
    public :: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
+   public :: turning_of
    public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ
@@ -322,6 +323,16 @@ contains
       r = quat_product(q, [1.0_wp, half])
       r = r/norm2(r)
    end function turned
+
+   !> ∂τ/∂θ of a torque fixed in space: δ(R(q)ᵀν) = (R(q)ᵀν)×δθ.
+   pure function turning_of(tau) result(by_rotation)
+      !> R(q)ᵀν, body axes, N m; shape (3).
+      real(wp), intent(in) :: tau(3)
+      real(wp) :: by_rotation(3, 3)
+      by_rotation(:, 1) = [0.0_wp, tau(3), -tau(2)]
+      by_rotation(:, 2) = [-tau(3), 0.0_wp, tau(1)]
+      by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
+   end function turning_of
 
    !> The torque acts at all times.
    pure subroutine always(self, start, stop)

@@ -5,7 +5,7 @@
 module nutate_tabulated_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, torque_t, GENERAL_SERIES, SPACE_SERIES
+   use nutate_effect, only: effect_t, torque_t, turning_of, GENERAL_SERIES, SPACE_SERIES
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp, eps
@@ -62,8 +62,8 @@ contains
       integer :: i, at
       do i = 1, size(others)
          if (.not. group%has(trim(others(i)))) cycle
-         status = fail(NUTATE_BAD_ARGUMENT, 'table and '//trim(others(i))//' exclude each other (expected one of the '// &
-                       'two)', others(i))
+         status = fail(NUTATE_BAD_ARGUMENT, 'table and '//trim(others(i))//' exclude each other (expected one of '// &
+                       'the two)', others(i))
          return
       end do
       if (.not. allocated(group%table)) then
@@ -150,8 +150,7 @@ contains
       at = n
       if (n < 2 .or. (spline .and. periodic .and. n < least_periodic)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the table is too short (expected '// &
-                       merge('four lines of numbers, or more)', 'two lines of numbers, or more) ', spline .and. periodic), &
-                       'table')
+                       merge('four lines', 'two lines ', spline .and. periodic)//' of numbers, or more)', 'table')
       else if (.not. times(n) > times(1)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the table has one time only (expected two, or more)', 'table')
       else if (spline .and. periodic .and. any(abs(values(:, n) - values(:, 1)) > 0.0_wp)) then
@@ -176,14 +175,14 @@ contains
       else if (step >= least_step) then
          return
       else if (step > 0.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time is too close to the one before (expected '//in_words(least_step)// &
-                       ' s or more)', 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is too close to the one before (expected '// &
+                       in_words(least_step)//' s or more)', 'table')
       else if (spline) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the time is that of the line before (expected it to increase; jumps need '// &
-                       "interpolation = 'linear')", 'table')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is that of the line before (expected it to increase; jumps '// &
+                       "need interpolation = 'linear')", 'table')
       else if (n > 2) then
-         if (times(n - 1) <= times(1)) status = fail(NUTATE_BAD_ARGUMENT, 'three lines have the same time (expected '// &
-                                                     'two, for a jump)', 'table')
+         if (times(n - 1) <= times(1)) &
+            status = fail(NUTATE_BAD_ARGUMENT, 'three lines have the same time (expected two, for a jump)', 'table')
       end if
    end function fault_of_time
 
@@ -227,19 +226,13 @@ contains
       if (self%in_space) tau = rotate_to_body(q, tau)
    end function tabulated_torque
 
-   !> δ(R(q)ᵀτ) = (R(q)ᵀτ)×δθ for a torque in space axes.
    pure subroutine tabulated_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(tabulated_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
-      real(wp) :: tau(3)
       by_rotation = 0.0_wp
       by_rate = 0.0_wp
-      if (.not. self%in_space) return
-      tau = self%torque(t, q, omega)
-      by_rotation(:, 1) = [0.0_wp, tau(3), -tau(2)]
-      by_rotation(:, 2) = [-tau(3), 0.0_wp, tau(1)]
-      by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
+      if (self%in_space) by_rotation = turning_of(self%torque(t, q, omega))
    end subroutine tabulated_derivatives
 
    pure subroutine tabulated_window(self, start, stop)

@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
-from fuzz_scenes import write_scene
+from fuzz_scenes import TABLE, write_scene
 
 LONGEST_RUN = 1000
 
@@ -72,6 +72,7 @@ def judge(program, case):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder)
         (path / "scene.nml").write_bytes(case.text)
+        (path / "table.csv").write_bytes(TABLE)
         statuses, longest = [], 0.0
         for command in ("check", "run"):
             started = processor_seconds()
@@ -122,7 +123,7 @@ def fault_of(command, case, done, folder):
 
 
 def fault_of_files(folder, expected):
-    found = sorted(set(os.listdir(folder)) - {"scene.nml"})
+    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv"})
     return "" if found == expected else f"left {found} instead of {expected}"
 
 

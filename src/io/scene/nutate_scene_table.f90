@@ -118,8 +118,8 @@ contains
             problem = 'the header has not four columns (expected '//header//')'
          if (problem /= '') return
          if (.not. has_unit(text(first:last), trim(units(column)))) then
-            problem = quoted(text(first:last))//' has not the unit ('//trim(units(column))//') at its end (expected '// &
-                      header//')'
+            problem = quoted(text(first:last))//' has not the unit ('//trim(units(column))//') at its end '// &
+                      '(expected '//header//')'
             return
          end if
       end do
@@ -196,7 +196,8 @@ contains
       if (last < first) return
       if (text(first:first) /= quote) return
       if (last == first .or. text(last:last) /= quote) then
-         problem = quoted(text(first:last))//' has a quote that is not closed in its field (expected a number or a name)'
+         problem = quoted(text(first:last))//' has a quote that is not closed in its field (expected a number '// &
+                   'or a name)'
          return
       end if
       first = first + 1
