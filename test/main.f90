@@ -28,6 +28,7 @@ program unit
    use test_conserve, only: collect_conserve
    use test_conserve_limits, only: collect_conserve_limits
    use test_control, only: collect_control
+   use test_dense_output, only: collect_dense_output
    use test_discrete_states, only: collect_discrete_states
    use test_effect_calls, only: collect_effect_calls
    use test_effect_gradients, only: collect_effect_gradients
@@ -153,6 +154,7 @@ contains
          new_testsuite("conserve", collect_conserve), &
          new_testsuite("conserve_limits", collect_conserve_limits), &
          new_testsuite("control", collect_control), &
+         new_testsuite("dense_output", collect_dense_output), &
          new_testsuite("discrete_states", collect_discrete_states), &
          new_testsuite("effect_calls", collect_effect_calls), &
          new_testsuite("effect_gradients", collect_effect_gradients), &

@@ -58,6 +58,7 @@ module nutate_composition
       procedure :: compose
       procedure :: set_up
       procedure :: advance
+      procedure :: forget_steps
       procedure :: transfer
    end type composition_t
 
@@ -140,6 +141,15 @@ contains
       trial%t = state%t + dt
       state = trial
    end subroutine advance
+
+   !> So do the steppers of all stages.
+   recursive subroutine forget_steps(self)
+      class(composition_t), intent(inout) :: self
+      integer :: i
+      do i = 1, size(self%stages)
+         call self%stages(i)%stepper%forget_steps()
+      end do
+   end subroutine forget_steps
 
    !> What the steppers of all stages remember.
    recursive subroutine transfer(self, archive)

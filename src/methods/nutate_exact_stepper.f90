@@ -8,7 +8,7 @@ module nutate_exact_stepper
    use nutate_range, only: check_start
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t
+   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -130,7 +130,7 @@ contains
       if (step*rate > usual_turn) step = usual_turn/rate
    end subroutine choose_step
 
-   !> The state at any time. Errors: none.
+   !> The state at a time, inside the last step if steps are kept. Errors: `NUTATE_BAD_ARGUMENT` elsewhere.
    subroutine state_at(self, system, t, state, work, status)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -139,7 +139,11 @@ contains
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
       work = 0.0_wp
-      call put_solution(self, t, state)
+      if (.not. self%solved .or. (self%keeps_steps .and. .not. is_inside(self, t))) then
+         status = fail(NUTATE_BAD_ARGUMENT, outside)
+      else
+         call put_solution(self, t, state)
+      end if
    end subroutine state_at
 
    !> Where the solution started and where the last step ended; the solution is found again from its start.

@@ -65,6 +65,7 @@ module nutate_implicit_step
       procedure, non_overridable :: begin
       procedure :: advance
       procedure :: transfer
+      procedure :: forget_steps
       !> Takes the state and the length of a step. Refuses states that the form cannot move.
       procedure(start_equations), deferred :: start
       !> Chooses units for a step that was started and for which no Jacobian was kept.
@@ -452,6 +453,13 @@ contains
          status = fail(NUTATE_NOT_CONVERGED, no_convergence)
       end if
    end subroutine iterate
+
+   !> The next step is predicted, and its Jacobian taken, afresh.
+   subroutine forget_steps(self)
+      class(implicit_stepper_t), intent(inout) :: self
+      self%kept_dt = 0.0_wp
+      call self%predictor%forget(0)
+   end subroutine forget_steps
 
    !> What it remembers of its steps.
    subroutine transfer(self, archive)

@@ -268,7 +268,7 @@ contains
       end if
    end subroutine project
 
-   !> Projects a state inside the step that was projected last, and leaves the targets as they are. Errors: those of
+   !> Projects a state inside the step that was projected last, and leaves everything else as it is. Errors: those of
    !> `project`.
    pure subroutine project_inside(self, system, state, work, status)
       class(invariant_projection_t), intent(inout) :: self
@@ -279,17 +279,23 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       type(account_t) :: now, before
-      real(wp) :: last_q(4), last_p(4)
+      real(wp) :: last_q(4), last_p(4), size, largest, to_order_one
       now = self%now
       before = self%before
       last_q = self%last_q
       last_p = self%last_p
+      size = self%size
+      largest = self%largest
+      to_order_one = self%to_order_one
       self%now = before
       call self%project(system, state, work, status)
       self%now = now
       self%before = before
       self%last_q = last_q
       self%last_p = last_p
+      self%size = size
+      self%largest = largest
+      self%to_order_one = to_order_one
    end subroutine project_inside
 
    !> Shows what it remembers from step to step to an archive.

@@ -25,6 +25,10 @@ module nutate_projected_stepper
       procedure :: disturb
       procedure :: set_up
       procedure :: advance
+      procedure :: keep_steps
+      procedure :: mark_step
+      procedure :: state_at
+      procedure :: forget_steps
       procedure :: transfer
    end type projected_stepper_t
 
@@ -92,6 +96,41 @@ contains
       state%q_compensation = q_compensation
       state%p_compensation = p_compensation
    end subroutine advance
+
+   !> The starts of steps are kept where they are taken again: without the projection.
+   recursive subroutine keep_steps(self)
+      class(projected_stepper_t), intent(inout) :: self
+      call self%base%keep_steps()
+      self%keeps_steps = .true.
+   end subroutine keep_steps
+
+   !> Takes the start of a step.
+   recursive subroutine mark_step(self, state, dt, window_time)
+      class(projected_stepper_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: dt, window_time
+      call self%base%mark_step(state, dt, window_time)
+   end subroutine mark_step
+
+   !> The state at a time inside the last step, projected. Errors: those of the stepper and of the projection.
+   recursive subroutine state_at(self, system, t, state, work, status)
+      class(projected_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: t
+      type(state_t), intent(inout) :: state
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      type(state_t) :: inside
+      call self%base%state_at(system, t, inside, work, status)
+      if (status%ok()) call self%projection%project_inside(system, inside, work, status)
+      if (status%ok()) state = inside
+   end subroutine state_at
+
+   !> So does the stepper.
+   recursive subroutine forget_steps(self)
+      class(projected_stepper_t), intent(inout) :: self
+      call self%base%forget_steps()
+   end subroutine forget_steps
 
    !> What the stepper and the projection remember.
    subroutine transfer(self, archive)

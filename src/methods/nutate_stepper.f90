@@ -4,12 +4,14 @@ module nutate_stepper
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t
+   public :: stepper_t, dense_stepper_t, integrator_settings_t, step_goal_t, is_inside, outside
+
+   character(len=*), parameter :: outside = 'the time is not inside a step that was kept'
 
    !> How to integrate, as a scene's `&integrator` says it.
    type :: integrator_settings_t
@@ -55,12 +57,30 @@ module nutate_stepper
       real(wp) :: error_estimate = 0.0_wp
       !> Work that each torque did in the last step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
+      !> Starts of steps are kept, for `state_at`.
+      logical :: keeps_steps = .false.
+      !> Where the last step started, its length and the time that decided which torques act, s.
+      type(state_t) :: last_start = state_t()
+      real(wp) :: last_length = 0.0_wp, last_window = 0.0_wp
+      !> What takes parts of the last step again, a `stepper_t`, so that the steps themselves stay what they are (gfortran
+      !> 12 has no recursive class); it has been used since the last step.
+      class(*), allocatable, private :: again
+      logical, private :: used = .false.
    contains
       !> Takes the settings and makes the work space; must be called before the first step and after every change of
       !> the system.
       procedure, non_overridable :: prepare => prepare_stepper
       !> Moves a state by one step.
       procedure, non_overridable :: step => take_step
+      !> Keeps the starts of steps from now on, for `state_at`; to be called after `prepare`.
+      procedure :: keep_steps
+      !> The state at a time inside the last step (dense output), as good as the method: the step taken again with that
+      !> fraction, from its start, unless the method knows better.
+      procedure :: state_at => state_taken_again
+      !> Takes the start of a step that `advance` is to take.
+      procedure :: mark_step
+      !> Forgets the steps before, which only help to predict the next one.
+      procedure :: forget_steps => forget_nothing
       !> The method's own part of `prepare`.
       procedure(set_up_method), deferred :: set_up
       !> The step itself, which may be a part of a longer one.
@@ -72,13 +92,12 @@ module nutate_stepper
       procedure :: disturb => leave_noise
    end type stepper_t
 
-   !> A method that knows the length of a step before it takes it, and the states inside of it (dense output).
+   !> A method that knows the length of a step before it takes it, and the states inside of it.
    type, abstract, extends(stepper_t) :: dense_stepper_t
    contains
       !> The length of a step that meets a goal; to be followed by that step.
       procedure(choose_length), deferred :: choose_step
-      !> The state at a time inside the last step.
-      procedure(interpolate), deferred :: state_at
+      procedure :: keep_steps => keep_own
    end type dense_stepper_t
 
    abstract interface
@@ -116,18 +135,6 @@ module nutate_stepper
          !> Success on entry.
          type(status_t), intent(inout) :: status
       end subroutine choose_length
-
-      subroutine interpolate(self, system, t, state, work, status)
-         import :: dense_stepper_t, system_t, state_t, status_t, wp
-         class(dense_stepper_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         !> s.
-         real(wp), intent(in) :: t
-         type(state_t), intent(inout) :: state
-         !> Work of all torques from the start of the step to `t`, J.
-         real(wp), intent(out) :: work
-         type(status_t), intent(out) :: status
-      end subroutine interpolate
    end interface
 
 contains
@@ -146,6 +153,9 @@ contains
       self%continued = 0
       self%unproved = 0
       self%error_estimate = 0.0_wp
+      self%keeps_steps = .false.
+      self%last_length = 0.0_wp
+      if (allocated(self%again)) deallocate (self%again)
       call self%set_up(system, settings, status)
    end subroutine prepare_stepper
 
@@ -158,8 +168,95 @@ contains
       !> Step, s; negative steps go backwards in time.
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
+      if (self%keeps_steps) call self%mark_step(state, dt, state%t + 0.5_wp*dt)
       call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
    end subroutine take_step
+
+   !> Keeps the starts of steps from now on, for `state_at`. What takes parts of them again is a copy of this stepper.
+   subroutine keep_steps(self)
+      !> Prepared.
+      class(stepper_t), intent(inout) :: self
+      class(*), allocatable :: twin
+      if (self%keeps_steps) return
+      allocate (twin, source=self)
+      call move_alloc(twin, self%again)
+      self%keeps_steps = .true.
+   end subroutine keep_steps
+
+   !> Keeps the starts of steps: the method knows the states inside.
+   subroutine keep_own(self)
+      class(dense_stepper_t), intent(inout) :: self
+      self%keeps_steps = .true.
+   end subroutine keep_own
+
+   !> Takes the start of a step that `advance` is to take, if starts are kept.
+   subroutine mark_step(self, state, dt, window_time)
+      class(stepper_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      !> s, and the time that decides which torques act, s.
+      real(wp), intent(in) :: dt, window_time
+      self%last_start = state
+      self%last_length = dt
+      self%last_window = window_time
+      self%used = .false.
+   end subroutine mark_step
+
+   !> The state at a time inside the last step: that step taken again from its start, as long as the time is away from
+   !> it. Neither the steps that follow nor their memory notice.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` where no step was kept, or the time is outside of it; those of the step.
+   recursive subroutine state_taken_again(self, system, t, state, work, status)
+      class(stepper_t), intent(inout) :: self
+      !> The one of the step.
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t
+      !> As it was on failure.
+      type(state_t), intent(inout) :: state
+      !> Work of all torques from the start of the step to `t`, J.
+      real(wp), intent(out) :: work
+      type(status_t), intent(out) :: status
+      type(state_t) :: inside
+      work = 0.0_wp
+      if (.not. (allocated(self%again) .and. is_inside(self, t))) then
+         status = fail(NUTATE_BAD_ARGUMENT, outside)
+         return
+      end if
+      inside = self%last_start
+      if (abs(t - self%last_start%t) > 0.0_wp) then
+         select type (again => self%again)
+         class is (stepper_t)
+            if (.not. self%used) call again%forget_steps()
+            self%used = .true.
+            call again%advance(system, inside, t - self%last_start%t, self%last_window, status)
+            if (status%code /= 0) then
+               ! A step that failed has forgotten the steps before it, and predicts afresh: that may do.
+               status = status_t()
+               call again%advance(system, inside, t - self%last_start%t, self%last_window, status)
+            end if
+            if (status%code /= 0) return
+            work = sum(again%work)
+         end select
+         inside%t = t
+      end if
+      state = inside
+   end subroutine state_taken_again
+
+   !> True for a time inside the last step that was kept, its ends and their round-off included.
+   pure logical function is_inside(self, t)
+      class(stepper_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: since, margin
+      since = sign(1.0_wp, self%last_length)*(t - self%last_start%t)
+      margin = 4*spacing(max(abs(self%last_start%t), abs(self%last_length)))
+      is_inside = self%keeps_steps .and. abs(self%last_length) > 0.0_wp .and. since >= 0.0_wp .and. &
+                  since <= abs(self%last_length) + margin
+   end function is_inside
+
+   subroutine forget_nothing(self)
+      class(stepper_t), intent(inout) :: self
+   end subroutine forget_nothing
 
    !> Refuses: what a method remembers and nobody listed would be missing, and the run another one.
    subroutine refuse_archive(self, archive)

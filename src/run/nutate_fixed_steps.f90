@@ -5,7 +5,7 @@ module nutate_fixed_steps
    use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
-   use nutate_observer, only: observer_t
+   use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_part, count_step, progress_t
    use nutate_run_loop, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
@@ -40,6 +40,7 @@ module nutate_fixed_steps
       !> Counts the steps of a run; the stepper must be there.
       procedure :: begin
       procedure :: advance
+      procedure :: state_inside
       procedure :: transfer => transfer_stepper
    end type fixed_steps_t
 
@@ -192,6 +193,7 @@ contains
       real(wp), intent(in) :: length
       !> Success on entry.
       type(status_t), intent(inout) :: status
+      if (stepper%keeps_steps) call stepper%mark_step(progress%state, length, progress%state%t + 0.5_wp*length)
       call stepper%advance(system, progress%state, length, progress%state%t + 0.5_wp*length, status)
       progress%record%continued = progress%record%continued + stepper%continued
    end subroutine try
@@ -241,6 +243,29 @@ contains
          if (status%code /= 0) progress%record%iterations = progress%record%iterations + stepper%iterations
       end do
    end subroutine travel_in_parts
+
+   !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper, which
+   !> must keep the starts of its steps.
+   subroutine state_inside(self, system, progress, t, state, record, status)
+      class(fixed_steps_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(in) :: progress
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(out) :: state
+      type(run_record_t), intent(out) :: record
+      type(status_t), intent(inout) :: status
+      real(wp) :: since, whole
+      record = progress%record
+      if (associated(self%lent)) then
+         whole = sum(self%lent%work)
+         call self%lent%state_at(system, t, state, since, status)
+      else
+         whole = sum(self%own%work)
+         call self%own%state_at(system, t, state, since, status)
+      end if
+      record%work = (sum(progress%summary%work) - whole) + since
+   end subroutine state_inside
 
    !> Shows a state inside a nominal step to an observer that sees every step.
    subroutine show_part(state, observer)

@@ -166,7 +166,7 @@ contains
       call policy%transfer(archive)
    end subroutine transfer_run
 
-   !> Refuses: inside steps of one length there are no rows.
+   !> Refuses: a policy that does not say so has no states inside its steps.
    subroutine refuse_state(self, system, progress, t, state, record, status)
       class(step_policy_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -178,7 +178,7 @@ contains
       !> What belongs to a row of that state.
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
-      status = fail(NUTATE_BAD_ARGUMENT, 'rows at intervals need steps chosen by their error')
+      status = fail(NUTATE_BAD_ARGUMENT, 'there are no states inside these steps')
    end subroutine refuse_state
 
 end module nutate_run_loop

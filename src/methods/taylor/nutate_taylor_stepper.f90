@@ -15,7 +15,7 @@ module nutate_taylor_stepper
    use nutate_power_series, only: highest_order
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
-   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, step_goal_t
+   use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -276,7 +276,8 @@ contains
                                                                time/self%series%time_unit)
    end function work_of
 
-   !> The state at a time inside the last step.
+   !> The state at a time inside the last step, by its series. Errors: `NUTATE_BAD_ARGUMENT` where there is none, or the
+   !> time is outside of it; those of the projection.
    subroutine state_at(self, system, t, state, work, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -287,12 +288,17 @@ contains
       type(status_t), intent(out) :: status
       real(wp) :: y(n_rates), time
       integer :: i
+      work = 0.0_wp
+      if (.not. self%expanded .or. (self%keeps_steps .and. .not. is_inside(self, t))) then
+         status = fail(NUTATE_BAD_ARGUMENT, outside)
+         return
+      end if
+      state = self%first
       time = t - self%series%t
       self%rates%failure = 0
       call get_state(self, time, y)
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
-      work = 0.0_wp
       do i = 1, size(self%work)
          work = work + work_of(self, i, time)
       end do
