@@ -262,7 +262,7 @@ contains
       type(status_t) :: status
       integer(long) :: n, rows
       call page%line('output')
-      call columns%choose(scene%output%columns, status)
+      call columns%choose(scene%output%columns, status, scene%output%degrees)
       if (status%ok()) call page%item('columns', columns%header())
       if (scene%plan%goal%active()) then
          call add_expected_rows(page, scene)
@@ -271,7 +271,9 @@ contains
       n = count_steps(scene%initial%t, scene%plan)
       rows = rows_of(scene, n)
       call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
-      if (scene%plan%every == 1) then
+      if (allocated(scene%plan%times)) then
+         call page%item('rows', count_text(rows)//', at the times given')
+      else if (scene%plan%every == 1) then
          call page%item('rows', count_text(rows)//', one for each step')
       else
          call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
@@ -292,6 +294,7 @@ contains
       timekeeper%deadline = timekeeper%deadline + int(patience*real(rate, wp), long)
       plan = scene%plan
       plan%interval = 0.0_wp
+      if (allocated(plan%times)) deallocate (plan%times)
       plan%every = huge(plan%every)
       call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
       if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
@@ -313,7 +316,9 @@ contains
       else if (steps >= 0) then
          call page%item('steps', 'about '//count_text(steps))
       end if
-      if (scene%plan%interval > 0.0_wp) then
+      if (allocated(scene%plan%times)) then
+         call page%item('rows', count_text(rows)//', at the times given')
+      else if (scene%plan%interval > 0.0_wp) then
          call page%item('rows', count_text(rows)//', one every '//rounded_text(scene%plan%interval)//' s')
       else if (rows >= 0 .and. status%ok()) then
          call page%item('rows', 'about '//count_text(rows))

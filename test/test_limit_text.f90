@@ -202,7 +202,7 @@ contains
       case ('rotor')
          text = entry(setting, group, 'momentum', up)
       case ('output')
-         text = entry(setting, group, 'interval', [0.5_wp])
+         text = entry(setting, group, merge('times   ', 'interval', setting%key == 'times'), [0.5_wp])
       case default
          text = ''
          if (is_effect(group)) text = sample_text(setting, group)

@@ -7,7 +7,7 @@ module test_tables
    use nutate_piecewise, only: new_linear, new_spline, piecewise_t
    use nutate_quick_number, only: read_quickly
    use nutate_scene_error, only: scene_error_t, error_line
-   use nutate_scene_table, only: parse_table
+   use nutate_scene_table, only: parse_table, torque_units
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use test_support, only: check_close, random_unit
@@ -166,7 +166,7 @@ contains
          type(table_t) :: table
          type(scene_error_t) :: wrong
          if (allocated(error)) return
-         call parse_table(text, 'table.csv', table, wrong)
+         call parse_table(text, 'table.csv', torque_units, table, wrong)
          if (wrong%raised) then
             call test_failed(error, wrong%text)
          else
@@ -179,17 +179,17 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character, parameter :: lf = achar(10)
       character(len=*), parameter :: header = 't (s),a (N m),b (N m),c (N m)'//lf
-      call try('', 't.csv:1: the header has not four columns')
+      call try('', 't.csv:1: the header has not as many columns as it must')
       call try('t (ms),a (N m),b (N m),c (N m)'//lf, "t.csv:1: 't (ms)' has not the unit (s)")
       call try('t (s),a,b (N m),c (N m)'//lf, "t.csv:1: 'a' has not the unit (N m)")
-      call try('t (s),a (N m),b (N m)'//lf, 't.csv:1: the header has not four columns')
-      call try('t (s),a (N m),b (N m),c (N m),d (N m)'//lf, 't.csv:1: the header has not four columns')
+      call try('t (s),a (N m),b (N m)'//lf, 't.csv:1: the header has not as many columns as it must')
+      call try('t (s),a (N m),b (N m),c (N m),d (N m)'//lf, 't.csv:1: the header has not as many columns as it must')
       call try('0,1,2,3'//lf, "t.csv:1: '0' has not the unit")
       call try(header//'0,1,2,3'//lf//'1,1,x,3'//lf, "t.csv:3: 'x' is not a number")
       call try(header//'0,1,2,3'//lf//'1,1,,3'//lf, "t.csv:3: '' is not a number")
-      call try(header//'0,1,2'//lf, 't.csv:2: the line has not four numbers')
-      call try(header//'0,1,2,3,4'//lf, 't.csv:2: the line has not four numbers')
-      call try(header//'0,1,2,3'//lf//lf, 't.csv:3: the line has not four numbers')
+      call try(header//'0,1,2'//lf, 't.csv:2: the line has not as many numbers')
+      call try(header//'0,1,2,3,4'//lf, 't.csv:2: the line has not as many numbers')
+      call try(header//'0,1,2,3'//lf//lf, 't.csv:3: the line has not as many numbers')
       call try(header//'0,1,2,1e200'//lf, "t.csv:2: '1e200' is too large")
       call try(header//'0,"1,2,3'//lf, "t.csv:2: '""1' has a quote that is not closed")
       call try(header//'0,'//achar(7)//',2,3'//lf, "t.csv:2: '\x07' is not a number")
@@ -199,7 +199,7 @@ contains
          type(table_t) :: table
          type(scene_error_t) :: wrong
          if (allocated(error)) return
-         call parse_table(text, 't.csv', table, wrong)
+         call parse_table(text, 't.csv', torque_units, table, wrong)
          if (.not. wrong%raised) then
             call test_failed(error, 'not refused: '//says)
          else if (index(error_line('scene.nml', wrong), says) /= 1) then

@@ -102,7 +102,8 @@ contains
       if (.not. status%ok()) return
       if (self%method%estimate_power == 0 .and. .not. self%method%dense) &
          call make_stepper(system, settings, self%whole, status)
-      if (progress%plan%interval > 0.0_wp .and. .not. self%method%dense .and. status%ok()) &
+      if ((progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) .and. .not. self%method%dense .and. &
+          status%ok()) &
          call make_stepper(system, settings, self%branch, status)
       allocate (self%work(system%effects%n_torques), source=0.0_wp)
       self%power = self%method%order + 1

@@ -7,7 +7,7 @@ module nutate_fixed_steps
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_part, count_step, progress_t
-   use nutate_run_loop, only: step_policy_t
+   use nutate_run_loop, only: find_row, step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
@@ -64,6 +64,12 @@ contains
          end if
          progress%n_steps = plan%steps
          if (plan%steps < 0) progress%n_steps = count_steps(t, plan)
+         if (.not. allocated(plan%times)) return
+         if (associated(self%lent)) then
+            call self%lent%keep_steps()
+         else
+            call self%own%keep_steps()
+         end if
       end associate
    end subroutine begin
 
@@ -135,7 +141,8 @@ contains
          end if
          if (status%code /= 0) return
          call pass_break(system, progress, dt)
-         call show_part(progress%state, observer)
+         call show_part(stepper, system, progress, status, observer)
+         if (status%code /= 0) return
       end do
       length = t_end - progress%state%t
       if (abs(length - dt) <= margin) length = dt
@@ -221,7 +228,8 @@ contains
             progress%state%t = t_start + length*(real(done, wp)/2**level)
             call count_part(progress, stepper)
             if (done == 2**level) return
-            call show_part(progress%state, observer)
+            call show_part(stepper, system, progress, status, observer)
+            if (status%code /= 0) return
          else
             if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
             if (level == deepest_cut) then
@@ -255,24 +263,51 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
-      real(wp) :: since, whole
-      record = progress%record
       if (associated(self%lent)) then
-         whole = sum(self%lent%work)
-         call self%lent%state_at(system, t, state, since, status)
+         call get_inside(self%lent, system, progress, t, state, record, status)
       else
-         whole = sum(self%own%work)
-         call self%own%state_at(system, t, state, since, status)
+         call get_inside(self%own, system, progress, t, state, record, status)
       end if
-      record%work = (sum(progress%summary%work) - whole) + since
    end subroutine state_inside
 
-   !> Shows a state inside a nominal step to an observer that sees every step.
-   subroutine show_part(state, observer)
-      type(state_t), intent(in) :: state
+   !> The same of a stepper.
+   subroutine get_inside(stepper, system, progress, t, state, record, status)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(in) :: progress
+      real(wp), intent(in) :: t
+      type(state_t), intent(out) :: state
+      type(run_record_t), intent(out) :: record
+      type(status_t), intent(inout) :: status
+      real(wp) :: since
+      record = progress%record
+      call stepper%state_at(system, t, state, since, status)
+      record%work = (sum(progress%summary%work) - sum(stepper%work)) + since
+   end subroutine get_inside
+
+   !> Shows what lies inside a part of a nominal step: the rows at times of the plan; its end, to an observer that sees
+   !> every step.
+   subroutine show_part(stepper, system, progress, status, observer)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
+      type(state_t) :: state
+      type(run_record_t) :: record
+      real(wp) :: t
+      logical :: due
       if (.not. present(observer)) return
-      if (observer%sees_every_step) call observer%watch(state)
+      due = allocated(progress%plan%times)
+      if (due) call find_row(progress, t, due)
+      do while (due .and. status%code == 0)
+         progress%rows = progress%rows + 1
+         call get_inside(stepper, system, progress, t, state, record, status)
+         if (observer%sees_every_step .and. status%ok()) call observer%watch(state)
+         if (status%ok()) call observer%observe(system, state, record, status)
+         call find_row(progress, t, due)
+      end do
+      if (observer%sees_every_step) call observer%watch(progress%state)
    end subroutine show_part
 
    !> Shows the memory of the stepper, under the name of this policy.

@@ -57,7 +57,7 @@ module nutate_progress
       real(wp), allocatable :: work_compensation(:)
       !> Steps that the run is going to take, where pilot runs have found it out; else 0.
       integer(long) :: expected_steps = 0
-      !> Rows at intervals so far.
+      !> Rows at intervals, or at times of the plan, so far.
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
       logical :: resumed = .false.

@@ -155,6 +155,13 @@ def output(dice, scales):
         lines.append(f"every = {dice.choice((1, 7, 1000, 2147483647))}")
     elif dice.random() < 0.05:
         lines.append(f"interval = {scales.text(time=1, signed=False)}")
+    elif dice.random() < 0.2:
+        times = sorted(scales.value(time=1, signed=False) * dice.choice((0, 1e-3, 0.1)) for _ in range(dice.randrange(1, 5)))
+        lines.append("times = " + ", ".join(number_text(time) for time in times))
+    if dice.random() < 0.1:
+        lines.append(f"precision = {dice.choice((1, 3, 17))}")
+    if dice.random() < 0.1:
+        lines.append("degrees = .true.")
     return group("output", lines)
 
 

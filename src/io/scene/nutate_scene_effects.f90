@@ -5,7 +5,7 @@ module nutate_scene_effects
    use nutate_keys, only: group_t, group_kind_t
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
-   use nutate_scene_table, only: read_table
+   use nutate_scene_table, only: read_torque_table
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    implicit none
@@ -50,9 +50,9 @@ contains
          do k = 1, size(kinds)
             if (kinds(k)%group%name /= groups(i)%name) cycle
             if (present(folder)) then
-               call read_table(groups(i), folder, error)
+               call read_torque_table(groups(i), folder, error)
             else
-               call read_table(groups(i), '', error)
+               call read_torque_table(groups(i), '', error)
             end if
             if (error%raised) return
             call kinds(k)%build(groups(i), system%body, effect, status)

@@ -1,11 +1,10 @@
-!> Tables of times and torques that a scene names: RFC 4180, one header row with the units, then a time and three
-!> components in each line.
+!> Tables that a scene names: RFC 4180, one header row with the units, then numbers. Of times and torques, or of times.
 module nutate_scene_table
    use nutate_checksum, only: checksum
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
    use nutate_number_text, only: read_real
-   use nutate_printable, only: printable_path, quoted
+   use nutate_printable, only: quoted
    use nutate_quick_number, only: read_quickly
    use nutate_scene_error, only: scene_error_t
    use nutate_status, only: status_t
@@ -14,12 +13,10 @@ module nutate_scene_table
    implicit none
    private
 
-   public :: read_table, parse_table
+   public :: read_table, read_torque_table, parse_table, path_beside
 
-   !> Columns: a time and the components of a vector; and their units.
-   integer, parameter :: n_columns = 4
-   character(len=3), parameter :: units(n_columns) = ['s  ', 'N m', 'N m', 'N m']
-   character(len=*), parameter :: header = 't (s) and three components, each with its unit (N m)'
+   !> Units of the columns: a time and the components of a torque.
+   character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
    character, parameter :: quote = '"', line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
    !> What some programs put in front of a text in UTF-8.
    character(len=*), parameter :: mark = char(239)//char(187)//char(191)
@@ -28,57 +25,81 @@ contains
 
    !> Reads the table that a group names by its key `table`; a group without one stays as it is. Raises an error, with
    !> file and line, for one that is no table of times and torques.
-   subroutine read_table(group, folder, error)
+   subroutine read_torque_table(group, folder, error)
       type(group_t), intent(inout) :: group
       !> Folder of the scene, `/` at its end: where names of tables begin; empty: the working directory.
       character(len=*), intent(in) :: folder
       type(scene_error_t), intent(inout) :: error
-      character(len=:), allocatable :: path, text, reason
       type(status_t) :: status
       integer :: at
 
-      if (.not. group%has('table') .or. error%raised) return
-      path = trim(group%text('table', ''))
-      if (path == '') then
-         call error%raise(group%line_of('table'), 'table is blank', expected='the name of a CSV file')
-         return
-      end if
-      if (path(1:1) /= '/') path = folder//path
-      call read_text_file(path, text, reason)
-      if (reason /= '') then
-         call error%raise(group%line_of('table'), 'table '//quoted(path)//' cannot be read', expected='a CSV file; '// &
-                          reason)
-         return
-      end if
-      if (allocated(group%table)) deallocate (group%table)
-      allocate (group%table)
-      call parse_table(text, path, group%table, error)
+      if (.not. group%has('table')) return
+      call read_table(group, 'table', torque_units, folder, error)
       if (error%raised) return
-      group%table%checksum = checksum(text)
       associate (numbers => group%table%numbers)
          call check_table(numbers(1, :), numbers(2:4, :), group%text('interpolation', 'linear') == 'cubic', &
                           group%text('outside', 'zero') == 'periodic', at, status)
       end associate
-      if (.not. status%ok()) call error%raise_in(path, at + 1, trim(status%message))
+      if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('table', '')), at + 1, &
+                                                 trim(status%message))
+   end subroutine read_torque_table
+
+   !> Reads the table that a group names by a key that is there. Raises an error, with file and line, for one that cannot
+   !> be read or has other columns.
+   subroutine read_table(group, key, units, folder, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: key
+      !> Of the columns; shape (columns).
+      character(len=*), intent(in) :: units(:)
+      character(len=*), intent(in) :: folder
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: path, text, reason
+
+      if (error%raised) return
+      if (group%text(key, '') == '') then
+         call error%raise(group%line_of(key), key//' is blank', expected='the name of a CSV file')
+         return
+      end if
+      path = path_beside(folder, group%text(key, ''))
+      call read_text_file(path, text, reason)
+      if (reason /= '') then
+         call error%raise(group%line_of(key), key//' '//quoted(path)//' cannot be read', expected='a CSV file; '//reason)
+         return
+      end if
+      if (allocated(group%table)) deallocate (group%table)
+      allocate (group%table)
+      call parse_table(text, path, units, group%table, error)
+      if (.not. error%raised) group%table%checksum = checksum(text)
    end subroutine read_table
 
+   !> A file named in a scene, seen from where the scene is seen.
+   pure function path_beside(scene, name) result(path)
+      !> Path of the scene, or its folder with `/` at the end; empty: the working directory.
+      character(len=*), intent(in) :: scene, name
+      character(len=:), allocatable :: path
+      path = trim(name)
+      if (name(1:1) /= '/') path = scene(1:index(scene, '/', back=.true.))//path
+   end function path_beside
+
    !> The numbers of a table. Raises an error at its first line that is none.
-   subroutine parse_table(text, path, table, error)
+   subroutine parse_table(text, path, units, table, error)
       character(len=*), intent(in) :: text
       !> What to call it in messages.
       character(len=*), intent(in) :: path
-      !> Shape of its numbers (4, lines without the header).
+      !> Of the columns; shape (columns).
+      character(len=*), intent(in) :: units(:)
+      !> Shape of its numbers (columns, lines without the header).
       type(table_t), intent(inout) :: table
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: problem
       integer :: position, line
 
-      allocate (table%numbers(n_columns, count_lines(text) - 1))
+      allocate (table%numbers(size(units), count_lines(text) - 1))
       position = 1
       if (len(text) >= len(mark)) then
          if (text(1:len(mark)) == mark) position = len(mark) + 1
       end if
-      call read_header(text, position, problem)
+      call read_header(text, position, units, problem)
       line = 1
       do while (problem == '' .and. line <= size(table%numbers, 2))
          line = line + 1
@@ -102,28 +123,37 @@ contains
       end if
    end function count_lines
 
-   !> The header row: four names, each with its unit in brackets at the end.
-   subroutine read_header(text, position, problem)
+   !> The header row: names, each with its unit in brackets at the end.
+   subroutine read_header(text, position, units, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
+      character(len=*), intent(in) :: units(:)
       !> What is wrong with it; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       integer :: column, first, last
       logical :: ends
 
       problem = ''
-      do column = 1, n_columns
+      do column = 1, size(units)
          call next_field(text, position, first, last, ends, problem)
-         if (problem == '' .and. (ends .neqv. column == n_columns)) &
-            problem = 'the header has not four columns (expected '//header//')'
+         if (problem == '' .and. (ends .neqv. column == size(units))) &
+            problem = 'the header has not as many columns as it must (expected '//header_of(units)//')'
          if (problem /= '') return
          if (.not. has_unit(text(first:last), trim(units(column)))) then
             problem = quoted(text(first:last))//' has not the unit ('//trim(units(column))//') at its end '// &
-                      '(expected '//header//')'
+                      '(expected '//header_of(units)//')'
             return
          end if
       end do
    end subroutine read_header
+
+   !> What a header must be, in words.
+   pure function header_of(units) result(words)
+      character(len=*), intent(in) :: units(:)
+      character(len=:), allocatable :: words
+      words = 't (s)'
+      if (size(units) > 1) words = words//' and three components, each with its unit (N m)'
+   end function header_of
 
    !> A name ends with its unit in brackets.
    pure logical function has_unit(name, unit)
@@ -134,20 +164,21 @@ contains
       if (last >= len(unit) + 2) has_unit = name(last - len(unit) - 1:last) == '('//unit//')'
    end function has_unit
 
-   !> A line of four numbers.
+   !> A line of numbers.
    subroutine read_row(text, position, numbers, problem)
       character(len=*), intent(in) :: text
       integer, intent(inout) :: position
-      real(wp), intent(out) :: numbers(n_columns)
+      !> Shape (columns).
+      real(wp), intent(out) :: numbers(:)
       character(len=:), allocatable, intent(out) :: problem
       integer :: column, first, last
       logical :: ends, done
 
       problem = ''
-      do column = 1, n_columns
+      do column = 1, size(numbers)
          call next_field(text, position, first, last, ends, problem)
-         if (problem == '' .and. (ends .neqv. column == n_columns)) &
-            problem = 'the line has not four numbers (expected a time, s, and three components, N m)'
+         if (problem == '' .and. (ends .neqv. column == size(numbers))) &
+            problem = 'the line has not as many numbers as the header has columns (expected one for each)'
          if (problem /= '') return
          call read_quickly(text(first:last), numbers(column), done)
          if (.not. done) call read_real(text(first:last), numbers(column), problem)
