@@ -31,8 +31,10 @@ contains
       type(body_t), intent(in) :: body
       type(note_t), allocatable, intent(out) :: notes(:)
       allocate (notes(0))
-      if (body%breaks_triangle) call add_note(notes, 'no rigid body has these moments: one exceeds the sum of the other two')
-      if (body%idealised) call add_note(notes, 'no rigid body has these moments about its centre of mass: an idealised top')
+      if (body%breaks_triangle) &
+         call add_note(notes, 'no rigid body has these moments: one exceeds the sum of the other two')
+      if (body%idealised) &
+         call add_note(notes, 'no rigid body has these moments about its centre of mass: an idealised top')
    end subroutine body_notes
 
    !> Notes on body, start and step.
@@ -63,8 +65,9 @@ contains
       type(note_t), allocatable, intent(inout) :: notes(:)
       real(wp) :: gaps(3)
       gaps = abs(body%moments - cshift(body%moments, 1))/maxval(body%moments)
-      if (any(gaps > 0.0_wp .and. gaps < nearly_equal)) call add_note(notes, 'two moments of inertia differ by only '// &
-         rounded_text(minval(gaps, mask=gaps > 0.0_wp), 3)//' of the largest: nearly symmetric')
+      if (any(gaps > 0.0_wp .and. gaps < nearly_equal)) &
+         call add_note(notes, 'two moments of inertia differ by only '// &
+                       rounded_text(minval(gaps, mask=gaps > 0.0_wp), 3)//' of the largest: nearly symmetric')
    end subroutine note_symmetry
 
    !> A free rotation near the axis of middle inertia: perturbations grow as exp(λt), λ² = Ω²(J₂-J₁)(J₃-J₂)/(J₁J₃),

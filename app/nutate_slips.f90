@@ -33,6 +33,8 @@ contains
                   'nothing: the centre of mass is the reference point, which stays at rest (center_of_mass moves it)')
             case ('gravity_gradient')
                call note_orbit(group, scene%plan%end_time, notes)
+            case default
+               ! Of the others nothing is known but that they may stand twice.
             end select
          end associate
       end do

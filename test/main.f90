@@ -130,14 +130,15 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), roots(:), others(:)
+      type(testsuite_type), allocatable :: stability(:), roots(:), torques(:), others(:)
       stability = stability_suites()
       roots = root_suites()
+      torques = torque_suites()
       others = other_suites()
-      suites = [stability, roots, others]
+      suites = [stability, roots, torques, others]
    end subroutine list_suites
 
-   !> The suites but those of stability cases and of roots: one line for each, here or there.
+   !> The suites but those of stability cases, of roots and of torques: one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
@@ -191,15 +192,22 @@ contains
          new_testsuite("series", collect_series), &
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
-         new_testsuite("table_torques", collect_table_torques), &
-         new_testsuite("tables", collect_tables), &
          new_testsuite("taylor", collect_taylor), &
          new_testsuite("taylor_steps", collect_taylor_steps), &
          new_testsuite("threads", collect_threads), &
-         new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function other_suites
+
+   !> The suites about torques of time.
+   function torque_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("table_torques", collect_table_torques), &
+         new_testsuite("tables", collect_tables), &
+         new_testsuite("torque_physics", collect_torque_physics) &
+         ]
+   end function torque_suites
 
    !> The suites about the true root of a step.
    function root_suites() result(suites)

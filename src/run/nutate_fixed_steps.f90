@@ -252,8 +252,8 @@ contains
       end do
    end subroutine travel_in_parts
 
-   !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper, which
-   !> must keep the starts of its steps.
+   !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper,
+   !> which must keep the starts of its steps.
    subroutine state_inside(self, system, progress, t, state, record, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system

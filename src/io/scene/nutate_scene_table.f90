@@ -44,8 +44,8 @@ contains
                                                  trim(status%message))
    end subroutine read_torque_table
 
-   !> Reads the table that a group names by a key that is there. Raises an error, with file and line, for one that cannot
-   !> be read or has other columns.
+   !> Reads the table that a group names by a key that is there. Raises an error, with file and line, for one that
+   !> cannot be read or has other columns.
    subroutine read_table(group, key, units, folder, error)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: key
@@ -63,7 +63,8 @@ contains
       path = path_beside(folder, group%text(key, ''))
       call read_text_file(path, text, reason)
       if (reason /= '') then
-         call error%raise(group%line_of(key), key//' '//quoted(path)//' cannot be read', expected='a CSV file; '//reason)
+         call error%raise(group%line_of(key), key//' '//quoted(path)//' cannot be read', &
+                          expected='a CSV file; '//reason)
          return
       end if
       if (allocated(group%table)) deallocate (group%table)
