@@ -53,7 +53,7 @@ contains
       character(len=*), intent(in) :: scene_name
       !> Path of the scene file, which must not be written over.
       character(len=*), intent(in) :: path
-      !> Its `time_step`, `end_time` and goal are used; `every` and `times` are set, `interval` where the goal is active.
+      !> Its `time_step`, `end_time` and goal are used; `every`, `times`, and `interval` of an active goal are set.
       type(run_plan_t), intent(inout) :: plan
       type(output_settings_t), intent(out) :: output
       type(scene_error_t), intent(inout) :: error
