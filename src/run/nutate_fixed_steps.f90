@@ -119,7 +119,7 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      real(wp) :: dt, t_end, margin, length, next
+      real(wp) :: dt, t_end, margin, length
       integer(long) :: parts
 
       dt = progress%plan%time_step
@@ -131,19 +131,10 @@ contains
       progress%record%unproved = 0
       ! Parts that there would be if none had to be cut.
       parts = progress%summary%parts + 1
-      do while ((t_end - progress%next_break)*sign(1.0_wp, dt) > margin)
-         next = progress%next_break
-         if (abs(next - progress%state%t) > margin) then
-            call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
-            parts = parts + 1
-            if (parts - spare_tries > progress%plan%max_steps .and. status%code == 0) &
-               status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
-         end if
+      if (abs(progress%next_break) < huge(1.0_wp)) then
+         call travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
          if (status%code /= 0) return
-         call pass_break(system, progress, dt)
-         call show_part(stepper, system, progress, status, observer)
-         if (status%code /= 0) return
-      end do
+      end if
       length = t_end - progress%state%t
       if (abs(length - dt) <= margin) length = dt
       call travel(stepper, system, progress, length, t_end, status, observer)
@@ -152,18 +143,36 @@ contains
       call count_step(progress)
    end subroutine take_nominal_step
 
-   !> Looks for the next time on which a step must end, farther away than none is told from another.
-   subroutine pass_break(system, progress, dt)
+   !> Moves the state to the last time inside a nominal step on which steps must end, from one to the next; a time that
+   !> is not told from the one before is left out. Errors: those of `travel`; `NUTATE_STEP_LIMIT`.
+   subroutine travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
+      class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
-      !> Nominal step, s.
-      real(wp), intent(in) :: dt
-      real(wp) :: sense, passed
-      sense = sign(1.0_wp, dt)
-      passed = progress%state%t + sense*(same_time*abs(dt) + time_noise(progress%state%t, progress%plan))
-      if (sense*(progress%next_break - passed) > 0.0_wp) passed = progress%next_break
-      progress%next_break = system%effects%next_break(passed, sense)
-   end subroutine pass_break
+      !> End of the nominal step, and times so near are the same, s.
+      real(wp), intent(in) :: t_end, margin
+      !> Parts that there would be if none had to be cut.
+      integer(long), intent(inout) :: parts
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      real(wp) :: sense, next
+      sense = sign(1.0_wp, progress%plan%time_step)
+      do while ((t_end - progress%next_break)*sense > margin)
+         next = progress%next_break
+         if (abs(next - progress%state%t) > margin) then
+            call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
+            parts = parts + 1
+            if (parts - spare_tries > progress%plan%max_steps .and. status%code == 0) &
+               status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+            if (status%code /= 0) return
+         end if
+         next = progress%state%t + sense*margin
+         if (sense*(progress%next_break - next) > 0.0_wp) next = progress%next_break
+         progress%next_break = system%effects%next_break(next, sense)
+         call show_part(stepper, system, progress, status, observer)
+         if (status%code /= 0) return
+      end do
+   end subroutine travel_by_breaks
 
    !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
    subroutine travel(stepper, system, progress, length, t_end, status, observer)

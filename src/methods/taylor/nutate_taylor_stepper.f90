@@ -242,7 +242,12 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%time_unit = time_unit
-      self%series%torques%piece(:, :) = self%rates%piece
+      do i = 1, size(self%acted)
+         self%series%torques%start(i) = state%t
+         ! On the end of a piece, or rounded beyond it, the step decides which it is.
+         if (self%rates%in_pieces(i)) self%series%torques%start(i) = min(max(state%t, self%rates%window(1, i)), &
+                                                                         self%rates%window(2, i))
+      end do
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
       self%expanded = converges
       self%first = state

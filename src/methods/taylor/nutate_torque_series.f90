@@ -28,8 +28,8 @@ module nutate_torque_series
       integer :: n_moments = 0
       !> There is more than linear potentials.
       logical :: has_more = .false.
-      !> The piece of each torque in the step, s, to be set; shape (2, number of torques).
-      real(wp), allocatable :: piece(:, :)
+      !> Start of the series of each torque, s, to be set; shape (number of torques).
+      real(wp), allocatable :: start(:)
       !> Potentials with a general series, and the slot of their auxiliary series.
       integer, private :: n_general = 0
       integer, allocatable, private :: general(:), slot(:)
@@ -40,7 +40,9 @@ module nutate_torque_series
       !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
-      !> Torques that are given in space axes, and their series along the basis vectors; shapes (number of torques), (3,
+      !> There are torques that are given in space axes.
+      logical, private :: keeps_rows = .false.
+      !> Which these are, and their series along the basis vectors; shapes (number of torques), (3,
       !> 0:highest_order, number of torques). The rows R(q)ᵀeᵢ, where there is one; shape (3,3, 0:highest_order).
       logical, allocatable, private :: in_space(:)
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
@@ -216,11 +218,12 @@ contains
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer :: i, n
-      if (allocated(self%piece)) deallocate (self%piece, self%in_space, self%along, self%rows)
+      if (allocated(self%start)) deallocate (self%start, self%in_space, self%along, self%rows)
       n = effects%n_torques
-      allocate (self%piece(2, n), source=0.0_wp)
+      allocate (self%start(n), source=0.0_wp)
       allocate (self%in_space(n), source=[(effects%torques(i)%item%series_kind() == SPACE_SERIES, i=1, n)])
-      n = merge(highest_order, -1, any(self%in_space))
+      self%keeps_rows = any(self%in_space)
+      n = merge(highest_order, -1, self%keeps_rows)
       allocate (self%along(3, 0:n, effects%n_torques), self%rows(3, 3, 0:n), source=0.0_wp)
    end subroutine make_axes
 
@@ -238,12 +241,12 @@ contains
    end subroutine open_slot
 
    !> Adds coefficient k of the torque of all effects that are not linear potentials.
-   pure subroutine add_terms(self, effects, k, t, time_unit, acts, omega, rows, tau)
+   pure subroutine add_terms(self, effects, k, time_unit, acts, omega, rows, tau)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: k
-      !> Start and unit of time of the series, s.
-      real(wp), intent(in) :: t, time_unit
+      !> Unit of time of the series, s.
+      real(wp), intent(in) :: time_unit
       !> The torque acts; shape (number of torques).
       logical, intent(in) :: acts(:)
       !> Coefficient k of Ω, rad/s, and of the rows R(q)ᵀeᵢ as columns; body axes; shapes (3), (3,3).
@@ -253,7 +256,7 @@ contains
       real(wp) :: one(3)
       integer :: i, n
       self%omega(:, k) = omega
-      if (size(self%rows) > 0) self%rows(:, :, k) = rows
+      if (self%keeps_rows) self%rows(:, :, k) = rows
       do n = 1, size(self%gamma, 3)
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
                                + rows(:, 3)*self%components(3, n)
@@ -271,9 +274,11 @@ contains
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
          else
             call effects%torques(i)%item%series_torque( &
-               k, min(max(t, self%piece(1, i)), self%piece(2, i)), time_unit, self%omega(:, 0:k), &
-               self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
-            if (self%in_space(i)) call turn_to_body(self, i, k, one)
+               k, self%start(i), time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
+               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+            if (self%keeps_rows) then
+               if (self%in_space(i)) call turn_to_body(self, i, k, one)
+            end if
          end if
          self%torque(k, :, i) = one
          tau = tau + one
