@@ -164,7 +164,7 @@ contains
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps were allowed')
             exit
          end if
-         if (abs(t - progress%state%t) > 0.0_wp) then
+         if (abs(t - progress%state%t) > 0.0_wp .or. .not. allocated(progress%plan%times)) then
             call policy%state_inside(system, progress, t, state, record, status)
          else
             state = progress%state
