@@ -37,6 +37,7 @@ contains
                   new_unittest("a jump is two torques with a window", jump_is_two_torques), &
                   new_unittest("a periodic table is the table written out", periodic_table_is_written_out), &
                   new_unittest("start and stop cut a table", window_cuts_a_table), &
+                  new_unittest("other torques go on behind the end of a table", others_go_on), &
                   new_unittest("a fine table is the harmonic torque", fine_table_is_harmonic), &
                   new_unittest("orders 2 to 8 with times inside of the steps", orders_are_kept), &
                   new_unittest("the account closes for every method", account_closes), &
@@ -237,6 +238,37 @@ contains
       if (allocated(error)) return
       call check(error, .not. whole%acts_at(odd_times(1)) .and. whole%acts_at(0.5_wp) .and. .not. whole%acts_at(1.0_wp))
    end subroutine window_cuts_a_table
+
+   !> A table that has ended, beside a harmonic torque: the motion is that of both after one another, for every method.
+   subroutine others_go_on(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(tabulated_torque_t) :: table
+      type(applied_torque_t) :: harmonic
+      type(system_t) :: both, alone
+      type(state_t) :: state, expected
+      type(integrator_settings_t) :: settings(8)
+      type(run_plan_t) :: plan
+      type(status_t) :: status
+      integer :: i
+      settings = methods()
+      table = table_of(odd_times)
+      harmonic%amplitude = [0.5_wp, -0.2_wp, 0.8_wp]
+      harmonic%frequency = 0.7_wp
+      alone = sample_body()
+      call alone%effects%add(harmonic)
+      both = alone
+      call both%effects%add(table)
+      do i = 1, size(settings)
+         state = make_state(both, identity, rate)
+         call integrate(both, settings(i), state, run_plan_t(time_step=0.05_wp, end_time=1.2_wp), status)
+         expected = state
+         plan = run_plan_t(time_step=0.05_wp, end_time=2.0_wp)
+         call integrate(both, settings(i), state, plan, status)
+         call integrate(alone, settings(i), expected, plan, status)
+         call check_close(error, [state%q, state%p], [expected%q, expected%p], 64*eps, trim(settings(i)%method))
+         if (allocated(error)) return
+      end do
+   end subroutine others_go_on
 
    !> A periodic spline through a cosine is off by h⁴ω⁴/384 at most; so is the motion, times torque over inertia.
    subroutine fine_table_is_harmonic(error)

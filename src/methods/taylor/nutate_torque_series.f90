@@ -28,23 +28,20 @@ module nutate_torque_series
       integer :: n_moments = 0
       !> There is more than linear potentials.
       logical :: has_more = .false.
-      !> Start of the series of each torque, s, to be set; shape (number of torques).
-      real(wp), allocatable :: start(:)
+      !> Start of the series for torques, s, to be set: in the piece of each torque that is in pieces.
+      real(wp) :: start = 0.0_wp
       !> Potentials with a general series, and the slot of their auxiliary series.
       integer, private :: n_general = 0
       integer, allocatable, private :: general(:), slot(:)
-      !> Slots of the torques that have a general series; 0 for a linear one.
+      !> Slots of the torques that have a general series, negative in space axes; 0 for a linear one.
       integer, allocatable, private :: torque_slot(:)
       !> Directions in the basis; shape (3, slots). γ, body axes; shape (3, 0:highest_order, slots).
       real(wp), allocatable, private :: components(:, :), gamma(:, :, :)
       !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
-      !> There are torques that are given in space axes.
-      logical, private :: keeps_rows = .false.
-      !> Which these are, and their series along the basis vectors; shapes (number of torques), (3,
-      !> 0:highest_order, number of torques). The rows R(q)ᵀeᵢ, where there is one; shape (3,3, 0:highest_order).
-      logical, allocatable, private :: in_space(:)
+      !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number of
+      !> torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
@@ -213,18 +210,19 @@ contains
       allocate (self%torque(0:highest_order, 3, effects%n_torques), source=0.0_wp)
    end subroutine make_slots
 
-   !> Finds the torques in space axes, and makes room for them.
+   !> Marks the torques in space axes, and makes room for them.
    subroutine make_axes(self, effects)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      integer :: i, n
-      if (allocated(self%start)) deallocate (self%start, self%in_space, self%along, self%rows)
-      n = effects%n_torques
-      allocate (self%start(n), source=0.0_wp)
-      allocate (self%in_space(n), source=[(effects%torques(i)%item%series_kind() == SPACE_SERIES, i=1, n)])
-      self%keeps_rows = any(self%in_space)
-      n = merge(highest_order, -1, self%keeps_rows)
-      allocate (self%along(3, 0:n, effects%n_torques), self%rows(3, 3, 0:n), source=0.0_wp)
+      integer :: i, last
+      if (allocated(self%along)) deallocate (self%along, self%rows)
+      last = -1
+      do i = 1, effects%n_torques
+         if (effects%torques(i)%item%series_kind() /= SPACE_SERIES) cycle
+         self%torque_slot(i) = -self%torque_slot(i)
+         last = highest_order
+      end do
+      allocate (self%along(3, 0:last, effects%n_torques), self%rows(3, 3, 0:last), source=0.0_wp)
    end subroutine make_axes
 
    subroutine open_slot(self, effect, direction, n, last)
@@ -241,12 +239,12 @@ contains
    end subroutine open_slot
 
    !> Adds coefficient k of the torque of all effects that are not linear potentials.
-   pure subroutine add_terms(self, effects, k, time_unit, acts, omega, rows, tau)
+   pure subroutine add_terms(self, effects, k, t, time_unit, acts, omega, rows, tau)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: k
-      !> Unit of time of the series, s.
-      real(wp), intent(in) :: time_unit
+      !> Start and unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
       !> The torque acts; shape (number of torques).
       logical, intent(in) :: acts(:)
       !> Coefficient k of Ω, rad/s, and of the rows R(q)ᵀeᵢ as columns; body axes; shapes (3), (3,3).
@@ -256,7 +254,6 @@ contains
       real(wp) :: one(3)
       integer :: i, n
       self%omega(:, k) = omega
-      if (self%keeps_rows) self%rows(:, :, k) = rows
       do n = 1, size(self%gamma, 3)
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
                                + rows(:, 3)*self%components(3, n)
@@ -272,13 +269,15 @@ contains
          n = self%torque_slot(i)
          if (n == 0) then
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
+         else if (n > 0) then
+            call effects%torques(i)%item%series_torque( &
+               k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
+               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
          else
             call effects%torques(i)%item%series_torque( &
-               k, self%start(i), time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
-               self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
-            if (self%keeps_rows) then
-               if (self%in_space(i)) call turn_to_body(self, i, k, one)
-            end if
+               k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, -n), &
+               self%auxiliary(:, self%columns(1, -n):self%columns(2, -n)), one)
+            call turn_to_body(self, i, k, rows, one)
          end if
          self%torque(k, :, i) = one
          tau = tau + one
@@ -286,13 +285,16 @@ contains
    end subroutine add_terms
 
    !> Coefficient k of R(q)ᵀν from that of ν and those before.
-   pure subroutine turn_to_body(self, i, k, tau)
+   pure subroutine turn_to_body(self, i, k, rows, tau)
       class(torque_series_t), intent(inout) :: self
       !> Position of the torque; coefficient.
       integer, intent(in) :: i, k
+      !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
+      real(wp), intent(in) :: rows(3, 3)
       !> ν on entry, space axes; R(q)ᵀν on exit, body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
       integer :: j
+      self%rows(:, :, k) = rows
       self%along(:, k, i) = [dot_product(tau, self%basis(:, 1)), dot_product(tau, self%basis(:, 2)), &
                              dot_product(tau, self%basis(:, 3))]
       tau = 0.0_wp
