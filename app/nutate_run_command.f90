@@ -172,9 +172,11 @@ contains
       watcher%history%file%stop_flag = signal_flag()
       associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
          if (allocated(archive)) then
-            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status)
+            call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
+                                        scene%output%degrees, scene%output%digits)
          else
-            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status)
+            call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
+                                      scene%output%degrees, scene%output%digits)
          end if
       end associate
       if (status%ok()) return

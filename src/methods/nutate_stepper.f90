@@ -64,8 +64,8 @@ module nutate_stepper
       !> Where the last step started, its length and the time that decided which torques act, s.
       type(state_t) :: last_start = state_t()
       real(wp) :: last_length = 0.0_wp, last_window = 0.0_wp
-      !> What takes parts of the last step again, a `stepper_t`, so that the steps themselves stay what they are (gfortran
-      !> 12 has no recursive class); it has been used since the last step.
+      !> What takes parts of the last step again, a `stepper_t`, so that the steps themselves stay what they are
+      !> (gfortran 12 has no recursive class); it has been used since the last step.
       class(*), allocatable, private :: again
       logical, private :: used = .false.
    contains

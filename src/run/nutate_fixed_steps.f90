@@ -7,11 +7,12 @@ module nutate_fixed_steps
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_part, count_step, progress_t, total_work, way_t
+   use nutate_run_loop, only: find_row
    use nutate_step_policy, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
-      NUTATE_SINGULAR
+      NUTATE_SINGULAR, NUTATE_STEP_LIMIT
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    implicit none
@@ -68,6 +69,12 @@ contains
          end if
          progress%n_steps = plan%steps
          if (plan%steps < 0) progress%n_steps = count_steps(t, plan)
+         if (.not. allocated(plan%times)) return
+         if (associated(self%lent)) then
+            call self%lent%keep_steps()
+         else
+            call self%own%keep_steps()
+         end if
       end associate
    end subroutine begin
 
@@ -144,18 +151,10 @@ contains
       progress%record%unproved = 0
       ! Parts that there would be if none had to be cut.
       parts = progress%summary%parts + 1
-      do while (progress%next_break <= size(progress%breaks))
-         associate (next => progress%breaks(progress%next_break))
-            if ((t_end - next)*sign(1.0_wp, dt) <= margin) exit
-            if (abs(next - progress%state%t) > margin) then
-               call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
-               parts = parts + 1
-            end if
-         end associate
-         progress%next_break = progress%next_break + 1
+      if (abs(progress%next_break) < huge(1.0_wp)) then
+         call travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
          if (status%code /= 0) return
-         call show_part(progress%state, observer)
-      end do
+      end if
       length = t_end - progress%state%t
       if (abs(length - dt) <= margin) length = dt
       call travel(stepper, system, progress, length, t_end, status, observer)
@@ -178,7 +177,7 @@ contains
       margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
       associate (way => progress%way)
          if (.not. way%begun) call begin_way(progress)
-         target = next_end(progress, t_end, margin)
+         target = next_end(system, progress, t_end, margin)
          if (way%level == 0) then
             length = target - progress%state%t
             if (.not. abs(target - t_end) > 0.0_wp .and. abs(length - dt) <= margin) length = dt
@@ -189,7 +188,7 @@ contains
          if (status%code /= 0 .or. way%level > 0) return
          progress%state%t = target
          if (abs(target - t_end) > 0.0_wp) then
-            progress%next_break = progress%next_break + 1
+            call pass_break(system, progress, margin)
             way%parts = way%parts + 1
          else
             if (progress%summary%parts > way%parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
@@ -209,22 +208,20 @@ contains
    end subroutine begin_way
 
    !> The next time on which a step must end: that of a break inside the nominal step, or its end.
-   real(wp) function next_end(progress, t_end, margin) result(t)
+   real(wp) function next_end(system, progress, t_end, margin) result(t)
+      type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
       !> s.
       real(wp), intent(in) :: t_end, margin
       real(wp) :: sense
       sense = sign(1.0_wp, progress%plan%time_step)
       t = t_end
-      do while (progress%next_break <= size(progress%breaks))
-         associate (next => progress%breaks(progress%next_break))
-            if ((t_end - next)*sense <= margin) return
-            if ((next - progress%state%t)*sense > margin) then
-               t = next
-               return
-            end if
-         end associate
-         progress%next_break = progress%next_break + 1
+      do while ((t_end - progress%next_break)*sense > margin)
+         if ((progress%next_break - progress%state%t)*sense > margin) then
+            t = progress%next_break
+            return
+         end if
+         call pass_break(system, progress, margin)
       end do
    end function next_end
 
@@ -252,6 +249,49 @@ contains
          call take_next_part(stepper, system, progress, progress%way, status)
       end if
    end subroutine try_piece
+
+   !> Moves the state to the last time inside a nominal step on which steps must end, from one to the next; a time that
+   !> is not told from the one before is left out. Errors: those of `travel`; `NUTATE_STEP_LIMIT`.
+   subroutine travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      !> End of the nominal step, and times so near are the same, s.
+      real(wp), intent(in) :: t_end, margin
+      !> Parts that there would be if none had to be cut.
+      integer(long), intent(inout) :: parts
+      type(status_t), intent(inout) :: status
+      class(observer_t), intent(inout), optional :: observer
+      real(wp) :: sense, next
+      sense = sign(1.0_wp, progress%plan%time_step)
+      do while ((t_end - progress%next_break)*sense > margin)
+         next = progress%next_break
+         if (abs(next - progress%state%t) > margin) then
+            call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
+            parts = parts + 1
+            if (parts - spare_tries > progress%plan%max_steps .and. status%code == 0) &
+               status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+            if (status%code /= 0) return
+         end if
+         call pass_break(system, progress, margin)
+         call show_part(stepper, system, progress, status, observer)
+         if (status%code /= 0) return
+      end do
+   end subroutine travel_by_breaks
+
+   !> Looks for the next time on which steps must end, farther away than can be told from the present one.
+   subroutine pass_break(system, progress, margin)
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      !> s.
+      real(wp), intent(in) :: margin
+      real(wp) :: sense, passed
+      sense = sign(1.0_wp, progress%plan%time_step)
+      passed = progress%state%t + sense*margin
+      if (sense*(progress%next_break - passed) > 0.0_wp .and. &
+          sense*(progress%next_break - progress%state%t) <= margin) passed = progress%next_break
+      progress%next_break = system%effects%next_break(passed, sense)
+   end subroutine pass_break
 
    !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
    subroutine travel(stepper, system, progress, length, t_end, status, observer)
@@ -308,7 +348,8 @@ contains
       do
          call take_next_part(stepper, system, progress, way, status)
          if (status%code /= 0 .or. way%level == 0) return
-         call show_part(progress%state, observer)
+         call show_part(stepper, system, progress, status, observer)
+         if (status%code /= 0) return
       end do
    end subroutine travel_in_parts
 
@@ -422,8 +463,8 @@ contains
       end if
    end subroutine renew
 
-   !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper, which
-   !> must keep the starts of its steps.
+   !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper,
+   !> which must keep the starts of its steps.
    subroutine state_inside(self, system, progress, t, state, record, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -433,24 +474,51 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
-      real(wp) :: since, whole
-      record = progress%record
       if (associated(self%lent)) then
-         whole = sum(self%lent%work)
-         call self%lent%state_at(system, t, state, since, status)
+         call get_inside(self%lent, system, progress, t, state, record, status)
       else
-         whole = sum(self%own%work)
-         call self%own%state_at(system, t, state, since, status)
+         call get_inside(self%own, system, progress, t, state, record, status)
       end if
-      record%work = (total_work(progress%summary) - whole) + since
    end subroutine state_inside
 
-   !> Shows a state inside a nominal step to an observer that sees every step.
-   subroutine show_part(state, observer)
-      type(state_t), intent(in) :: state
+   !> The same of a stepper.
+   subroutine get_inside(stepper, system, progress, t, state, record, status)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(in) :: progress
+      real(wp), intent(in) :: t
+      type(state_t), intent(out) :: state
+      type(run_record_t), intent(out) :: record
+      type(status_t), intent(inout) :: status
+      real(wp) :: since
+      record = progress%record
+      call stepper%state_at(system, t, state, since, status)
+      record%work = (total_work(progress%summary) - sum(stepper%work)) + since
+   end subroutine get_inside
+
+   !> Shows what lies inside a part of a nominal step: the rows at times of the plan; its end, to an observer that sees
+   !> every step.
+   subroutine show_part(stepper, system, progress, status, observer)
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
+      type(state_t) :: state
+      type(run_record_t) :: record
+      real(wp) :: t
+      logical :: due
       if (.not. present(observer)) return
-      if (observer%sees_every_step) call observer%watch(state)
+      due = allocated(progress%plan%times)
+      if (due) call find_row(progress, t, due)
+      do while (due .and. status%code == 0)
+         progress%rows = progress%rows + 1
+         call get_inside(stepper, system, progress, t, state, record, status)
+         if (observer%sees_every_step .and. status%ok()) call observer%watch(state)
+         if (status%ok()) call observer%observe(system, state, record, status)
+         call find_row(progress, t, due)
+      end do
+      if (observer%sees_every_step) call observer%watch(progress%state)
    end subroutine show_part
 
    !> Shows the memory of the stepper, under the name of this policy.
