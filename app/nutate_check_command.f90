@@ -14,7 +14,7 @@ module nutate_check_command
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
-   use nutate_keys, only: group_t, key_t, KEY_REAL
+   use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_methods, only: equations_of, make_stepper
    use nutate_notes, only: note_t, scene_notes
@@ -23,6 +23,8 @@ module nutate_check_command
    use nutate_fixed_steps, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
+   use nutate_slips, only: add_slips
+   use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -148,7 +150,7 @@ contains
       if (is_free) call page%item('none', 'the body is free')
    end subroutine add_effects
 
-   !> The settings of a group: `key = values; key = values`.
+   !> The settings of a group, and the defaults that stand in for others: `key = values; key = values (default)`.
    pure function settings_text(group, keys) result(text)
       type(group_t), intent(in) :: group
       !> The keys that it may have.
@@ -157,12 +159,15 @@ contains
       integer :: k
       text = ''
       do k = 1, size(keys)
-         if (.not. group%has(trim(keys(k)%name)) .or. keys(k)%kind /= KEY_REAL) cycle
-         if (text /= '') text = text//'; '
-         text = text//trim(keys(k)%name)//' = '// &
-                vector_text(group%vector(trim(keys(k)%name), spread(0.0_wp, 1, group%count_of(trim(keys(k)%name)))))
+         ! Its name, and whether it is on, are said apart.
+         if (keys(k)%kind == KEY_LOGICAL .or. keys(k)%name == 'name') cycle
+         if (group%has(trim(keys(k)%name))) text = text//'; '//trim(keys(k)%name)//' = '//values_text(group, keys(k))
       end do
-      if (text == '') text = 'default values'
+      do k = 1, size(keys)
+         if (takes_default(group, keys(k))) &
+            text = text//'; '//trim(keys(k)%name)//' = '//trim(keys(k)%default)//' (default)'
+      end do
+      text = text(min(3, len(text) + 1):)
    end function settings_text
 
    !> What an effect is called, and that it is off.
@@ -173,6 +178,32 @@ contains
       if (group%has('name')) text = "; called '"//group%text('name', '')//"'"
       if (.not. group%flag('on', .true.)) text = text//'; off at the start'
    end function switch_text
+   !> The values that a group has for a key.
+   pure function values_text(group, key) result(text)
+      type(group_t), intent(in) :: group
+      type(key_t), intent(in) :: key
+      character(len=:), allocatable :: text
+      if (key%kind == KEY_TEXT) then
+         text = printable_path(trim(group%text(trim(key%name), '')))
+      else
+         text = vector_text(group%vector(trim(key%name), spread(0.0_wp, 1, group%count_of(trim(key%name)))))
+      end if
+   end function values_text
+
+   !> A default of the key is to be told.
+   pure logical function takes_default(group, key) result(takes)
+      type(group_t), intent(in) :: group
+      type(key_t), intent(in) :: key
+      integer :: i
+      takes = .false.
+      if (key%default == '' .or. group%has(trim(key%name))) return
+      takes = key%beside == ''
+      associate (names => split_list(key%beside))
+         do i = 1, size(names)
+            if (group%has(trim(names(i)))) takes = .true.
+         end do
+      end associate
+   end function takes_default
 
    subroutine add_method(page, scene)
       type(page_t), intent(inout) :: page
@@ -257,7 +288,7 @@ contains
       type(status_t) :: status
       integer(long) :: n, rows
       call page%line('output')
-      call columns%choose(scene%output%columns, status)
+      call columns%choose(scene%output%columns, status, scene%output%degrees)
       if (status%ok()) call page%item('columns', columns%header())
       if (scene%plan%goal%active()) then
          call add_expected_rows(page, scene)
@@ -266,7 +297,9 @@ contains
       n = count_steps(scene%initial%t, scene%plan)
       rows = rows_of(scene, n)
       call page%item('file', printable_path(scene%output%file)//', about '//size_text(history_bytes(scene, rows)))
-      if (scene%plan%every == 1) then
+      if (allocated(scene%plan%times)) then
+         call page%item('rows', count_text(rows)//', at the times given')
+      else if (scene%plan%every == 1) then
          call page%item('rows', count_text(rows)//', one for each step')
       else
          call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
@@ -287,6 +320,7 @@ contains
       timekeeper%deadline = timekeeper%deadline + int(patience*real(rate, wp), long)
       plan = scene%plan
       plan%interval = 0.0_wp
+      if (allocated(plan%times)) deallocate (plan%times)
       plan%every = huge(plan%every)
       call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
       if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
@@ -308,7 +342,9 @@ contains
       else if (steps >= 0) then
          call page%item('steps', 'about '//count_text(steps))
       end if
-      if (scene%plan%interval > 0.0_wp) then
+      if (allocated(scene%plan%times)) then
+         call page%item('rows', count_text(rows)//', at the times given')
+      else if (scene%plan%interval > 0.0_wp) then
          call page%item('rows', count_text(rows)//', one every '//rounded_text(scene%plan%interval)//' s')
       else if (rows >= 0 .and. status%ok()) then
          call page%item('rows', 'about '//count_text(rows))
@@ -342,6 +378,7 @@ contains
       type(note_t), allocatable :: notes(:)
       integer :: i
       call scene_notes(scene, notes)
+      call add_slips(scene, notes)
       if (size(notes) > 0) call page%line('notes')
       do i = 1, size(notes)
          call page%line('  '//notes(i)%text)

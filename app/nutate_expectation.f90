@@ -42,7 +42,9 @@ contains
       integer(long), intent(in) :: steps
       associate (plan => scene%plan)
          rows = -1
-         if (plan%interval > 0.0_wp) then
+         if (allocated(plan%times)) then
+            rows = size(plan%times, kind=long)
+         else if (plan%interval > 0.0_wp) then
             rows = 1 + ceiling(abs(plan%end_time)/plan%interval*(1 - epsilon(1.0_wp)), long)
          else if (steps >= 0) then
             rows = 1 + steps/plan%every + min(modulo(steps, plan%every), 1_long)
@@ -60,14 +62,15 @@ contains
       history_bytes = usual_field*real(rows, wp)*real(columns%width, wp)
    end function history_bytes
 
-   !> Rows that may be written: any number that `every` or `interval` asks for.
+   !> Rows that may be written: any number that `every`, `interval` or times ask for.
    integer(long) function most_rows(scene)
       type(scene_t), intent(in) :: scene
       integer :: i
       most_rows = min(greatest_rows, int(greatest_size/history_bytes(scene, 1_long), long))
       do i = 1, size(scene%groups)
          if (scene%groups(i)%name /= 'output') cycle
-         if (scene%groups(i)%has('every') .or. scene%groups(i)%has('interval')) most_rows = huge(most_rows)
+         if (scene%groups(i)%has('every') .or. scene%groups(i)%has('interval') .or. allocated(scene%plan%times)) &
+            most_rows = huge(most_rows)
       end do
    end function most_rows
 

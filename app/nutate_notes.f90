@@ -8,7 +8,7 @@ module nutate_notes
    implicit none
    private
 
-   public :: note_t, body_notes, scene_notes
+   public :: note_t, add_note, body_notes, scene_notes
 
    !> Moments that differ by less than this of their size, but do differ, are worth a note: rounded input does so.
    real(wp), parameter :: nearly_equal = 1e-6_wp
@@ -31,8 +31,10 @@ contains
       type(body_t), intent(in) :: body
       type(note_t), allocatable, intent(out) :: notes(:)
       allocate (notes(0))
-      if (body%breaks_triangle) call add(notes, 'no rigid body has these moments: one exceeds the sum of the other two')
-      if (body%idealised) call add(notes, 'no rigid body has these moments about its centre of mass: an idealised top')
+      if (body%breaks_triangle) &
+         call add_note(notes, 'no rigid body has these moments: one exceeds the sum of the other two')
+      if (body%idealised) &
+         call add_note(notes, 'no rigid body has these moments about its centre of mass: an idealised top')
    end subroutine body_notes
 
    !> Notes on body, start and step.
@@ -44,10 +46,10 @@ contains
       omega = angular_velocity(scene%system, scene%initial)
       turn = abs(scene%plan%time_step)*norm2(omega)
       if (turn >= too_long) then
-         call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
+         call add_note(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
                   ' rad: hardly any step of 4 rad and more follows the motion, others will be cut')
       else if (turn >= long) then
-         call add(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
+         call add_note(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
                   ' rad: the invariants will hold, the phase will not')
       end if
       call note_symmetry(scene%system%body, notes)
@@ -63,8 +65,9 @@ contains
       type(note_t), allocatable, intent(inout) :: notes(:)
       real(wp) :: gaps(3)
       gaps = abs(body%moments - cshift(body%moments, 1))/maxval(body%moments)
-      if (any(gaps > 0.0_wp .and. gaps < nearly_equal)) call add(notes, 'two moments of inertia differ by only '// &
-         rounded_text(minval(gaps, mask=gaps > 0.0_wp), 3)//' of the largest: nearly symmetric')
+      if (any(gaps > 0.0_wp .and. gaps < nearly_equal)) &
+         call add_note(notes, 'two moments of inertia differ by only '// &
+                       rounded_text(minval(gaps, mask=gaps > 0.0_wp), 3)//' of the largest: nearly symmetric')
    end subroutine note_symmetry
 
    !> A free rotation near the axis of middle inertia: perturbations grow as exp(λt), λ² = Ω²(J₂-J₁)(J₃-J₂)/(J₁J₃),
@@ -88,13 +91,14 @@ contains
          growth = rate*sqrt((1 - least/middle)*(middle/least)*(1 - middle/most))
          if (growth <= slow_growth*rate) return
       end associate
-      call add(notes, 'rotation near the axis of middle inertia: small differences grow tenfold every '// &
+      call add_note(notes, 'rotation near the axis of middle inertia: small differences grow tenfold every '// &
                rounded_text(log(10.0_wp)/growth, 3)//' s')
       if (0.5_wp*growth*abs(scene%plan%time_step) > 1 - (0.25_wp*rate*scene%plan%time_step)**2) &
-         call add(notes, 'on the axis the step is too long to follow this instability and will be cut')
+         call add_note(notes, 'on the axis the step is too long to follow this instability and will be cut')
    end subroutine note_instability
 
-   subroutine add(notes, text)
+   !> Adds a note to others.
+   subroutine add_note(notes, text)
       type(note_t), allocatable, intent(inout) :: notes(:)
       character(len=*), intent(in) :: text
       type(note_t), allocatable :: longer(:)
@@ -107,6 +111,6 @@ contains
       end do
       longer(n + 1)%text = text
       call move_alloc(longer, notes)
-   end subroutine add
+   end subroutine add_note
 
 end module nutate_notes

@@ -181,10 +181,15 @@ contains
       character(len=:), allocatable :: bytes
       type(byte_archive_t) :: archive
       character(len=:), allocatable :: text
+      integer(long) :: bytes_of_table
       integer :: i
       call archive%begin_writing()
       text = group%name
       call archive%transfer(text)
+      if (allocated(group%table)) then
+         bytes_of_table = group%table%checksum
+         call archive%transfer(bytes_of_table)
+      end if
       do i = 1, size(group%settings)
          call add_setting(archive, group%settings(i))
       end do

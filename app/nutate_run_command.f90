@@ -217,10 +217,12 @@ contains
       associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
          if (allocated(archive)) then
             call watcher%history%reopen(scene%output%file, columns, scene%system, scene%initial, j0, archive, status, &
+                                        scene%output%degrees, scene%output%digits, &
                                         scene%plan%end_time < scene%initial%t)
          else
             call watcher%history%open(scene%output%file, columns, scene%system, scene%initial, j0, status, &
-                                      scene%plan%end_time < scene%initial%t)
+                                      scene%output%degrees, scene%output%digits, &
+                                        scene%plan%end_time < scene%initial%t)
          end if
       end associate
       if (status%ok()) return

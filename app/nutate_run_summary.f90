@@ -11,6 +11,7 @@ module nutate_run_summary
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
+   use nutate_slips, only: add_slips
    implicit none
    private
 
@@ -41,6 +42,7 @@ contains
       call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
                      count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
       call body_notes(scene%system%body, notes)
+      call add_slips(scene, notes)
       do i = 1, size(notes)
          call page%item('note', notes(i)%text)
       end do

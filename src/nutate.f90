@@ -69,6 +69,7 @@ module nutate
    use nutate_steady_top, only: sleeping_spin, steady_precession
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    implicit none
    public
 end module nutate

@@ -80,6 +80,8 @@ program unit
    use test_stability_time, only: collect_stability_time
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
+   use test_table_torques, only: collect_table_torques
+   use test_tables, only: collect_tables
    use test_taylor, only: collect_taylor
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
@@ -133,13 +135,14 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), others(:)
+      type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), torques(:), others(:)
       stability = stability_suites()
       inside = inside_suites()
       roots = root_suites()
       series = series_suites()
+      torques = torque_suites()
       others = other_suites()
-      suites = [stability, roots, inside, series, others]
+      suites = [stability, roots, inside, series, torques, others]
    end subroutine list_suites
 
    !> The suites of the Taylor series.
@@ -153,7 +156,7 @@ contains
          new_testsuite("taylor_steps", collect_taylor_steps)]
    end function series_suites
 
-   !> The suites but those of stability cases, of roots, of states inside of steps and of series:
+   !> The suites but those of stability cases, of roots, of states inside of steps and of series and of torques:
    !> one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
@@ -208,7 +211,6 @@ contains
          new_testsuite("shipped_scenes", collect_shipped_scenes), &
          new_testsuite("step", collect_step), &
          new_testsuite("threads", collect_threads), &
-         new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("work_precision", collect_work_precision) &
          ]
    end function other_suites
@@ -222,6 +224,16 @@ contains
          new_testsuite("events", collect_events) &
          ]
    end function inside_suites
+
+   !> The suites about torques of time.
+   function torque_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("table_torques", collect_table_torques), &
+         new_testsuite("tables", collect_tables), &
+         new_testsuite("torque_physics", collect_torque_physics) &
+         ]
+   end function torque_suites
 
    !> The suites about the true root of a step.
    function root_suites() result(suites)

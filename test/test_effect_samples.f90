@@ -110,7 +110,9 @@ contains
       integer :: i
       do i = 1, self%n_items
          if (self%items(i)%kind /= k) cycle
-         effect = self%items(i)%effect
+         ! Not an assignment: gfortran 12 gives the new type the room of the old one.
+         if (allocated(effect)) deallocate (effect)
+         allocate (effect, source=self%items(i)%effect)
          if (present(n)) then
             select type (effect)
             class is (potential_t)

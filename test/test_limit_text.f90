@@ -205,7 +205,7 @@ contains
          text = " when = 'omega1'"//entry(setting, group, 'crosses', [0.5_wp])
          if (setting%key /= 'crosses') text = text//entry(setting, group, trim(setting%key), [1.0_wp])
       case ('output')
-         text = entry(setting, group, 'interval', [0.5_wp])
+         text = entry(setting, group, merge('times   ', 'interval', setting%key == 'times'), [0.5_wp])
       case default
          text = ''
          if (is_effect(group)) text = sample_text(setting, group)

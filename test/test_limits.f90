@@ -203,7 +203,7 @@ contains
    end subroutine settings
 
    pure function of_settings() result(promises)
-      type(promise_t) :: promises(7)
+      type(promise_t) :: promises(8)
       real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp)
       promises(1) = any_number('integrator', 'time_step', [1.0_wp])
       promises(1)%least = 1e-50_wp
@@ -223,6 +223,11 @@ contains
       ! Fewer than 9e15 rows in 0.08 s.
       promises(7) = positive('output', 'interval', [1.0_wp], least=1e-17_wp)
       promises(7)%c_leaves_out = .true.
+      ! Times of the run, of 0.08 s.
+      promises(8) = any_number('output', 'times', [0.0_wp])
+      promises(8)%greatest = 0.08_wp
+      promises(8)%negative = .false.
+      promises(8)%text_only = .true.
    end function of_settings
 
    subroutine events(error)

@@ -50,20 +50,18 @@ contains
       !> Shape (4).
       real(qp), intent(out) :: q(4)
       type(motion_t) :: motion
-      real(wp), allocatable :: breaks(:)
-      real(wp) :: t, next
+      real(wp) :: t, next, sense
       real(qp) :: y(n_y), step
-      integer :: i, k
+      integer :: k
       call prepare(motion, system, start, end_time - start%t, y)
-      call system%effects%find_breaks(start%t, end_time, breaks)
+      sense = sign(1.0_wp, end_time - start%t)
       allocate (motion%acts(system%effects%n_torques))
       t = start%t
       ! Short, so that nothing overflows: the next ones grow.
       step = 1e-3_qp*(real(end_time, qp) - real(t, qp))
-      do i = 1, size(breaks) + 1
-         next = end_time
-         if (i <= size(breaks)) next = breaks(i)
-         if (.not. abs(next - t) > 0.0_wp) cycle
+      do while (abs(end_time - t) > 0.0_wp)
+         next = system%effects%next_break(t, sense)
+         if (sense*(next - end_time) > 0.0_wp) next = end_time
          do k = 1, size(motion%acts)
             motion%acts(k) = system%effects%torques(k)%item%acts_at(0.5_wp*(t + next))
          end do

@@ -5,11 +5,11 @@
 !> numbers of a key from elsewhere than a scene asks the same key.
 module nutate_keys
    use nutate_admissible, only: fault_of, fault_together, kind_in_words, ANY_VALUE
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, long
    implicit none
    private
 
-   public :: key_t, value_t, setting_t, group_t, group_kind_t, name_length
+   public :: key_t, value_t, setting_t, table_t, group_t, group_kind_t, name_length
    public :: KEY_REAL, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
 
    !> Longest name of a group or key.
@@ -41,6 +41,10 @@ module nutate_keys
       character(len=320) :: choices = ''
       !> Keys that say the same thing, comma separated: set from the command line, this one takes their place.
       character(len=48) :: instead_of = ''
+      !> What it is where it is absent, as a scene would have it, for those who want to be told; blank: nothing to tell.
+      character(len=16) :: default = ''
+      !> The default holds beside one of these keys, comma separated; blank: always.
+      character(len=16) :: beside = ''
    contains
       !> What is wrong with one of its numbers, or with all together, in words; empty if nothing is.
       procedure :: fault => fault_of_one
@@ -67,12 +71,22 @@ module nutate_keys
       type(value_t), allocatable :: values(:)
    end type setting_t
 
+   !> The numbers of a file that a group names.
+   type :: table_t
+      !> Shape (columns, lines).
+      real(wp), allocatable :: numbers(:, :)
+      !> Checksum of the bytes of the file.
+      integer(long) :: checksum = 0
+   end type table_t
+
    !> One group of a scene, its values already checked against the group's keys.
    type :: group_t
       character(len=name_length) :: name = ''
       !> Line of the file where the group starts.
       integer :: line = 0
       type(setting_t), allocatable :: settings(:)
+      !> What its key `table` names; not allocated where there is none, or it has not been read.
+      type(table_t), allocatable :: table
    contains
       !> True if the scene gives this key.
       procedure :: has

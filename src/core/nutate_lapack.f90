@@ -5,7 +5,7 @@ module nutate_lapack
    implicit none
    private
 
-   public :: dgetrf, dgetrs, dgesv, symmetric_eigen, handle_info
+   public :: dgetrf, dgetrs, dgesv, dptsv, symmetric_eigen, handle_info
 
    interface
       !> LU factors of a general matrix, partial pivoting.
@@ -34,6 +34,14 @@ module nutate_lapack
          real(wp), intent(inout) :: a(lda, *), b(ldb, *)
          integer, intent(out) :: ipiv(*), info
       end subroutine dgesv
+
+      !> Solves A X = B, A symmetric, definite and tridiagonal: by its diagonal d and what is beside it, e.
+      pure subroutine dptsv(n, nrhs, d, e, b, ldb, info)
+         import :: wp
+         integer, intent(in) :: n, nrhs, ldb
+         real(wp), intent(inout) :: d(*), e(*), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dptsv
 
       !> Eigenvalues and eigenvectors of a symmetric matrix.
       pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)

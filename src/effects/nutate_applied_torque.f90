@@ -3,9 +3,9 @@
 module nutate_applied_torque
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_body, only: body_t
-   use nutate_effect, only: effect_t, GENERAL_SERIES, torque_t
+   use nutate_effect, only: effect_t, GENERAL_SERIES, torque_t, turning_of
    use nutate_effect_bounds, only: effect_bounds_t, let_change, linear_map_t
-   use nutate_keys, only: group_t, key_t
+   use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: is_moderate
    use nutate_quaternion, only: rotate_to_body
@@ -17,14 +17,18 @@ module nutate_applied_torque
 
    public :: applied_torque_t, applied_torque_keys, build_applied_torque
 
-   !> Keys of the scene group `&torque`.
-   type(key_t), parameter :: applied_torque_keys(6) = [ &
+   !> Keys of the scene group `&torque`; the last four are of a torque by a table (`nutate_tabulated_torque`).
+   type(key_t), parameter :: applied_torque_keys(10) = [ &
       key_t(name='body', least=3, most=3), &
       key_t(name='space', least=3, most=3), &
-      key_t(name='frequency'), &
-      key_t(name='phase'), &
+      key_t(name='frequency', default='0', beside='body,space'), &
+      key_t(name='phase', default='0', beside='body,space'), &
       key_t(name='start'), &
-      key_t(name='stop')]
+      key_t(name='stop'), &
+      key_t(name='table', kind=KEY_TEXT), &
+      key_t(name='interpolation', kind=KEY_TEXT, choices='linear,cubic', default='linear', beside='table'), &
+      key_t(name='outside', kind=KEY_TEXT, choices='zero,periodic', default='zero', beside='table'), &
+      key_t(name='axes', kind=KEY_TEXT, choices='body,space', default='body', beside='table')]
 
    !> τ₀ cos(2πft + phase) from start to stop.
    type, extends(torque_t) :: applied_torque_t
@@ -57,7 +61,8 @@ contains
 
    !> A torque as a scene's group asks for it.
    !>
-   !> Errors: `NUTATE_BAD_ARGUMENT` where not exactly one of body and space is given, or the window is empty.
+   !> Errors: `NUTATE_BAD_ARGUMENT` where not exactly one of body and space is given, the window is empty, or a key
+   !> needs a table.
    subroutine build_applied_torque(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
@@ -65,14 +70,21 @@ contains
       type(status_t), intent(out) :: status
       type(applied_torque_t) :: torque
       real(wp), parameter :: none(3) = 0.0_wp
+      character(len=13), parameter :: of_table(3) = [character(len=13) :: 'interpolation', 'outside', 'axes']
+      integer :: i
       torque%name = 'torque'
       if (group%has('body') .and. group%has('space')) then
          status = fail(NUTATE_BAD_ARGUMENT, 'body and space say the same thing (expected one of the two)', 'space')
          return
       else if (.not. (group%has('body') .or. group%has('space'))) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the torque is missing (expected body or space)')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the torque is missing (expected body, space or table)')
          return
       end if
+      do i = 1, size(of_table)
+         if (.not. group%has(trim(of_table(i)))) cycle
+         status = fail(NUTATE_BAD_ARGUMENT, trim(of_table(i))//' stands alone (expected table with it)', of_table(i))
+         return
+      end do
       torque%in_space = group%has('space')
       torque%amplitude = group%vector('body', group%vector('space', none))
       torque%frequency = group%number('frequency', torque%frequency)
@@ -103,19 +115,13 @@ contains
       phase_at = 2*pi*modulo(self%frequency*t, 1.0_wp) + self%phase
    end function phase_at
 
-   !> δ(R(q)ᵀτ) = (R(q)ᵀτ)×δθ for a torque in space axes.
    pure subroutine applied_derivatives(self, t, q, omega, by_rotation, by_rate)
       class(applied_torque_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
-      real(wp) :: tau(3)
       by_rotation = 0.0_wp
       by_rate = 0.0_wp
-      if (.not. self%in_space) return
-      tau = self%torque(t, q, omega)
-      by_rotation(:, 1) = [0.0_wp, tau(3), -tau(2)]
-      by_rotation(:, 2) = [-tau(3), 0.0_wp, tau(1)]
-      by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
+      if (self%in_space) by_rotation = turning_of(self%torque(t, q, omega))
    end subroutine applied_derivatives
 
    pure subroutine applied_window(self, start, stop)

@@ -21,11 +21,12 @@ module nutate_effect
    private
 
    public :: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
-   public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES
+   public :: turning_of
+   public :: NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES
 
    !> How an effect supplies the power series in time of its torque: not at all; as a constant times the series of γ
-   !> or Ω; coefficient by coefficient.
-   integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2
+   !> or Ω; coefficient by coefficient; the same in space axes, of a torque that depends on time alone there.
+   integer, parameter :: NO_SERIES = 0, LINEAR_SERIES = 1, GENERAL_SERIES = 2, SPACE_SERIES = 3
 
    !> What the writer of an effect knows of it, for proofs: of a potential the largest |∇U|, ‖∇²U‖ and norm of the third
    !> derivative for all γ up to |n| long; of a torque that depends on attitude and time alone the largest |τ|,
@@ -48,7 +49,7 @@ module nutate_effect
       !> Bounds, where they are known and `bound` is not overridden.
       type(given_bounds_t) :: given = given_bounds_t()
    contains
-      !> `NO_SERIES` unless overridden, `LINEAR_SERIES` or `GENERAL_SERIES`.
+      !> `NO_SERIES` unless overridden, `LINEAR_SERIES`, `GENERAL_SERIES`, or `SPACE_SERIES` of a torque.
       procedure :: series_kind => no_kind
       !> Number of auxiliary series, scalar ones that a general series is computed from; 0 unless overridden.
       procedure :: auxiliary_series => no_auxiliary
@@ -94,6 +95,12 @@ module nutate_effect
       procedure :: window => always
       !> The torque acts at a time.
       procedure :: acts_at
+      !> Times about a moment between which the torque, at fixed attitude and rate, is one smooth function of time; all
+      !> times unless overridden. In a step about that moment it is asked at no others.
+      procedure :: piece => one_piece
+      !> The next time at which the torque starts, stops or goes from one piece to another; steps end on it. The ends of
+      !> the window unless overridden.
+      procedure :: next_break => next_end
       procedure :: bound => bound_torque
       !> ∂τ/∂t at fixed attitude and rate; by differences unless overridden. Asked only of a torque whose `bound` says
       !> that it changes.
@@ -104,7 +111,7 @@ module nutate_effect
       procedure :: series_drag => no_drag
       !> n, space axes, where the torque depends on γ = R(q)ᵀn; zero: it does not.
       procedure :: series_direction => no_direction
-      !> Coefficient of a general series of τ.
+      !> Coefficient of a general series of τ; of a series in space axes, there.
       procedure :: series_torque => no_torque
    end type torque_t
 
@@ -332,6 +339,16 @@ contains
       r = r/norm2(r)
    end function turned
 
+   !> ∂τ/∂θ of a torque fixed in space: δ(R(q)ᵀν) = (R(q)ᵀν)×δθ.
+   pure function turning_of(tau) result(by_rotation)
+      !> R(q)ᵀν, body axes, N m; shape (3).
+      real(wp), intent(in) :: tau(3)
+      real(wp) :: by_rotation(3, 3)
+      by_rotation(:, 1) = [0.0_wp, tau(3), -tau(2)]
+      by_rotation(:, 2) = [-tau(3), 0.0_wp, tau(1)]
+      by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
+   end function turning_of
+
    !> The torque acts at all times.
    pure subroutine always(self, start, stop)
       class(torque_t), intent(in) :: self
@@ -350,6 +367,31 @@ contains
       call self%window(start, stop)
       acts_at = t >= start .and. t <= stop .and. self%on
    end function acts_at
+
+   !> All times.
+   pure subroutine one_piece(self, moment, start, stop)
+      class(torque_t), intent(in) :: self
+      !> A time inside of a step, s.
+      real(wp), intent(in) :: moment
+      !> s.
+      real(wp), intent(out) :: start, stop
+      start = -huge(1.0_wp)
+      stop = huge(1.0_wp)
+   end subroutine one_piece
+
+   !> The first end of the window behind a time; beyond all times where there is none.
+   pure real(wp) function next_end(self, t, sense) result(next)
+      class(torque_t), intent(in) :: self
+      !> s, and which way time goes: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      real(wp) :: ends(2)
+      integer :: i
+      call self%window(ends(1), ends(2))
+      next = sense*huge(next)
+      do i = 1, 2
+         if (sense*(ends(i) - t) > 0.0_wp .and. sense*(next - ends(i)) > 0.0_wp) next = ends(i)
+      end do
+   end function next_end
 
    pure logical function attitude_needed(self)
       class(torque_t), intent(in) :: self

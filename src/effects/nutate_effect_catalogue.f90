@@ -11,6 +11,7 @@ module nutate_effect_catalogue
    use nutate_rotor, only: build_rotor, rotor_keys
    use nutate_spring, only: build_spring, spring_keys
    use nutate_status, only: status_t
+   use nutate_tabulated_torque, only: build_tabulated_torque
    implicit none
    private
 
@@ -46,9 +47,22 @@ contains
       call add_kind(kinds, 'gravity_gradient', gravity_gradient_keys, build_gravity_gradient)
       call add_kind(kinds, 'spring', spring_keys, build_spring)
       call add_kind(kinds, 'damping', damping_keys, build_damping)
-      call add_kind(kinds, 'torque', applied_torque_keys, build_applied_torque)
+      call add_kind(kinds, 'torque', applied_torque_keys, build_torque)
       call add_kind(kinds, 'rotor', rotor_keys, build_rotor)
    end function effect_kinds
+
+   !> A torque as a scene's group asks for it: harmonic in time, or by a table.
+   subroutine build_torque(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      if (group%has('table')) then
+         call build_tabulated_torque(group, body, effect, status)
+      else
+         call build_applied_torque(group, body, effect, status)
+      end if
+   end subroutine build_torque
 
    subroutine add_kind(kinds, name, keys, build, repeatable)
       type(effect_kind_t), allocatable, intent(inout) :: kinds(:)

@@ -52,8 +52,8 @@ module nutate_effect_list
       procedure :: transfer_switches
       !> True if the motion depends on the attitude.
       procedure :: needs_attitude
-      !> Times between two times at which a torque starts or stops.
-      procedure :: find_breaks
+      !> The next time on which a step must end.
+      procedure :: next_break
    end type effect_list_t
 
 contains
@@ -259,27 +259,20 @@ contains
       end do
    end function needs_attitude
 
-   !> Times between two times at which a torque starts or stops, in the order in which they are reached.
-   pure subroutine find_breaks(self, t_first, t_last, breaks)
+   !> The next time at which a torque starts, stops or goes from one of its pieces to another, s; beyond all times where
+   !> there is none.
+   pure real(wp) function next_break(self, t, sense) result(next)
       class(effect_list_t), intent(in) :: self
-      !> s; the last may come before the first.
-      real(wp), intent(in) :: t_first, t_last
-      !> s; shape (any).
-      real(wp), allocatable, intent(out) :: breaks(:)
-      real(wp) :: window(2), earliest
-      integer :: i, k
-      allocate (breaks(0))
+      !> s, and which way time goes: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      real(wp) :: one
+      integer :: i
+      next = sense*huge(next)
       do i = 1, self%n_torques
-         call self%torques(i)%item%window(window(1), window(2))
-         breaks = [breaks, pack(window, window > min(t_first, t_last) .and. window < max(t_first, t_last))]
+         one = self%torques(i)%item%next_break(t, sense)
+         if (sense*(next - one) > 0.0_wp) next = one
       end do
-      do i = 1, size(breaks) - 1
-         k = i - 1 + minloc(sign(1.0_wp, t_last - t_first)*breaks(i:), 1)
-         earliest = breaks(k)
-         breaks(k) = breaks(i)
-         breaks(i) = earliest
-      end do
-   end subroutine find_breaks
+   end function next_break
 
    subroutine add_potential(self, effect)
       class(effect_list_t), intent(inout) :: self

@@ -15,7 +15,8 @@ module nutate_gravity
    real(wp), parameter :: standard_gravity(3) = [0.0_wp, 0.0_wp, -9.80665_wp]
 
    !> Keys of the scene group `&gravity`.
-   type(key_t), parameter :: gravity_keys(1) = [key_t(name='acceleration', least=3, most=3)]
+   type(key_t), parameter :: gravity_keys(1) = [ &
+                                       key_t(name='acceleration', least=3, most=3, default='0, 0, -9.80665')]
 
    !> U(γ) = -m c·γ with γ = Rᵀg.
    type, extends(linear_potential_t) :: gravity_t

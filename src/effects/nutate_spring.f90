@@ -20,7 +20,7 @@ module nutate_spring
       key_t(name='body_point', least=3, most=3, required=.true.), &
       key_t(name='anchor', least=3, most=3, required=.true.), &
       key_t(name='stiffness', required=.true.), &
-      key_t(name='rest_length', range=NON_NEGATIVE)]
+      key_t(name='rest_length', range=NON_NEGATIVE, default='0')]
 
    !> The ends of the spring can come near each other if |x| and |a| differ by less than this fraction of |a|. Farther
    !> apart, |x|² + |a|² - 2x·γ loses four digits of ℓ² at most.

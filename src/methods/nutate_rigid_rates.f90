@@ -42,6 +42,8 @@ module nutate_rigid_rates
       logical, allocatable :: acts(:)
       !> From when to when a torque may be asked, s; shape (2, number of torques).
       real(wp), allocatable :: window(:, :)
+      !> The torque is in pieces; shape (number of torques). Its window is then the piece of the step.
+      logical, allocatable :: in_pieces(:)
       !> ∫ Ω·τᵢ dt over the step, J; shape (number of torques).
       real(wp), allocatable :: work(:)
    end type rigid_rates_t
@@ -54,12 +56,17 @@ contains
       type(system_t), intent(in) :: system
       !> Integrate the attitude.
       logical, intent(in) :: attitude
+      integer :: i
       self%attitude = attitude
       self%forced = system%effects%n_potentials + system%effects%n_torques > 0
-      if (allocated(self%acts)) deallocate (self%acts, self%window, self%work)
+      if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
-         allocate (self%acts(n), source=.false.)
+         allocate (self%acts(n), self%in_pieces(n), source=.false.)
          allocate (self%window(2, n), self%work(n), source=0.0_wp)
+         do i = 1, n
+            call system%effects%torques(i)%item%piece(0.0_wp, self%window(1, i), self%window(2, i))
+            self%in_pieces(i) = self%window(2, i) < huge(1.0_wp)
+         end do
       end associate
    end subroutine prepare_rates
 
@@ -81,7 +88,11 @@ contains
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)
             self%acts(i) = torque%acts_at(window_time)
-            call torque%window(self%window(1, i), self%window(2, i))
+            if (self%in_pieces(i)) then
+               call torque%piece(window_time, self%window(1, i), self%window(2, i))
+            else
+               call torque%window(self%window(1, i), self%window(2, i))
+            end if
          end associate
          self%work(i) = 0.0_wp
       end do

@@ -388,6 +388,7 @@ contains
       plan = progress%plan
       plan%goal = run_goal_t(local_tolerance=tolerance)
       plan%interval = 0.0_wp
+      if (allocated(plan%times)) deallocate (plan%times)
       plan%every = huge(plan%every)
       plan%max_steps = min(plan%max_steps, most_steps)
       if (noise > 0.0_wp) then

@@ -117,7 +117,8 @@ contains
       if (.not. status%ok()) return
       if (self%method%estimate_power == 0 .and. .not. self%method%dense) &
          call make_stepper(system, own, self%whole, status)
-      if (progress%plan%interval > 0.0_wp .and. .not. self%method%dense .and. status%ok()) &
+      if ((progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) .and. .not. self%method%dense .and. &
+          status%ok()) &
          call make_stepper(system, own, self%branch, status)
       allocate (self%work(system%effects%n_torques), source=0.0_wp)
       self%power = self%method%order + 1
@@ -155,12 +156,10 @@ contains
       real(wp) :: t_end, rest, step
       logical :: accepted
 
-      do while (progress%next_break <= size(progress%breaks))
-         if (self%sense*(progress%breaks(progress%next_break) - progress%state%t) > 0.0_wp) exit
-         progress%next_break = progress%next_break + 1
-      end do
+      if (.not. self%sense*(progress%next_break - progress%state%t) > 0.0_wp) &
+         progress%next_break = system%effects%next_break(progress%state%t, self%sense)
       t_end = progress%plan%end_time
-      if (progress%next_break <= size(progress%breaks)) t_end = progress%breaks(progress%next_break)
+      if (self%sense*(t_end - progress%next_break) > 0.0_wp) t_end = progress%next_break
       select type (method => self%half)
       class is (dense_stepper_t)
          call method%choose_step(system, progress%state, goal_of(progress, t_end, observer), self%step, status)

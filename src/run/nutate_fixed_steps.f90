@@ -2,16 +2,15 @@
 !> exactly at the end time. A step that fails is cut into parts as short as need be.
 module nutate_fixed_steps
    use nutate_archive, only: archive_t
-   use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: count_part, count_step, progress_t, total_work, way_t
+   use nutate_progress, only: count_part, count_step, progress_t, way_t
+   use nutate_step_cutting, only: get_inside, show_part, spare_tries, take_next_part, travel, try, try_piece
    use nutate_step_policy, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, &
-      NUTATE_SINGULAR
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    implicit none
@@ -19,13 +18,6 @@ module nutate_fixed_steps
 
    public :: fixed_steps_t, count_steps, take_nominal_step
 
-   !> A step that fails is cut into up to 2**deepest_cut parts. A part can be followed where it turns the body by less
-   !> than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be another step.
-   integer, parameter :: deepest_cut = 10
-   !> Lengths that continuation may try whatever the limit of steps: a step in 1024 parts needs about so many, and is
-   !> not to fail for a small limit. Beyond, and beyond ten times the steps allowed, a step is not cut further: such a
-   !> run has failed, and does not go on from an archive.
-   integer(long), parameter :: spare_tries = 1000
    !> Steps between two polls: a poll of the program takes about as long as the cheapest step (0.2 µs), so that they
    !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would be heard within a second.
    integer(long), parameter :: poll_every = 1024
@@ -69,6 +61,12 @@ contains
          end if
          progress%n_steps = plan%steps
          if (plan%steps < 0) progress%n_steps = count_steps(t, plan)
+         if (.not. allocated(plan%times)) return
+         if (associated(self%lent)) then
+            call self%lent%keep_steps()
+         else
+            call self%own%keep_steps()
+         end if
       end associate
    end subroutine begin
 
@@ -145,18 +143,10 @@ contains
       progress%record%unproved = 0
       ! Parts that there would be if none had to be cut.
       parts = progress%summary%parts + 1
-      do while (progress%next_break <= size(progress%breaks))
-         associate (next => progress%breaks(progress%next_break))
-            if ((t_end - next)*sign(1.0_wp, dt) <= margin) exit
-            if (abs(next - progress%state%t) > margin) then
-               call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
-               parts = parts + 1
-            end if
-         end associate
-         progress%next_break = progress%next_break + 1
+      if (abs(progress%next_break) < huge(1.0_wp)) then
+         call travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
          if (status%code /= 0) return
-         call show_part(progress%state, observer)
-      end do
+      end if
       length = t_end - progress%state%t
       if (abs(length - dt) <= margin) length = dt
       call travel(stepper, system, progress, length, t_end, status, observer)
@@ -179,7 +169,7 @@ contains
       margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
       associate (way => progress%way)
          if (.not. way%begun) call begin_way(progress)
-         target = next_end(progress, t_end, margin)
+         target = next_end(system, progress, t_end, margin)
          if (way%level == 0) then
             length = target - progress%state%t
             if (.not. abs(target - t_end) > 0.0_wp .and. abs(length - dt) <= margin) length = dt
@@ -190,7 +180,7 @@ contains
          if (status%code /= 0 .or. way%level > 0) return
          progress%state%t = target
          if (abs(target - t_end) > 0.0_wp) then
-            progress%next_break = progress%next_break + 1
+            call pass_break(system, progress, margin)
             way%parts = way%parts + 1
          else
             if (progress%summary%parts > way%parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
@@ -210,147 +200,65 @@ contains
    end subroutine begin_way
 
    !> The next time on which a step must end: that of a break inside the nominal step, or its end.
-   real(wp) function next_end(progress, t_end, margin) result(t)
+   real(wp) function next_end(system, progress, t_end, margin) result(t)
+      type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
       !> s.
       real(wp), intent(in) :: t_end, margin
       real(wp) :: sense
       sense = sign(1.0_wp, progress%plan%time_step)
       t = t_end
-      do while (progress%next_break <= size(progress%breaks))
-         associate (next => progress%breaks(progress%next_break))
-            if ((t_end - next)*sense <= margin) return
-            if ((next - progress%state%t)*sense > margin) then
-               t = next
-               return
-            end if
-         end associate
-         progress%next_break = progress%next_break + 1
+      do while ((t_end - progress%next_break)*sense > margin)
+         if ((progress%next_break - progress%state%t)*sense > margin) then
+            t = progress%next_break
+            return
+         end if
+         call pass_break(system, progress, margin)
       end do
    end function next_end
 
-   !> Moves the state by `length` in one step, or, where that fails, by the first part of it that does not.
-   subroutine try_piece(stepper, system, progress, length, status)
+   !> Moves the state to the last time inside a nominal step on which steps must end, from one to the next; a time that
+   !> is not told from the one before is left out. Errors: those of `travel`; `NUTATE_STEP_LIMIT`.
+   subroutine travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
-      real(wp), intent(in) :: length
-      type(status_t), intent(inout) :: status
-      type(status_t), parameter :: success = status_t()
-      call try(stepper, system, progress, length, status)
-      if (status%code /= 0) then
-         progress%record%iterations = progress%record%iterations + stepper%iterations
-         status = success
-         call try(stepper, system, progress, length, status)
-      end if
-      if (status%code == 0) then
-         call count_part(progress, stepper)
-      else
-         progress%record%iterations = progress%record%iterations + stepper%iterations
-         progress%way%start = progress%state%t
-         progress%way%length = length
-         progress%way%done = 0
-         call take_next_part(stepper, system, progress, progress%way, status)
-      end if
-   end subroutine try_piece
-
-   !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
-   subroutine travel(stepper, system, progress, length, t_end, status, observer)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      real(wp), intent(in) :: length, t_end
+      !> End of the nominal step, and times so near are the same, s.
+      real(wp), intent(in) :: t_end, margin
+      !> Parts that there would be if none had to be cut.
+      integer(long), intent(inout) :: parts
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      type(status_t), parameter :: success = status_t()
-
-      call try(stepper, system, progress, length, status)
-      if (status%code /= 0) then
-         ! A step that failed has forgotten the steps before it, and predicts afresh: that may do.
-         progress%record%iterations = progress%record%iterations + stepper%iterations
-         status = success
-         call try(stepper, system, progress, length, status)
-      end if
-      if (status%code == 0) then
-         call count_part(progress, stepper)
-      else
-         progress%record%iterations = progress%record%iterations + stepper%iterations
-         call travel_in_parts(stepper, system, progress, length, status, observer)
+      real(wp) :: sense, next
+      sense = sign(1.0_wp, progress%plan%time_step)
+      do while ((t_end - progress%next_break)*sense > margin)
+         next = progress%next_break
+         if (abs(next - progress%state%t) > margin) then
+            call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
+            parts = parts + 1
+            if (parts - spare_tries > progress%plan%max_steps .and. status%code == 0) &
+               status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+            if (status%code /= 0) return
+         end if
+         call pass_break(system, progress, margin)
+         call show_part(stepper, system, progress, status, observer)
          if (status%code /= 0) return
-      end if
-      progress%state%t = t_end
-   end subroutine travel
-
-   !> A step of the method, with the lengths that it tried by continuation.
-   subroutine try(stepper, system, progress, length, status)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      real(wp), intent(in) :: length
-      !> Success on entry.
-      type(status_t), intent(inout) :: status
-      if (stepper%keeps_steps) call stepper%mark_step(progress%state, length, progress%state%t + 0.5_wp*length)
-      call stepper%advance(system, progress%state, length, progress%state%t + 0.5_wp*length, status)
-      progress%record%continued = progress%record%continued + stepper%continued
-   end subroutine try
-
-   !> Moves the state by `length` in halves, quarters, ..., whatever part of it does not fail.
-   subroutine travel_in_parts(stepper, system, progress, length, status, observer)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      real(wp), intent(in) :: length
-      !> On entry: why the step failed in one piece.
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(way_t) :: way
-      way%start = progress%state%t
-      way%length = length
-      do
-         call take_next_part(stepper, system, progress, way, status)
-         if (status%code /= 0 .or. way%level == 0) return
-         call show_part(progress%state, observer)
       end do
-   end subroutine travel_in_parts
+   end subroutine travel_by_breaks
 
-   !> Moves the state by the next part of a piece that is cut, as long as does not fail.
-   subroutine take_next_part(stepper, system, progress, way, status)
-      class(stepper_t), intent(inout) :: stepper
+   !> Looks for the next time on which steps must end, farther away than can be told from the present one.
+   subroutine pass_break(system, progress, margin)
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
-      !> Its level is 0 again at the end of the piece.
-      type(way_t), intent(inout) :: way
-      !> On entry: why the last try failed, if it did.
-      type(status_t), intent(inout) :: status
-      type(status_t), parameter :: success = status_t()
-      character(len=12) :: parts
-      do
-         if (status%code /= 0) then
-            if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
-            if (way%level == deepest_cut) then
-               write (parts, '(i0)') 2**deepest_cut
-               status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
-               call add_cause(stepper, system, status)
-               return
-            end if
-            way%level = way%level + 1
-            way%done = 2*way%done
-            status = success
-         end if
-         if (progress%record%continued > spare_tries .and. &
-             progress%record%continued/10 > progress%plan%max_steps) then
-            status = fail(NUTATE_NOT_CONVERGED, 'the step took more tries than were allowed')
-            return
-         end if
-         call try(stepper, system, progress, way%length/2**way%level, status)
-         if (status%code == 0) exit
-         progress%record%iterations = progress%record%iterations + stepper%iterations
-      end do
-      way%done = way%done + 1
-      progress%state%t = way%start + way%length*(real(way%done, wp)/2**way%level)
-      call count_part(progress, stepper)
-      if (way%done == 2**way%level) way%level = 0
-   end subroutine take_next_part
+      !> s.
+      real(wp), intent(in) :: margin
+      real(wp) :: sense, passed
+      sense = sign(1.0_wp, progress%plan%time_step)
+      passed = progress%state%t + sense*margin
+      if (sense*(progress%next_break - passed) > 0.0_wp .and. &
+          sense*(progress%next_break - progress%state%t) <= margin) passed = progress%next_break
+      progress%next_break = system%effects%next_break(passed, sense)
+   end subroutine pass_break
 
    !> Lets the stepper keep the starts of its steps.
    subroutine expect_events(self, system, progress, status)
@@ -434,25 +342,12 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
-      real(wp) :: since, whole
-      record = progress%record
       if (associated(self%lent)) then
-         whole = sum(self%lent%work)
-         call self%lent%state_at(system, t, state, since, status)
+         call get_inside(self%lent, system, progress, t, state, record, status)
       else
-         whole = sum(self%own%work)
-         call self%own%state_at(system, t, state, since, status)
+         call get_inside(self%own, system, progress, t, state, record, status)
       end if
-      record%work = (total_work(progress%summary) - whole) + since
    end subroutine state_inside
-
-   !> Shows a state inside a nominal step to an observer that sees every step.
-   subroutine show_part(state, observer)
-      type(state_t), intent(in) :: state
-      class(observer_t), intent(inout), optional :: observer
-      if (.not. present(observer)) return
-      if (observer%sees_every_step) call observer%watch(state)
-   end subroutine show_part
 
    !> Makes the state that the last step left fit to be seen.
    subroutine show(self, system, state)

@@ -65,15 +65,14 @@ module nutate_progress
       real(wp) :: t_first = 0.0_wp
       !> Nominal steps of the whole run; negative where steps are chosen by their error.
       integer(long) :: n_steps = -1
-      !> Times inside the run at which steps must end, since a torque starts or stops there, in the order they are
-      !> reached, s; the next one.
-      real(wp), allocatable :: breaks(:)
-      integer :: next_break = 1
+      !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
+      !> times where there is none.
+      real(wp) :: next_break = huge(1.0_wp)
       !> Digits of the work of each torque that its sum cannot hold, J.
       real(wp), allocatable :: work_compensation(:)
       !> Steps that the run is going to take, where pilot runs have found it out; else 0.
       integer(long) :: expected_steps = 0
-      !> Rows at intervals so far.
+      !> Rows at intervals, or at times of the plan, so far.
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
       logical :: resumed = .false.
@@ -104,7 +103,6 @@ contains
       self%t_first = state%t
       if (plan%steps_before > 0) self%t_first = plan%first_time
       self%n_steps = -1
-      self%next_break = 1
       self%expected_steps = 0
       self%rows = 0
       self%resumed = .false.
@@ -113,7 +111,7 @@ contains
       if (allocated(self%events)) deallocate (self%events)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
       allocate (self%summary%work(effects%n_torques), self%work_compensation(effects%n_torques), source=0.0_wp)
-      call effects%find_breaks(state%t, plan%end_time, self%breaks)
+      self%next_break = effects%next_break(state%t, sign(1.0_wp, plan%end_time - state%t))
    end subroutine start_run
 
    !> True at the end of the run.

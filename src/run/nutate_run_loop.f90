@@ -15,7 +15,7 @@ module nutate_run_loop
    implicit none
    private
 
-   public :: drive, transfer_run
+   public :: drive, find_row, transfer_run
 
    !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
    !> Parts at most: beyond, attitudes have lost their digits.
@@ -124,7 +124,10 @@ contains
       type(state_t) :: seen
       logical :: is_row
       is_row = over
-      if (progress%plan%interval > 0.0_wp) then
+      if (allocated(progress%plan%times)) then
+         is_row = .false.
+         call show_inside(progress, policy, system, watched, observer, status)
+      else if (progress%plan%interval > 0.0_wp) then
          call show_inside(progress, policy, system, watched, observer, status)
       else if (mod(progress%summary%steps, progress%plan%every) == 0) then
          is_row = .true.
@@ -151,24 +154,53 @@ contains
       call follow_events(policy, system, progress, mark, observer, status)
       if (status%code /= 0 .or. .not. present(observer) .or. progress%summary%steps /= mark%steps .or. &
           progress%events%stopped) return
-      if (progress%plan%interval > 0.0_wp) call show_inside(progress, policy, system, watched, observer, status)
+      if (progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) &
+         call show_inside(progress, policy, system, watched, observer, status)
       if (observer%sees_every_step) &
          call watch_turn(progress, policy, system, progress%state, watched, observer, status)
    end subroutine finish_part
 
-   !> Shows the first row, unless the run goes on behind it.
+   !> Shows the first row, unless the run goes on behind it, or it is none of those that are asked for.
    subroutine show_first(progress, policy, system, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
-      if (.not. progress%resumed) call observer%observe(system, progress%state, progress%record, status)
+      real(wp) :: t
+      logical :: due
+      due = .not. progress%resumed
+      if (due .and. allocated(progress%plan%times)) then
+         call find_row(progress, t, due)
+         if (due) progress%rows = progress%rows + 1
+      end if
+      if (due) call observer%observe(system, progress%state, progress%record, status)
       if (observer%wants_archive .and. status%ok()) call offer(progress, policy, observer, status)
    end subroutine show_first
 
-   !> Shows the rows at intervals that lie inside the last step. Errors: `NUTATE_STEP_LIMIT` where there are more of
-   !> them than steps are allowed; those of the method, and of the observer.
+   !> The time of the next row at intervals or at times of the plan, and whether the run has reached it.
+   pure subroutine find_row(progress, t, due)
+      type(progress_t), intent(in) :: progress
+      !> s; without meaning where no row is due.
+      real(wp), intent(out) :: t
+      logical, intent(out) :: due
+      real(wp) :: sense
+      associate (plan => progress%plan)
+         sense = sign(1.0_wp, plan%end_time - progress%t_first)
+         t = progress%state%t
+         if (allocated(plan%times)) then
+            due = progress%rows < size(plan%times)
+            if (due) t = plan%times(progress%rows + 1)
+         else
+            t = progress%t_first + sense*plan%interval*real(progress%rows + 1, wp)
+            due = sense*(plan%end_time - t) > same_time*plan%interval
+         end if
+         due = due .and. sense*(t - progress%state%t) <= 0.0_wp
+      end associate
+   end subroutine find_row
+
+   !> Shows the rows at intervals, or at times of the plan, that lie inside the last step. Errors: `NUTATE_STEP_LIMIT`
+   !> where there are more rows at intervals than steps are allowed; those of the method, and of the observer.
    subroutine show_inside(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -179,23 +211,28 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: state
       type(run_record_t) :: record
-      real(wp) :: sense, t
-      associate (plan => progress%plan)
-         sense = sign(1.0_wp, plan%end_time - progress%t_first)
-         do while (status%code == 0)
-            t = progress%t_first + sense*plan%interval*real(progress%rows + 1, wp)
-            if (sense*(t - progress%state%t) > 0.0_wp .or. sense*(plan%end_time - t) <= same_time*plan%interval) exit
-            progress%rows = progress%rows + 1
-            if (progress%rows > plan%max_steps) then
-               status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps were allowed')
-               exit
-            end if
+      real(wp) :: t
+      logical :: due
+      call find_row(progress, t, due)
+      do while (due .and. status%code == 0)
+         progress%rows = progress%rows + 1
+         if (progress%rows > progress%plan%max_steps .and. .not. allocated(progress%plan%times)) then
+            status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps were allowed')
+            exit
+         end if
+         if (abs(t - progress%state%t) > 0.0_wp .or. .not. allocated(progress%plan%times)) then
             call policy%state_inside(system, progress, t, state, record, status)
-            if (observer%sees_every_step .and. status%ok()) &
-               call watch_turn(progress, policy, system, state, watched, observer, status)
-            if (status%ok()) call observer%observe(system, state, record, status)
-         end do
-      end associate
+         else
+            state = progress%state
+            call policy%show(system, state)
+            record = progress%record
+            record%work = total_work(progress%summary)
+         end if
+         if (observer%sees_every_step .and. status%ok()) &
+            call watch_turn(progress, policy, system, state, watched, observer, status)
+         if (status%ok()) call observer%observe(system, state, record, status)
+         call find_row(progress, t, due)
+      end do
    end subroutine show_inside
 
    !> How many parts of a turn from a time to that of a state an observer is to watch, so that none is lost.

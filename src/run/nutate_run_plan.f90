@@ -37,6 +37,9 @@ module nutate_run_plan
       integer(long) :: steps = -1
       !> Time between rows, s, where steps are chosen by their error; 0: a row every so many steps.
       real(wp) :: interval = 0.0_wp
+      !> Times of the rows, s, in the order in which they are reached, from the first to the end time; where allocated,
+      !> they are the only ones. Shape (any).
+      real(wp), allocatable :: times(:)
       type(run_goal_t) :: goal = run_goal_t()
    end type run_plan_t
 

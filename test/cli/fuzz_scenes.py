@@ -157,6 +157,13 @@ def output(dice, scales):
         lines.append(f"every = {dice.choice((1, 7, 1000, 2147483647))}")
     elif dice.random() < 0.05:
         lines.append(f"interval = {scales.text(time=1, signed=False)}")
+    elif dice.random() < 0.2:
+        times = sorted(scales.value(time=1, signed=False) * dice.choice((0, 1e-3, 0.1)) for _ in range(dice.randrange(1, 5)))
+        lines.append("times = " + ", ".join(number_text(time) for time in times))
+    if dice.random() < 0.1:
+        lines.append(f"precision = {dice.choice((1, 3, 17))}")
+    if dice.random() < 0.1:
+        lines.append("degrees = .true.")
     return group("output", lines)
 
 
@@ -203,7 +210,27 @@ def damping(_, scales):
     return group("damping", [f"coefficient = {scales.text(3, length=2, mass=1, time=-1)}"])
 
 
+TABLE = b"""t (s),x (N m),y (N m),z (N m)
+-0.5,0.1,-0.2,0.3
+0.25,2,1,0
+0.25,-1,0,1.5
+1.75,1e-3,0.5,-2
+2,0.1,-0.2,0.3
+"""
+
+
+def table(dice, scales):
+    """A torque by the table that stands beside every scene."""
+    lines = [f"table = '{dice.choice(('table.csv', 'table.csv', 'table.csv', 'absent.csv'))}'",
+             f"outside = '{dice.choice(('zero', 'periodic'))}'", f"axes = '{dice.choice(('body', 'space'))}'",
+             f"interpolation = '{dice.choice(('linear', 'linear', 'cubic'))}'"]
+    lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
+    return group("torque", lines)
+
+
 def torque(dice, scales):
+    if dice.random() < 0.2:
+        return table(dice, scales)
     lines = [f"{dice.choice(('body', 'space'))} = {scales.text(3, length=2, mass=1, time=-2)}"]
     if dice.random() < 0.5:
         lines += [f"frequency = {scales.text(time=-1)}", f"phase = {scales.text()}"]

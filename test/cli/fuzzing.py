@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
-from fuzz_scenes import write_scene
+from fuzz_scenes import TABLE, write_scene
 
 LONGEST_RUN = 1000
 
@@ -72,6 +72,7 @@ def judge(program, case):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder)
         (path / "scene.nml").write_bytes(case.text)
+        (path / "table.csv").write_bytes(TABLE)
         statuses, longest = [], 0.0
         for command in ("check", "run"):
             started = processor_seconds()
@@ -123,7 +124,7 @@ def fault_of(command, case, done, folder):
 
 def fault_of_files(folder, expected):
     events = {name.replace("history.", "history.events.") for name in expected}
-    found = sorted(set(os.listdir(folder)) - {"scene.nml"} - events)
+    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv"} - events)
     return "" if found == expected else f"left {found} instead of {expected}"
 
 

@@ -89,6 +89,40 @@ class Check(CommandLineTest):
         near = self.succeed("check", "top.nml", "--set", "body.inertia=5,5.0000001,1").stdout
         self.assertIn("nearly symmetric", near)
 
+    def slips(self, scene, *settings):
+        """What check and the summary of a run note: the same slips."""
+        overrides = [word for setting in settings for word in ("--set", setting)]
+        checked = self.succeed("check", scene, *overrides).stdout
+        summary = self.succeed("run", scene, *overrides).stderr
+        for line in summary.splitlines():
+            if line.startswith("  note "):
+                self.assertIn(line[22:].strip(), checked)
+        return " ".join(line[22:].strip() for line in summary.splitlines() if line.startswith("  note "))
+
+    def test_likely_slips_are_noted(self):
+        self.assertEqual(self.slips("top.nml"), "")
+        self.assertIn("an angle of 30 rad in angle is more than a turn: degrees = .true.",
+                      self.slips("top.nml", "initial.angle=30"))
+        self.assertEqual(self.slips("top.nml", "initial.angle=30", "initial.degrees=.true."), "")
+        self.write("euler.nml", TOP.replace("axis = 1.0, 0.0, 0.0, angle = 0.5", "euler = 0.0, -20.0, 6.0"))
+        self.assertIn("an angle of 20 rad in euler", self.slips("euler.nml"))
+        self.assertIn("&gravity does nothing", self.slips("top.nml", "body.center_of_mass=0,0,0"))
+        gradient = "&gravity_gradient direction = 0.0, 0.0, 1.0, strength = 1e-2 /\n"
+        self.write("satellite.nml", TOP + gradient)
+        self.assertIn("fixed in space: on a circular orbit it would turn once in 62.8 s",
+                      self.slips("satellite.nml", "integrator.end_time=2"))
+        self.assertEqual(self.slips("satellite.nml", "integrator.end_time=0.5"), "")
+        self.write("twice.nml", TOP + "&torque body = 1.0, 0.0, 0.0, stop = 0.5 /\n&torque stop = 0.5, body = 1.0, 0.0, 0.0 /\n")
+        self.assertEqual(self.slips("twice.nml"), "a group &torque stands there twice: its effect counts twice")
+        self.assertEqual(self.slips("twice.nml", "torque.stop=0.6"), "")
+
+    def test_defaults_are_shown_as_numbers(self):
+        self.write("plain.nml", TOP.replace("acceleration = 0.0, 0.0, -20.0 ", "")
+                   + "&torque body = 1.0, 0.0, 0.0, phase = 0.5 /\n")
+        text = self.succeed("check", "plain.nml").stdout
+        self.assertIn("  gravity             acceleration = 0, 0, -9.80665 (default)\n", text)
+        self.assertIn("  torque              body = 1, 0, 0; phase = 0.5; frequency = 0 (default)\n", text)
+
     def test_moments_of_no_body_are_said_to_be_such(self):
         self.write("odd.nml", TOP.replace("5.0, 5.0, 1.0", "1.0, 2.0, 4.0, check_triangle = .false."))
         self.assertIn("no rigid body", self.succeed("check", "odd.nml").stdout)

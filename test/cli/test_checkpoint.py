@@ -29,6 +29,17 @@ EVENTS = """&event when = 'omega1', crosses = 2.0, switch = 'weight over' /
 &event when = 'psi', crosses = 1.0 /
 """
 
+# Lines of a table inside steps, with a jump, again and again.
+TABLE = """t (s),x (N m),y (N m),z (N m)
+0,1,0,-2
+0.0731,2,0.5,1
+0.0731,-1,0.5,1
+0.1117,0.5,0,3
+0.1903,0,1,0.5
+"""
+TABULATED = FORCED.replace("&torque space = 0.0, 1.5, 0.5, start = 0.25 /",
+                           "&torque table = 'table.csv', outside = 'periodic', axes = 'space', start = 0.05, stop = 0.5 /")
+
 CONSERVING = [("nielsen_krenk", solver, order) for solver in ("lapack", "reduced") for order in (2, 4, 6, 8)]
 EXPLICIT = [("rk4", None, None), ("rk8", None, None), ("dop853", None, None)]
 
@@ -97,6 +108,24 @@ class Resumed(CheckpointTest):
         for method in [CONSERVING[0], *EXPLICIT, ("taylor", None, None)]:
             self.resumes_exactly(scene, (4,), *method_settings(*method), "--set", "output.interval=0.007")
             self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)
+
+    def test_every_method_with_a_table(self):
+        self.write("table.csv", TABLE)
+        self.write("tabulated.nml", TABULATED)
+        for method in [*CONSERVING, *EXPLICIT, ("taylor", None, None)]:
+            self.resumes_exactly("tabulated.nml", (7, 14), *method_settings(*method))
+        scene = self.controlled("tabulated.nml", "local_tolerance", "1e-6")
+        for method in (("nielsen_krenk", "reduced", 4), ("dop853", None, None), ("taylor", None, None)):
+            self.resumes_exactly(scene, (3, 9), *method_settings(*method), "--set", "output.interval=0.007")
+
+    def test_another_table_is_another_scene(self):
+        self.write("table.csv", TABLE)
+        self.write("tabulated.nml", TABULATED)
+        self.interrupt("tabulated.nml", 14)
+        self.write("table.csv", TABLE.replace("0.5,0,3", "0.5,0,3.0"))
+        self.fail_with(2, "run", "tabulated.nml", "--resume", "ck", says=["another scene (&torque is not the same)"])
+        self.write("table.csv", TABLE)
+        self.succeed("run", "tabulated.nml", "--resume", "ck")
 
     def test_the_exact_motion(self):
         self.resumes_exactly("box.nml", (1, 20), "--set", "integrator.method='exact'")

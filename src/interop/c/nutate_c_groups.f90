@@ -75,13 +75,15 @@ contains
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
       type(effect_kind_t), allocatable :: kinds(:)
+      type(group_t) :: groups(1)
       type(scene_error_t) :: error
       integer :: k
       kinds = effect_kinds()
       do k = 1, size(kinds)
          if (kinds(k)%group%name == group%name) call check_values(group, kinds(k)%group%keys, error)
       end do
-      if (.not. error%raised) call build_effects([group], system, error)
+      groups(1) = group
+      if (.not. error%raised) call build_effects(groups, system, error)
       if (error%raised) status = fail(error%code, error%text)
    end subroutine add_effect_of
 
@@ -153,10 +155,12 @@ contains
       type(group_t), intent(in) :: group
       type(system_t), intent(in) :: system
       type(system_t) :: alone
+      type(group_t) :: groups(1)
       type(scene_error_t) :: error
       integer :: i
       alone%body = system%body
-      call build_effects([group], alone, error)
+      groups(1) = group
+      call build_effects(groups, alone, error)
       has = .false.
       if (alone%effects%n_potentials > 0) then
          do i = 1, system%effects%n_potentials

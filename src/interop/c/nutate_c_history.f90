@@ -209,7 +209,7 @@ contains
       integer(c_int), target :: failure(2)
       failure = 0
       call lock_texts()
-      call collector%columns%choose(from%scene%output%columns, status)
+      call collector%columns%choose(from%scene%output%columns, status, from%scene%output%degrees)
       handle%names = collector%columns%header()
       call unlock_texts()
       if (.not. status%ok()) return
@@ -244,8 +244,8 @@ contains
       writer%failure => failure
       call lock_texts()
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
-                       from%scene%integrator%inverse_auxiliary_inertia, status, &
-                       backward=from%scene%plan%end_time < from%scene%initial%t)
+                       from%scene%integrator%inverse_auxiliary_inertia, status, from%scene%output%degrees, &
+                       from%scene%output%digits, backward=from%scene%plan%end_time < from%scene%initial%t)
       if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, system, status)
       call unlock_texts()
       if (.not. status%ok()) return

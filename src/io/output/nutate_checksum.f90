@@ -14,20 +14,31 @@ contains
    !> CRC-64/XZ of some bytes. Only bits are moved, so that nothing can overflow.
    pure integer(int64) function checksum(bytes)
       character(len=*), intent(in) :: bytes
-      integer(int64) :: i
+      integer(int64) :: of_byte(0:255), i
       integer :: k
+      do k = 0, 255
+         of_byte(k) = remainder_of(k)
+      end do
       checksum = not(0_int64)
       do i = 1, len(bytes, int64)
-         checksum = ieor(checksum, int(ichar(bytes(i:i)), int64))
-         do k = 1, 8
-            if (btest(checksum, 0)) then
-               checksum = ieor(ishft(checksum, -1), generator)
-            else
-               checksum = ishft(checksum, -1)
-            end if
-         end do
+         k = ieor(int(iand(checksum, 255_int64)), ichar(bytes(i:i)))
+         checksum = ieor(ishft(checksum, -8), of_byte(k))
       end do
       checksum = not(checksum)
    end function checksum
+
+   !> What a byte makes of eight bits that leave the sum.
+   pure integer(int64) function remainder_of(byte) result(sum)
+      integer, intent(in) :: byte
+      integer :: k
+      sum = int(byte, int64)
+      do k = 1, 8
+         if (btest(sum, 0)) then
+            sum = ieor(ishft(sum, -1), generator)
+         else
+            sum = ishft(sum, -1)
+         end if
+      end do
+   end function remainder_of
 
 end module nutate_checksum

@@ -5,7 +5,7 @@ module nutate_columns
    use nutate_attitude, only: euler_of_motion, follow_euler, quat_from_euler
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
       total_energy
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_normalized, rotate_to_space
    use nutate_observer, only: run_record_t
    use nutate_spelling, only: nearest_name
@@ -27,6 +27,8 @@ module nutate_columns
       !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
       logical :: attitude = .true.
+      !> Its columns are angles, or their rates.
+      logical :: angles = .false.
    end type column_set_t
 
    !> Positions in the table.
@@ -37,14 +39,17 @@ module nutate_columns
    type(column_set_t), parameter :: column_sets(*) = [ &
       column_set_t('quaternion', 4, 'q0,q1,q2,q3'), &
       column_set_t('conjugate_momentum', 4, 'p0,p1,p2,p3'), &
-      column_set_t('angular_velocity', 3, 'omega1,omega2,omega3', attitude=.false.), &
-      column_set_t('angular_velocity_space', 3, 'omega_x,omega_y,omega_z'), &
+      column_set_t('angular_velocity', 3, 'omega1,omega2,omega3', attitude=.false., angles=.true.), &
+      column_set_t('angular_velocity_space', 3, 'omega_x,omega_y,omega_z', angles=.true.), &
       column_set_t('angular_momentum', 3, 'L1,L2,L3', attitude=.false.), &
       column_set_t('angular_momentum_space', 3, 'l_x,l_y,l_z'), &
-      column_set_t('euler', 3, 'phi,theta,psi'), &
+      column_set_t('euler', 3, 'phi,theta,psi', angles=.true.), &
       column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual', attitude=.false.), &
       column_set_t('constraints', 2, 'norm_error,orthogonality'), &
       column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.)]
+
+   !> A radian.
+   real(wp), parameter :: degree = 180.0_wp/pi
 
    !> What several sets share, and what is remembered from earlier states.
    type :: shared_t
@@ -68,6 +73,8 @@ module nutate_columns
       integer :: width = 1
       !> The state must be shown to `follow` after every step.
       logical :: follows_steps = .false.
+      !> Angles in degrees, rates in degrees per second.
+      logical, private :: degrees = .false.
       logical, private :: needs_rate = .false.
       type(shared_t), private :: shared
    contains
@@ -95,10 +102,12 @@ contains
    end function need_attitude
 
    !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table.
-   subroutine choose(self, names, status)
+   subroutine choose(self, names, status, degrees)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
       type(status_t), intent(out) :: status
+      !> Angles in degrees, rates in degrees per second, which the names of their columns say; default `.false.`.
+      logical, intent(in), optional :: degrees
       integer :: i
 
       do i = 1, size(names)
@@ -108,6 +117,8 @@ contains
          return
       end do
       self%chosen = pack([(i, i=1, size(column_sets))], [(any(names == column_sets(i)%name), i=1, size(column_sets))])
+      self%degrees = .false.
+      if (present(degrees)) self%degrees = degrees
       self%width = 1 + sum(column_sets(self%chosen)%width)
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
       self%follows_steps = any(self%chosen == EULER)
@@ -120,9 +131,27 @@ contains
       integer :: i
       line = 't'
       do i = 1, size(self%chosen)
-         line = line//','//trim(column_sets(self%chosen(i))%headers)
+         if (self%degrees .and. column_sets(self%chosen(i))%angles) then
+            line = line//','//in_degrees(trim(column_sets(self%chosen(i))%headers))
+         else
+            line = line//','//trim(column_sets(self%chosen(i))%headers)
+         end if
       end do
    end function header
+
+   !> `phi_deg,theta_deg` for `phi,theta`.
+   pure function in_degrees(headers) result(names)
+      character(len=*), intent(in) :: headers
+      character(len=:), allocatable :: names
+      character(len=*), parameter :: mark = '_deg'
+      integer :: i
+      names = ''
+      do i = 1, len(headers)
+         if (headers(i:i) == ',') names = names//mark
+         names = names//headers(i:i)
+      end do
+      names = names//mark
+   end function in_degrees
 
    !> Takes the first state.
    pure subroutine start(self, system, state, inverse_j0, backward)
@@ -168,6 +197,7 @@ contains
       do i = 1, size(self%chosen)
          last = first + column_sets(self%chosen(i))%width - 1
          call write_set(self%chosen(i), system, state, record, self%shared, values(first:last))
+         if (self%degrees .and. column_sets(self%chosen(i))%angles) values(first:last) = values(first:last)*degree
          first = last + 1
       end do
    end subroutine evaluate

@@ -9,7 +9,7 @@ module nutate_decimal
    implicit none
    private
 
-   public :: decimal_t, decimal_length, exact_text, rounded_text
+   public :: decimal_t, decimal_length, append_rounded, exact_text, rounded_text
 
    !> No number is longer.
    integer, parameter :: decimal_length = 24
@@ -251,8 +251,7 @@ contains
       integer, intent(in), optional :: n
       character(len=:), allocatable :: text
       character(len=decimal_length) :: line
-      integer(long) :: digits
-      integer :: used, power, kept
+      integer :: used, kept
 
       if (.not. abs(x) <= huge(x)) then
          text = 'infinite'
@@ -260,13 +259,26 @@ contains
       end if
       kept = 6
       if (present(n)) kept = n
-      digits = 0
-      power = 0
-      if (abs(x) > 0.0_wp) call read_digits(abs(x), kept, digits, power)
       used = 0
-      if (x < 0.0_wp) call put('-', line, used)
-      call place(digits, power, line, used)
+      call append_rounded(line, used, x, kept)
       text = line(1:used)
    end function rounded_text
+
+   !> Appends a finite number to a line, rounded, without zeros at its end.
+   pure subroutine append_rounded(line, used, x, n)
+      character(len=*), intent(inout) :: line
+      !> Characters of the line in use; at least `decimal_length` more must be free.
+      integer, intent(inout) :: used
+      real(wp), intent(in) :: x
+      !> Significant digits, 1 to 17.
+      integer, intent(in) :: n
+      integer(long) :: digits
+      integer :: power
+      digits = 0
+      power = 0
+      if (abs(x) > 0.0_wp) call read_digits(abs(x), n, digits, power)
+      if (x < 0.0_wp) call put('-', line, used)
+      call place(digits, power, line, used)
+   end subroutine append_rounded
 
 end module nutate_decimal

@@ -6,7 +6,7 @@ module nutate_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_columns, only: columns_t
-   use nutate_decimal, only: decimal_t, decimal_length
+   use nutate_decimal, only: append_rounded, decimal_t, decimal_length
    use nutate_files, only: file_mark_t, output_file_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
@@ -25,6 +25,8 @@ module nutate_history
       type(output_file_t) :: file
       type(columns_t) :: columns
       type(decimal_t), private :: decimal
+      !> Significant digits; 0: as many as read back exactly.
+      integer, private :: digits = 0
       !> One row; shape (number of columns).
       real(wp), allocatable, private :: values(:)
       character(len=:), allocatable, private :: line
@@ -49,7 +51,7 @@ contains
 
    !> Opens the file and writes the header. Errors: `NUTATE_BAD_ARGUMENT` for a set of columns that does not exist;
    !> `NUTATE_IO`.
-   subroutine open_history(self, name, columns, system, state, inverse_j0, status, backward)
+   subroutine open_history(self, name, columns, system, state, inverse_j0, status, degrees, digits, backward)
       class(history_t), intent(inout) :: self
       !> Path, or `-` for standard output.
       character(len=*), intent(in) :: name
@@ -61,10 +63,14 @@ contains
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), intent(in) :: inverse_j0
       type(status_t), intent(out) :: status
+      !> Angles in degrees; default `.false.`. Significant digits of the numbers, 1 to 17; default: as many as read back
+      !> exactly.
+      logical, intent(in), optional :: degrees
+      integer, intent(in), optional :: digits
       !> The run goes back in time; default false.
       logical, intent(in), optional :: backward
 
-      call start(self, columns, system, state, inverse_j0, status, backward)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward)
       if (.not. status%ok()) return
       call self%file%open(name, status)
       if (status%ok()) call self%file%put_line(self%columns%header(), status)
@@ -72,7 +78,7 @@ contains
 
    !> Goes on with a history of which an archive has been made, instead of `open`. Errors: those of `open`, and
    !> `NUTATE_IO` where the partial file is not what it was; nothing has been changed then.
-   subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, backward)
+   subroutine reopen_history(self, name, columns, system, state, inverse_j0, archive, status, degrees, digits, backward)
       class(history_t), intent(inout) :: self
       !> What `open` was given.
       character(len=*), intent(in) :: name, columns(:)
@@ -82,9 +88,11 @@ contains
       !> Being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
+      logical, intent(in), optional :: degrees
+      integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
       type(file_mark_t) :: mark
-      call start(self, columns, system, state, inverse_j0, status, backward)
+      call start(self, columns, system, state, inverse_j0, status, degrees, digits, backward)
       if (.not. status%ok()) return
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
@@ -115,16 +123,20 @@ contains
    end subroutine transfer_values
 
    !> Prepares for rows of the columns asked for.
-   subroutine start(self, columns, system, state, inverse_j0, status, backward)
+   subroutine start(self, columns, system, state, inverse_j0, status, degrees, digits, backward)
       class(history_t), intent(inout) :: self
       character(len=*), intent(in) :: columns(:)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: inverse_j0
       type(status_t), intent(out) :: status
+      logical, intent(in), optional :: degrees
+      integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
-      call self%columns%choose(columns, status)
+      call self%columns%choose(columns, status, degrees)
       if (.not. status%ok()) return
+      self%digits = 0
+      if (present(digits)) self%digits = digits
       self%sees_every_step = self%columns%follows_steps
       self%rows = 0
       if (allocated(self%values)) deallocate (self%values, self%line)
@@ -154,7 +166,11 @@ contains
             used = used + 1
             self%line(used:used) = ','
          end if
-         call self%decimal%append(self%line, used, self%values(i))
+         if (self%digits > 0) then
+            call append_rounded(self%line, used, self%values(i), self%digits)
+         else
+            call self%decimal%append(self%line, used, self%values(i))
+         end if
       end do
       call self%file%put_line(self%line(1:used), status)
       if (status%ok()) self%rows = self%rows + 1

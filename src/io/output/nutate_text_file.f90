@@ -6,8 +6,9 @@ module nutate_text_file
 
    public :: read_text_file
 
-   !> Larger files are no scenes.
-   integer(int64), parameter :: size_limit = 100000000_int64
+   !> Larger files are no scenes, and no tables.
+   integer(int64), parameter :: size_limit = 1000000000_int64
+   character(len=*), parameter :: too_large = 'it is larger than 1 GB'
 
 contains
 
@@ -39,7 +40,7 @@ contains
       end if
       inquire (unit=unit, size=bytes)
       if (bytes > size_limit) then
-         reason = 'it is larger than 100 MB'
+         reason = too_large
       else if (bytes > 0) then
          deallocate (text)
          allocate (character(len=bytes) :: text)
@@ -77,7 +78,7 @@ contains
          if (n >= size_limit) exit
       end do
       if (status == 0) then
-         reason = 'it is larger than 100 MB'
+         reason = too_large
       else if (.not. is_iostat_end(status)) then
          reason = last_part(why)
       end if

@@ -23,6 +23,7 @@ module nutate_scene
    use nutate_scene_override, only: apply_override
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
    use nutate_scene_title, only: title_keys, scene_name
+   use nutate_scene_table, only: read_table, time_units
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_stepper, only: integrator_settings_t
@@ -164,7 +165,7 @@ contains
       if (error%raised) return
       call build_initial(first_group(scene%groups, 'initial'), q, omega, error)
       if (error%raised) return
-      call build_effects(scene%groups, scene%system, error)
+      call build_effects(scene%groups, scene%system, error, path(1:index(path, '/', back=.true.)))
       if (error%raised) return
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')
@@ -172,6 +173,7 @@ contains
       if (error%raised) return
       if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
       call check_initial(scene%system, scene%initial, scene%plan, first_group(scene%groups, 'initial'), group, error)
+      call read_times(scene%groups, path, error)
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
       if (error%raised) return
@@ -184,6 +186,18 @@ contains
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
                                   need_attitude(scene%output%columns) .or. events_need_attitude(scene%groups)
    end subroutine build_scene
+
+   !> Reads the times of rows where a file has them.
+   subroutine read_times(groups, path, error)
+      type(group_t), intent(inout) :: groups(:)
+      character(len=*), intent(in) :: path
+      type(scene_error_t), intent(inout) :: error
+      integer :: i
+      do i = 1, size(groups)
+         if (groups(i)%name == 'output' .and. groups(i)%has('times_file')) &
+            call read_table(groups(i), 'times_file', time_units, path(1:index(path, '/', back=.true.)), error)
+      end do
+   end subroutine read_times
 
    !> The first group of a name; one without keys where there is none.
    pure function first_group(groups, name) result(group)

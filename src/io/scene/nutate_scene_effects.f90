@@ -5,6 +5,7 @@ module nutate_scene_effects
    use nutate_keys, only: group_t, group_kind_t
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
+   use nutate_scene_table, only: read_torque_table
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    implicit none
@@ -31,11 +32,14 @@ contains
    end subroutine add_effect_kinds
 
    !> Adds the effects that the groups name, in their order, to a system.
-   subroutine build_effects(groups, system, error)
-      type(group_t), intent(in) :: groups(:)
+   subroutine build_effects(groups, system, error, folder)
+      !> The tables that they name are read.
+      type(group_t), intent(inout) :: groups(:)
       !> Its body is used, its effects are added.
       type(system_t), intent(inout) :: system
       type(scene_error_t), intent(inout) :: error
+      !> Where names of tables begin, `/` at its end; default: the working directory.
+      character(len=*), intent(in), optional :: folder
       type(effect_kind_t), allocatable :: kinds(:)
       class(effect_t), allocatable :: effect
       type(status_t) :: status
@@ -45,6 +49,12 @@ contains
       do i = 1, size(groups)
          do k = 1, size(kinds)
             if (kinds(k)%group%name /= groups(i)%name) cycle
+            if (present(folder)) then
+               call read_torque_table(groups(i), folder, error)
+            else
+               call read_torque_table(groups(i), '', error)
+            end if
+            if (error%raised) return
             call kinds(k)%build(groups(i), system%body, effect, status)
             if (status%ok()) call check_strength(effect, status)
             if (.not. status%ok()) then

@@ -20,8 +20,12 @@ module nutate_scene_error
       character(len=:), allocatable :: text
       !> What it is called where the groups do not come from a scene: `NUTATE_BAD_ARGUMENT`, or the code of a status.
       integer :: code = NUTATE_BAD_ARGUMENT
+      !> The text begins with a place of its own, in another file than the scene.
+      logical :: elsewhere = .false.
    contains
       procedure :: raise
+      !> The same for a line of another file.
+      procedure :: raise_in
       !> The same for a status that is a failure.
       procedure :: take
    end type scene_error_t
@@ -52,6 +56,18 @@ contains
       self%text = self%text//')'
    end subroutine raise
 
+   !> Records an error in a file that a scene names, unless there is one already.
+   pure subroutine raise_in(self, path, line, what)
+      class(scene_error_t), intent(inout) :: self
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: line
+      !> What is wrong, and what would be right.
+      character(len=*), intent(in) :: what
+      if (self%raised) return
+      call self%raise(line, place_of(path, line)//what)
+      self%elsewhere = .true.
+   end subroutine raise_in
+
    !> Records a failure unless there is one already.
    pure subroutine take(self, line, status)
       class(scene_error_t), intent(inout) :: self
@@ -68,16 +84,26 @@ contains
       character(len=*), intent(in) :: path
       type(scene_error_t), intent(in) :: error
       character(len=:), allocatable :: line
-      character(len=12) :: number
-      if (error%line == LINE_OF_SET) then
+      if (error%elsewhere) then
+         line = error%text
+      else if (error%line == LINE_OF_SET) then
          line = '--set: '//error%text
       else if (error%line == LINE_OF_UNSET) then
          line = '--unset: '//error%text
       else
-         write (number, '(i0)') error%line
-         line = printable_path(path)//':'//trim(number)//': '//error%text
+         line = place_of(path, error%line)//error%text
       end if
    end function error_line
+
+   !> `FILE:LINE: `.
+   pure function place_of(path, line) result(place)
+      character(len=*), intent(in) :: path
+      integer, intent(in) :: line
+      character(len=:), allocatable :: place
+      character(len=12) :: number
+      write (number, '(i0)') line
+      place = printable_path(path)//':'//trim(number)//': '
+   end function place_of
 
    !> Raises an error on the second of several keys that say the same thing.
    subroutine allow_one_of(group, names, error)

@@ -2,12 +2,13 @@
 module nutate_scene_output
    use nutate_admissible, only: POSITIVE
    use nutate_columns, only: column_sets
-   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_TEXT
+   use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, whole_tolerance
    use nutate_printable, only: quoted
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of
+   use nutate_scene_table, only: path_beside
    use nutate_spelling, only: joined, lower_case
    implicit none
    private
@@ -27,20 +28,31 @@ module nutate_scene_output
       character(len=:), allocatable :: events
       !> Names of the sets of columns, as asked for; shape (number of sets).
       character(len=name_length), allocatable :: columns(:)
+      !> Significant digits of the numbers; 0: as many as read back exactly.
+      integer :: digits = 0
+      !> Angles in degrees, rates in degrees per second.
+      logical :: degrees = .false.
    end type output_settings_t
+
+   !> Times of rows in a scene; more are for a file. Digits that decide every number.
+   integer, parameter :: most_times = 1000, most_digits = 17
 
 contains
 
    !> Keys of the scene group `&output`.
    pure function output_keys() result(keys)
-      type(key_t) :: keys(5)
+      type(key_t) :: keys(9)
       character(len=*), parameter :: sets(*) = column_sets%name
 
       keys = [key_t(name='file', kind=KEY_TEXT), &
               key_t(name='events', kind=KEY_TEXT), &
-              key_t(name='every', kind=KEY_INTEGER, range=POSITIVE, instead_of='interval'), &
-              key_t(name='interval', range=POSITIVE, instead_of='every'), &
-              key_t(name='columns', kind=KEY_TEXT, most=size(sets), choices=joined(sets))]
+              key_t(name='every', kind=KEY_INTEGER, range=POSITIVE, instead_of='interval,times,times_file'), &
+              key_t(name='interval', range=POSITIVE, instead_of='every,times,times_file'), &
+              key_t(name='columns', kind=KEY_TEXT, most=size(sets), choices=joined(sets)), &
+              key_t(name='times', most=most_times, instead_of='every,interval,times_file'), &
+              key_t(name='times_file', kind=KEY_TEXT, instead_of='every,interval,times'), &
+              key_t(name='precision', kind=KEY_INTEGER, range=POSITIVE), &
+              key_t(name='degrees', kind=KEY_LOGICAL)]
    end function output_keys
 
    !> Output settings, and when rows are due.
@@ -50,7 +62,7 @@ contains
       character(len=*), intent(in) :: scene_name
       !> Path of the scene file, which must not be written over.
       character(len=*), intent(in) :: path
-      !> Its `time_step`, `end_time` and goal are used; `every` is set, and `interval` where the goal is active.
+      !> Its `time_step`, `end_time` and goal are used; `every`, `times`, and `interval` of an active goal are set.
       type(run_plan_t), intent(inout) :: plan
       type(output_settings_t), intent(out) :: output
       type(scene_error_t), intent(inout) :: error
@@ -68,8 +80,14 @@ contains
       if (group%has('events') .and. (output%events == '' .or. output%events == '-' .or. output%events == path .or. &
                                      output%events == output%file)) &
          call error%raise(group%line_of('events'), 'events is no file of its own', &
-         expected='the name of another CSV file')
-      call allow_one_of(group, [character(len=name_length) :: 'every', 'interval'], error)
+                          expected='the name of another CSV file')
+      call allow_one_of(group, [character(len=name_length) :: 'every', 'interval', 'times', 'times_file'], error)
+      if (error%raised) return
+      output%degrees = group%flag('degrees', .false.)
+      output%digits = group%whole('precision', 0)
+      if (output%digits > most_digits) call error%raise(group%line_of('precision'), 'precision is too large', &
+                                                        expected='1 to 17 digits')
+      call build_times(group, plan, path, error)
       if (error%raised) return
       plan%every = group%whole('every', 1)
       if (plan%goal%active()) then
@@ -92,6 +110,44 @@ contains
       if (dot < 2) return
       if (any(other_formats == lower_case(name(dot:)))) words = 'would not be what it says: histories are CSV'
    end function format_fault
+
+   !> The times of rows. Raises an error for the first that is not behind the one before, or not in the run.
+   subroutine build_times(group, plan, path, error)
+      !> With its table, where it names a file.
+      type(group_t), intent(in) :: group
+      type(run_plan_t), intent(inout) :: plan
+      !> Of the scene.
+      character(len=*), intent(in) :: path
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: problem
+      real(wp) :: sense
+      integer :: i
+      if (group%has('times')) then
+         plan%times = group%vector('times', spread(0.0_wp, 1, group%count_of('times')))
+      else if (allocated(group%table)) then
+         plan%times = group%table%numbers(1, :)
+      else
+         return
+      end if
+      sense = sign(1.0_wp, plan%end_time)
+      problem = ''
+      if (size(plan%times) < 1) problem = 'there is no time (expected one, or more)'
+      do i = 1, size(plan%times)
+         if (sense*plan%times(i) < 0.0_wp .or. sense*(plan%times(i) - plan%end_time) > 0.0_wp) then
+            problem = 'a time of a row is not in the run (expected times from 0 to end_time)'
+         else if (i > 1) then
+            if (sense*(plan%times(i) - plan%times(i - 1)) <= 0.0_wp) &
+               problem = 'a time of a row is not behind the one before (expected them in the order of the run)'
+         end if
+         if (problem /= '') exit
+      end do
+      if (problem == '') return
+      if (group%has('times')) then
+         call error%raise(group%line_of('times'), problem)
+      else
+         call error%raise_in(path_beside(path, group%text('times_file', '')), i + 1, problem)
+      end if
+   end subroutine build_times
 
    !> The interval between rows as a number of steps.
    subroutine count_steps(group, plan, error)

@@ -313,7 +313,8 @@ contains
       end do
       if (.not. self%torques%has_more) return
       more = 0.0_wp
-      call self%torques%add_terms(effects, k, self%t, self%time_unit, acts, omega/self%time_unit, rows, more)
+      call self%torques%add_terms(effects, k, self%torques%start, self%time_unit, acts, omega/self%time_unit, rows, &
+                                  more)
       tau = tau + self%time_unit*more
    end subroutine add_torque
 

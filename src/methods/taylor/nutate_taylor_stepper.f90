@@ -245,6 +245,14 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%time_unit = time_unit
+      associate (start => self%series%torques%start)
+         start = state%t
+         ! On the end of a piece, or rounded beyond it, the step decides which it is.
+         do i = 1, size(self%acted)
+            if (self%rates%in_pieces(i) .and. self%rates%acts(i)) &
+               start = min(max(start, self%rates%window(1, i)), self%rates%window(2, i))
+         end do
+      end associate
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
       if (converges) call self%series%fit_tail()
       self%expanded = converges

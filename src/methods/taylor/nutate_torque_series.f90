@@ -5,13 +5,14 @@
 !> `γ = R(q)ᵀn` is a sum of the three rows `R(q)ᵀeᵢ`. The first basis vectors span the directions, in the order linear
 !> potentials, others: a top needs e₁ only.
 module nutate_torque_series
-   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES
+   use nutate_effect, only: effect_t, GENERAL_SERIES, LINEAR_SERIES, NO_SERIES, SPACE_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: parallel
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
    use nutate_power_series, only: highest_order, inverses
    use nutate_series_tail, only: series_tail_t
+   use nutate_small_products, only: times_vector
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -28,16 +29,21 @@ module nutate_torque_series
       integer :: n_moments = 0
       !> There is more than linear potentials.
       logical :: has_more = .false.
+      !> Start of the series for torques, s, to be set: in the piece of each torque that is in pieces.
+      real(wp) :: start = 0.0_wp
       !> Potentials with a general series, and the slot of their auxiliary series.
       integer, private :: n_general = 0
       integer, allocatable, private :: general(:), slot(:)
-      !> Slots of the torques that have a general series; 0 for a linear one.
+      !> Slots of the torques that have a general series, negative in space axes; 0 for a linear one.
       integer, allocatable, private :: torque_slot(:)
       !> Directions in the basis; shape (3, slots). γ, body axes; shape (3, 0:highest_order, slots).
       real(wp), allocatable, private :: components(:, :), gamma(:, :, :)
       !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
+      !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number
+      !> of torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
+      real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
       !> Ω, rad/s, shape (3, 0:highest_order), and each torque, N m, shape (0:highest_order, 3, number of torques); body
@@ -73,6 +79,7 @@ contains
       call choose_basis(self, effects)
       call add_moments(self, effects)
       call make_slots(self, effects)
+      call make_axes(self, effects)
    end subroutine prepare
 
    subroutine demand_series(effect, status)
@@ -113,6 +120,10 @@ contains
       end do
       do i = 1, effects%n_torques
          call add_direction(self, effects%torques(i)%item%series_direction())
+         if (effects%torques(i)%item%series_kind() /= SPACE_SERIES) cycle
+         do kind = 1, 3
+            call add_direction(self, merge(1.0_wp, 0.0_wp, [1, 2, 3] == kind))
+         end do
       end do
       associate (e => self%basis)
          if (self%rank == 0) e(:, 1) = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -200,6 +211,21 @@ contains
       allocate (self%torque(0:highest_order, 3, effects%n_torques), source=0.0_wp)
    end subroutine make_slots
 
+   !> Marks the torques in space axes, and makes room for them.
+   subroutine make_axes(self, effects)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i, last
+      if (allocated(self%along)) deallocate (self%along, self%rows)
+      last = -1
+      do i = 1, effects%n_torques
+         if (effects%torques(i)%item%series_kind() /= SPACE_SERIES) cycle
+         self%torque_slot(i) = -self%torque_slot(i)
+         last = highest_order
+      end do
+      allocate (self%along(3, 0:last, effects%n_torques), self%rows(3, 3, 0:last), source=0.0_wp)
+   end subroutine make_axes
+
    subroutine open_slot(self, effect, direction, n, last)
       class(torque_series_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -244,15 +270,39 @@ contains
          n = self%torque_slot(i)
          if (n == 0) then
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
-         else
+         else if (n > 0) then
             call effects%torques(i)%item%series_torque( &
                k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
                self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
+         else
+            call effects%torques(i)%item%series_torque( &
+               k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, -n), &
+               self%auxiliary(:, self%columns(1, -n):self%columns(2, -n)), one)
+            call turn_to_body(self, i, k, rows, one)
          end if
          self%torque(k, :, i) = one
          tau = tau + one
       end do
    end subroutine add_terms
+
+   !> Coefficient k of R(q)ᵀν from that of ν and those before.
+   pure subroutine turn_to_body(self, i, k, rows, tau)
+      class(torque_series_t), intent(inout) :: self
+      !> Position of the torque; coefficient.
+      integer, intent(in) :: i, k
+      !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
+      real(wp), intent(in) :: rows(3, 3)
+      !> ν on entry, space axes; R(q)ᵀν on exit, body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      integer :: j
+      self%rows(:, :, k) = rows
+      self%along(:, k, i) = [dot_product(tau, self%basis(:, 1)), dot_product(tau, self%basis(:, 2)), &
+                             dot_product(tau, self%basis(:, 3))]
+      tau = 0.0_wp
+      do j = 0, k
+         tau = tau + times_vector(self%rows(:, :, k - j), self%along(:, j, i))
+      end do
+   end subroutine turn_to_body
 
    !> ∫ Ω·τᵢ dt of the torque i from the start of the series to `s`, J: term by term, and the tail.
    pure real(wp) function work_until(self, i, order, time_unit, s, tail) result(work)

@@ -1,0 +1,131 @@
+!> What a scene says that it is likely not to mean. Legal all the same: it is simulated as it stands.
+module nutate_slips
+   use nutate_decimal, only: rounded_text
+   use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_keys, only: group_t, setting_t
+   use nutate_kinds, only: wp, pi
+   use nutate_notes, only: add_note, note_t
+   use nutate_scene, only: scene_t
+   implicit none
+   private
+
+   public :: add_slips
+
+   !> The direction to the centre of attraction turns by more than this on a circular orbit while a run lasts, rad.
+   real(wp), parameter :: visible_turn = 0.1_wp
+   !> Keys of `&initial` that are angles.
+   character(len=5), parameter :: angles(2) = [character(len=5) :: 'angle', 'euler']
+
+contains
+
+   !> Adds notes on likely slips to others.
+   subroutine add_slips(scene, notes)
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      integer :: i
+      do i = 1, size(scene%groups)
+         associate (group => scene%groups(i))
+            select case (group%name)
+            case ('initial')
+               call note_angles(group, notes)
+            case ('gravity')
+               if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp)) call add_note(notes, '&gravity does '// &
+                  'nothing: the centre of mass is the reference point, which stays at rest (center_of_mass moves it)')
+            case ('gravity_gradient')
+               call note_orbit(group, scene%plan%end_time, notes)
+            case default
+               ! Of the others nothing is known but that they may stand twice.
+            end select
+         end associate
+      end do
+      call note_twins(scene%groups, notes)
+   end subroutine add_slips
+
+   !> Angles of more than a turn that are not said to be degrees.
+   subroutine note_angles(group, notes)
+      type(group_t), intent(in) :: group
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      real(wp) :: values(3), largest
+      integer :: i
+      if (group%flag('degrees', .false.)) return
+      do i = 1, size(angles)
+         if (.not. group%has(trim(angles(i)))) cycle
+         values = 0.0_wp
+         values(:group%count_of(trim(angles(i)))) = &
+            group%vector(trim(angles(i)), values(:group%count_of(trim(angles(i)))))
+         largest = maxval(abs(values))
+         if (largest > 2*pi) call add_note(notes, 'an angle of '//rounded_text(largest, 3)//' rad in '// &
+                                           trim(angles(i))//' is more than a turn: degrees = .true. makes it degrees')
+      end do
+   end subroutine note_angles
+
+   !> A gradient whose direction is that of a satellite on an orbit turns with the orbit.
+   subroutine note_orbit(group, duration, notes)
+      type(group_t), intent(in) :: group
+      !> s.
+      real(wp), intent(in) :: duration
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      real(wp) :: rate
+      rate = sqrt(abs(group%number('strength', 0.0_wp)))
+      if (rate*abs(duration) > visible_turn) call add_note(notes, 'the direction of &gravity_gradient is fixed in '// &
+         'space: on a circular orbit it would turn once in '//rounded_text(2*pi/rate, 3)//' s')
+   end subroutine note_orbit
+
+   !> Effects that stand twice, to the last number.
+   subroutine note_twins(groups, notes)
+      type(group_t), intent(in) :: groups(:)
+      type(note_t), allocatable, intent(inout) :: notes(:)
+      type(effect_kind_t), allocatable :: kinds(:)
+      logical :: told(size(groups))
+      integer :: i, k
+      allocate (kinds, source=effect_kinds())
+      told = .false.
+      do i = 1, size(groups)
+         if (.not. is_effect(groups(i), kinds)) cycle
+         do k = 1, i - 1
+            if (told(i) .or. .not. are_alike(groups(i), groups(k))) cycle
+            call add_note(notes, 'a group &'//trim(groups(i)%name)//' stands there twice: its effect counts twice')
+            told(i) = .true.
+         end do
+      end do
+   end subroutine note_twins
+
+   pure logical function is_effect(group, kinds)
+      type(group_t), intent(in) :: group
+      type(effect_kind_t), intent(in) :: kinds(:)
+      integer :: k
+      is_effect = .false.
+      do k = 1, size(kinds)
+         if (kinds(k)%group%name == group%name) is_effect = .true.
+      end do
+   end function is_effect
+
+   !> Two groups of a name give the same keys the same values, in whatever order.
+   pure logical function are_alike(a, b)
+      type(group_t), intent(in) :: a, b
+      integer :: i, k
+      are_alike = .false.
+      if (a%name /= b%name .or. size(a%settings) /= size(b%settings)) return
+      do i = 1, size(a%settings)
+         do k = 1, size(b%settings)
+            if (are_same(a%settings(i), b%settings(k))) exit
+         end do
+         if (k > size(b%settings)) return
+      end do
+      are_alike = .true.
+   end function are_alike
+
+   !> The same key with the same values.
+   pure logical function are_same(a, b)
+      type(setting_t), intent(in) :: a, b
+      integer :: i
+      are_same = a%name == b%name .and. size(a%values) == size(b%values)
+      if (.not. are_same) return
+      do i = 1, size(a%values)
+         if (abs(a%values(i)%number - b%values(i)%number) > 0.0_wp) are_same = .false.
+         if (a%values(i)%flag .neqv. b%values(i)%flag) are_same = .false.
+         if (allocated(a%values(i)%text)) are_same = are_same .and. a%values(i)%text == b%values(i)%text
+      end do
+   end function are_same
+
+end module nutate_slips

@@ -1,0 +1,280 @@
+!> Vectors given at points of time, and what lies between them: polynomials, one for each interval. Linear ones may jump
+!> where two points have the same time; cubic ones are a spline (C. de Boor, A Practical Guide to Splines, 1978, IV),
+!> natural at its ends or periodic.
+!>
+!> In the interval k, from x(k-1) to x(k), the vector is c₀ + c₁s + c₂s² + c₃s³, s = (x - x(k-1))/h, h its length: so
+!> the size of the coefficients does not depend on the unit of time.
+module nutate_piecewise
+   use nutate_kinds, only: wp
+   use nutate_lapack, only: dptsv
+   use nutate_small_products, only: vector_length
+   implicit none
+   private
+
+   public :: piecewise_t, new_linear, new_spline
+
+   !> Points of a periodic spline at least, the last, which is the first again, counted.
+   integer, parameter, public :: least_periodic = 4
+
+   !> A vector of three components as a function of time.
+   type :: piecewise_t
+      !> Number of intervals, and degree of the polynomials.
+      integer :: n = 0, degree = 1
+      !> Ends of the intervals, s, increasing; shape (0:n).
+      real(wp), allocatable :: x(:)
+      !> cⱼ of each interval; shape (3, 0:degree, n).
+      real(wp), allocatable :: c(:, :, :)
+      !> The interval in which the j-th of n equal parts of the whole begins; shape (0:n).
+      integer, allocatable, private :: starts(:)
+      !> Equal parts in a second.
+      real(wp), private :: density = 0.0_wp
+   contains
+      !> The interval of a time.
+      procedure :: find
+      !> The vector at a time.
+      procedure :: value_at
+      !> A coefficient of the Taylor series.
+      procedure :: taylor_term
+      !> Bounds of the vector and of its derivatives.
+      procedure :: find_bounds
+      !> Finishes what the intervals are found by.
+      procedure, private :: prepare_search
+   end type piecewise_t
+
+contains
+
+   !> Straight lines between the points; two of the same time are a jump.
+   pure function new_linear(times, values) result(curve)
+      !> s, not decreasing, the first below the last, no three alike; shape (any).
+      real(wp), intent(in) :: times(:)
+      !> Shape (3, any).
+      real(wp), intent(in) :: values(:, :)
+      type(piecewise_t) :: curve
+      integer :: i, n
+      n = count(times(2:) > times(:size(times) - 1))
+      curve%n = n
+      curve%degree = 1
+      allocate (curve%x(0:n), curve%c(3, 0:1, n))
+      curve%x(0) = times(1)
+      n = 0
+      do i = 2, size(times)
+         if (.not. times(i) > times(i - 1)) cycle
+         n = n + 1
+         curve%x(n) = times(i)
+         curve%c(:, 0, n) = values(:, i - 1)
+         curve%c(:, 1, n) = values(:, i) - values(:, i - 1)
+      end do
+      call curve%prepare_search()
+   end function new_linear
+
+   !> A cubic spline through the points: natural, without curvature at its ends, or periodic.
+   pure function new_spline(times, values, periodic) result(curve)
+      !> s, increasing; two at least, `least_periodic` for a periodic one. Shape (n).
+      real(wp), intent(in) :: times(:)
+      !> Shape (3, n); of a periodic spline the last are the first.
+      real(wp), intent(in) :: values(:, :)
+      logical, intent(in) :: periodic
+      type(piecewise_t) :: curve
+      real(wp), allocatable :: curvature(:, :)
+      real(wp) :: h, rise(3), m0(3), m1(3)
+      integer :: k
+      curve%n = size(times) - 1
+      curve%degree = 3
+      allocate (curve%x(0:curve%n), curve%c(3, 0:3, curve%n), curvature(0:curve%n, 3))
+      curve%x(:) = times
+      if (periodic) then
+         call solve_periodic(times, values, curvature)
+      else
+         call solve_natural(times, values, curvature)
+      end if
+      do k = 1, curve%n
+         h = times(k + 1) - times(k)
+         rise = values(:, k + 1) - values(:, k)
+         m0 = (h*curvature(k - 1, :))*h/6
+         m1 = (h*curvature(k, :))*h/6
+         curve%c(:, 0, k) = values(:, k)
+         curve%c(:, 1, k) = rise - 2*m0 - m1
+         curve%c(:, 2, k) = 3*m0
+         curve%c(:, 3, k) = m1 - m0
+      end do
+      call curve%prepare_search()
+   end function new_spline
+
+   !> Second derivatives of a natural spline at its points, from the continuity of the first: a definite tridiagonal
+   !> system.
+   pure subroutine solve_natural(times, values, curvature)
+      real(wp), intent(in) :: times(:), values(:, :)
+      !> Shape (0:size(times) - 1, 3).
+      real(wp), intent(out) :: curvature(0:, :)
+      real(wp), allocatable :: d(:), e(:), b(:, :)
+      integer :: n, i, info
+      curvature = 0.0_wp
+      n = size(times) - 2
+      if (n < 1) return
+      allocate (d(n), e(n), b(n, 3))
+      do i = 1, n
+         d(i) = 2*(times(i + 2) - times(i))
+         e(i) = times(i + 2) - times(i + 1)
+         b(i, :) = bend(times(i:i + 2), values(:, i:i + 2))
+      end do
+      call dptsv(n, 3, d, e, b, n, info)
+      curvature(1:n, :) = b
+   end subroutine solve_natural
+
+   !> The same of a periodic spline. What is beside the diagonals is a matrix h wwᵀ, w = (1, 0, ..., 0, 1), which
+   !> Sherman's and Morrison's formula takes away from the definite tridiagonal rest.
+   pure subroutine solve_periodic(times, values, curvature)
+      real(wp), intent(in) :: times(:), values(:, :)
+      !> Shape (0:size(times) - 1, 3).
+      real(wp), intent(out) :: curvature(0:, :)
+      real(wp), allocatable :: d(:), e(:), b(:, :)
+      real(wp) :: last, share
+      integer :: n, i, info
+      n = size(times) - 1
+      allocate (d(n), e(n), b(n, 4))
+      last = times(n + 1) - times(n)
+      do i = 1, n
+         e(i) = times(i + 1) - times(i)
+      end do
+      d(1) = 2*e(1) + last
+      b(1, 1:3) = bend([times(1) - last, times(1:2)], reshape([values(:, n), values(:, 1:2)], [3, 3]))
+      do i = 2, n
+         d(i) = 2*(e(i - 1) + e(i))
+         b(i, 1:3) = bend(times(i - 1:i + 1), values(:, i - 1:i + 1))
+      end do
+      d(n) = d(n) - last
+      b(:, 4) = 0.0_wp
+      b([1, n], 4) = 1.0_wp
+      call dptsv(n, 4, d, e, b, n, info)
+      share = last/(1 + last*(b(1, 4) + b(n, 4)))
+      do i = 1, 3
+         curvature(0:n - 1, i) = b(:, i) - (share*(b(1, i) + b(n, i)))*b(:, 4)
+      end do
+      curvature(n, :) = curvature(0, :)
+   end subroutine solve_periodic
+
+   !> 6 times the change of the mean slope from one interval to the next.
+   pure function bend(times, values)
+      !> Shapes (3), (3,3).
+      real(wp), intent(in) :: times(3), values(3, 3)
+      real(wp) :: bend(3)
+      bend = 6*((values(:, 3) - values(:, 2))/(times(3) - times(2)) &
+                - (values(:, 2) - values(:, 1))/(times(2) - times(1)))
+   end function bend
+
+   !> Notes in which interval each of n equal parts of the whole begins: an interval is then found at once where the
+   !> points are even, and by halving a few where they are not.
+   pure subroutine prepare_search(self)
+      class(piecewise_t), intent(inout) :: self
+      integer :: j, k
+      allocate (self%starts(0:self%n))
+      self%density = self%n/(self%x(self%n) - self%x(0))
+      k = 1
+      do j = 0, self%n
+         do while (k < self%n)
+            if ((self%x(k) - self%x(0))*self%density > real(j, wp)) exit
+            k = k + 1
+         end do
+         self%starts(j) = k
+      end do
+   end subroutine prepare_search
+
+   !> The interval of a time; of a time between two the later one, outside of all the nearest.
+   pure integer function find(self, time) result(k)
+      class(piecewise_t), intent(in) :: self
+      !> s
+      real(wp), intent(in) :: time
+      integer :: part, last, middle
+      part = int(min(max((time - self%x(0))*self%density, 0.0_wp), real(self%n, wp)))
+      ! One part earlier: where rounding puts the end of an interval on that of a part, the interval may begin there.
+      k = self%starts(max(part - 1, 0))
+      last = self%starts(min(part + 1, self%n))
+      do while (k < last)
+         middle = (k + last)/2
+         if (time < self%x(middle)) then
+            last = middle
+         else
+            k = middle + 1
+         end if
+      end do
+   end function find
+
+   !> The vector at a time of an interval, by the polynomial of that interval.
+   pure function value_at(self, k, time) result(value)
+      class(piecewise_t), intent(in) :: self
+      !> Interval.
+      integer, intent(in) :: k
+      !> s
+      real(wp), intent(in) :: time
+      real(wp) :: value(3)
+      real(wp) :: s
+      s = (time - self%x(k - 1))/(self%x(k) - self%x(k - 1))
+      if (self%degree == 1) then
+         value = self%c(:, 0, k) + s*self%c(:, 1, k)
+      else
+         value = self%c(:, 0, k) + s*(self%c(:, 1, k) + s*(self%c(:, 2, k) + s*self%c(:, 3, k)))
+      end if
+   end function value_at
+
+   !> Coefficient j of the power series about a time, in a unit of time: the j-th derivative times unitʲ/j!.
+   pure function taylor_term(self, k, j, time, unit) result(term)
+      class(piecewise_t), intent(in) :: self
+      !> Interval, and which coefficient.
+      integer, intent(in) :: k, j
+      !> s
+      real(wp), intent(in) :: time, unit
+      real(wp) :: term(3)
+      !> Binomial coefficients: of sⁱ by sʲ; column i.
+      integer, parameter :: choose(0:3, 0:3) = reshape([1, 0, 0, 0, 1, 1, 0, 0, 1, 2, 1, 0, 1, 3, 3, 1], [4, 4])
+      real(wp) :: h, s
+      integer :: i
+      term = 0.0_wp
+      if (j > self%degree) return
+      h = self%x(k) - self%x(k - 1)
+      s = (time - self%x(k - 1))/h
+      do i = self%degree, j, -1
+         term = term*s + choose(j, i)*self%c(:, i, k)
+      end do
+      term = term*(unit/h)**j
+   end function taylor_term
+
+   !> Bounds of the length of the vector, of its first and of its second derivative, over all intervals: the corners of
+   !> the polynomials and of their derivatives in Bernstein's basis.
+   pure subroutine find_bounds(self, bounds)
+      class(piecewise_t), intent(in) :: self
+      !> Units of the values over powers of s; shape (0:2).
+      real(wp), intent(out) :: bounds(0:2)
+      real(wp) :: b(3, 0:3), h
+      integer :: k, j
+      bounds = 0.0_wp
+      do k = 1, self%n
+         h = self%x(k) - self%x(k - 1)
+         associate (c => self%c(:, :, k))
+            b(:, 0) = c(:, 1)
+            if (self%degree == 1) then
+               b(:, 3) = b(:, 0) + c(:, 2)
+               bounds(0) = max(bounds(0), length_of(b(:, 0)), length_of(b(:, 3)))
+               bounds(1) = max(bounds(1), length_of(c(:, 2))/h)
+               cycle
+            end if
+            b(:, 1) = b(:, 0) + c(:, 2)/3
+            b(:, 2) = b(:, 1) + (c(:, 2) + c(:, 3))/3
+            b(:, 3) = b(:, 0) + c(:, 2) + c(:, 3) + c(:, 4)
+         end associate
+         do j = 0, 3
+            bounds(0) = max(bounds(0), length_of(b(:, j)))
+            if (j < 3) bounds(1) = max(bounds(1), 3*length_of(b(:, j + 1) - b(:, j))/h)
+            if (j < 2) bounds(2) = max(bounds(2), 6*(length_of(b(:, j + 2) - 2*b(:, j + 1) + b(:, j))/h)/h)
+         end do
+      end do
+   end subroutine find_bounds
+
+   !> |v|, as far as it can be told: from 1e150 on that.
+   pure real(wp) function length_of(v)
+      real(wp), intent(in) :: v(3)
+      real(wp), parameter :: longest = 1e150_wp
+      length_of = longest
+      if (maxval(abs(v)) < longest) length_of = vector_length(v)
+   end function length_of
+
+end module nutate_piecewise

@@ -1,0 +1,377 @@
+!> A torque given by a table of times and components, along axes of the body or of space: straight lines or a spline
+!> between the lines of the table; outside of it zero, or the same again and again.
+!>
+!> Steps end on the times of the table, so that each has one polynomial and every method keeps its order.
+module nutate_tabulated_torque
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t, torque_t, turning_of, GENERAL_SERIES, SPACE_SERIES
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_keys, only: group_t
+   use nutate_kinds, only: wp, eps
+   use nutate_limits, only: is_moderate, in_words, least_step, greatest_number
+   use nutate_piecewise, only: least_periodic, new_linear, new_spline, piecewise_t
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: tabulated_torque_t, build_tabulated_torque, make_tabulated_torque, check_table
+
+   !> How far inside its interval a time is taken that lies on an end, over the size of the times: beyond their
+   !> rounding.
+   real(wp), parameter :: inside = 4*eps
+
+   !> τ(t) of a table; `make_tabulated_torque` makes one.
+   type, extends(torque_t) :: tabulated_torque_t
+      type(piecewise_t) :: curve
+      !> The components stand in space axes; else in body axes.
+      logical :: in_space = .false.
+      !> The table begins anew where it ends; else the torque is zero outside.
+      logical :: periodic = .false.
+      !> From when to when the torque acts, s.
+      real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
+      !> Bounds of |τ|, |τ̇| and |τ̈|, N m over powers of s; shape (3).
+      real(wp), private :: bounds(3) = 0.0_wp
+   contains
+      procedure :: torque => tabulated_torque
+      procedure :: is_moderate => table_is_moderate
+      procedure :: derivatives => tabulated_derivatives
+      procedure :: window => tabulated_window
+      procedure :: piece => tabulated_piece
+      procedure :: next_break => tabulated_break
+      procedure :: needs_attitude => attitude_in_space
+      procedure :: bound => tabulated_bound
+      procedure :: time_derivative => tabulated_time_derivative
+      procedure :: series_kind => tabulated_series
+      procedure :: series_torque => tabulated_series_torque
+   end type tabulated_torque_t
+
+contains
+
+   !> A torque as a scene's group with a table asks for it. Errors: those of `make_tabulated_torque`;
+   !> `NUTATE_BAD_ARGUMENT` for a key that belongs to a torque without table.
+   subroutine build_tabulated_torque(group, body, effect, status)
+      !> With its table.
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      type(tabulated_torque_t) :: torque
+      character(len=9), parameter :: others(4) = [character(len=9) :: 'body', 'space', 'frequency', 'phase']
+      integer :: i, at
+      do i = 1, size(others)
+         if (.not. group%has(trim(others(i)))) cycle
+         status = fail(NUTATE_BAD_ARGUMENT, 'table and '//trim(others(i))//' exclude each other (expected one of '// &
+                       'the two)', others(i))
+         return
+      end do
+      if (.not. allocated(group%table)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has not been read', 'table')
+         return
+      end if
+      associate (table => group%table)
+         call make_tabulated_torque(table%numbers(1, :), table%numbers(2:4, :), torque, status, at, &
+                                    spline=group%text('interpolation', 'linear') == 'cubic', &
+                                    periodic=group%text('outside', 'zero') == 'periodic', &
+                                    in_space=group%text('axes', 'body') == 'space', &
+                                    start=group%number('start', -huge(1.0_wp)), stop=group%number('stop', huge(1.0_wp)))
+      end associate
+      if (status%ok()) allocate (effect, source=torque)
+   end subroutine build_tabulated_torque
+
+   !> A torque from a table.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` for numbers that are not finite or above 1e100, for times that do not increase (two
+   !> of linear interpolation may be the same, for a jump) or are less than 1e-50 s apart, for too few of them, for a
+   !> periodic spline whose last values are not its first, and for an empty window.
+   subroutine make_tabulated_torque(times, values, torque, status, at, spline, periodic, in_space, start, stop)
+      !> s; shape (n).
+      real(wp), intent(in) :: times(:)
+      !> N m; shape (3, n).
+      real(wp), intent(in) :: values(:, :)
+      type(tabulated_torque_t), intent(inout) :: torque
+      type(status_t), intent(out) :: status
+      !> The line that is at fault, 1 to n; 0 for none of them.
+      integer, intent(out) :: at
+      !> A cubic spline, in place of straight lines; the table begins anew where it ends, in place of zero; the values
+      !> stand in space axes, in place of body axes. Default `.false.`.
+      logical, intent(in), optional :: spline, periodic, in_space
+      !> The torque acts from one time to another, s; default: at all times.
+      real(wp), intent(in), optional :: start, stop
+      logical :: smooth
+      torque%name = 'torque'
+      smooth = .false.
+      if (present(spline)) smooth = spline
+      torque%periodic = .false.
+      if (present(periodic)) torque%periodic = periodic
+      torque%in_space = .false.
+      if (present(in_space)) torque%in_space = in_space
+      call check_table(times, values, smooth, torque%periodic, at, status)
+      if (.not. status%ok()) return
+      if (smooth) then
+         torque%curve = new_spline(times, values, torque%periodic)
+      else
+         torque%curve = new_linear(times, values)
+      end if
+      call torque%curve%find_bounds(torque%bounds)
+      torque%start = -huge(1.0_wp)
+      if (present(start)) torque%start = start
+      torque%stop = huge(1.0_wp)
+      if (present(stop)) torque%stop = stop
+      if (.not. torque%periodic) then
+         torque%start = max(torque%start, times(1))
+         torque%stop = min(torque%stop, times(size(times)))
+      end if
+      if (.not. torque%stop > torque%start) status = fail(NUTATE_BAD_ARGUMENT, 'the torque stops before it starts '// &
+                                                          '(expected stop > start, inside of the table)', 'stop')
+   end subroutine make_tabulated_torque
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` with the first line of a table that is at fault.
+   subroutine check_table(times, values, spline, periodic, at, status)
+      real(wp), intent(in) :: times(:), values(:, :)
+      logical, intent(in) :: spline, periodic
+      integer, intent(out) :: at
+      type(status_t), intent(out) :: status
+      integer :: i, n
+      n = size(times)
+      at = 0
+      do i = 1, n
+         at = i
+         if (.not. (is_moderate(times(i)) .and. all(is_moderate(values(:, i))))) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'a number is not finite or too large (expected up to '// &
+                          in_words(greatest_number)//')', 'table')
+            return
+         else if (i > 1) then
+            status = fault_of_time(times(max(1, i - 2):i), spline)
+            if (.not. status%ok()) return
+         end if
+      end do
+      at = n
+      if (n < 2 .or. (spline .and. periodic .and. n < least_periodic)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table is too short (expected '// &
+                       merge('four lines', 'two lines ', spline .and. periodic)//' of numbers, or more)', 'table')
+      else if (.not. times(n) > times(1)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has one time only (expected two, or more)', 'table')
+      else if (spline .and. periodic .and. any(abs(values(:, n) - values(:, 1)) > 0.0_wp)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the last torque is not the first (expected the same, as a periodic '// &
+                       'spline begins anew)', 'table')
+      else
+         at = 0
+      end if
+   end subroutine check_table
+
+   !> What is wrong with a time behind the one or two before it.
+   pure type(status_t) function fault_of_time(times, spline) result(status)
+      !> Shape (2) or (3).
+      real(wp), intent(in) :: times(:)
+      logical, intent(in) :: spline
+      real(wp) :: step
+      integer :: n
+      n = size(times)
+      step = times(n) - times(n - 1)
+      if (step < 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time goes back (expected it to increase)', 'table')
+      else if (step >= least_step) then
+         return
+      else if (step > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is too close to the one before (expected '// &
+                       in_words(least_step)//' s or more)', 'table')
+      else if (spline) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the time is that of the line before (expected it to increase; jumps '// &
+                       "need interpolation = 'linear')", 'table')
+      else if (n > 2) then
+         if (times(n - 1) <= times(1)) &
+            status = fail(NUTATE_BAD_ARGUMENT, 'three lines have the same time (expected two, for a jump)', 'table')
+      end if
+   end function fault_of_time
+
+   !> The interval of a time, and that time in the first round of a periodic table.
+   pure subroutine locate(self, t, k, time)
+      class(tabulated_torque_t), intent(in) :: self
+      !> s
+      real(wp), intent(in) :: t
+      integer, intent(out) :: k
+      real(wp), intent(out) :: time
+      time = t
+      if (self%periodic) time = t - rounds_before(self, t)*period_of(self)
+      k = self%curve%find(time)
+   end subroutine locate
+
+   !> How often a periodic table has been gone through at a time: a whole number.
+   pure real(wp) function rounds_before(self, t) result(rounds)
+      class(tabulated_torque_t), intent(in) :: self
+      !> s
+      real(wp), intent(in) :: t
+      real(wp) :: ratio
+      ratio = (t - self%curve%x(0))/period_of(self)
+      rounds = aint(ratio)
+      if (ratio < rounds) rounds = rounds - 1
+   end function rounds_before
+
+   !> From the first to the last time, s.
+   pure real(wp) function period_of(self) result(period)
+      class(tabulated_torque_t), intent(in) :: self
+      period = self%curve%x(self%curve%n) - self%curve%x(0)
+   end function period_of
+
+   pure function tabulated_torque(self, t, q, omega) result(tau)
+      class(tabulated_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      real(wp) :: time
+      integer :: k
+      call locate(self, t, k, time)
+      tau = self%curve%value_at(k, time)
+      if (self%in_space) tau = rotate_to_body(q, tau)
+   end function tabulated_torque
+
+   pure subroutine tabulated_derivatives(self, t, q, omega, by_rotation, by_rate)
+      class(tabulated_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
+      by_rotation = 0.0_wp
+      by_rate = 0.0_wp
+      if (self%in_space) by_rotation = turning_of(self%torque(t, q, omega))
+   end subroutine tabulated_derivatives
+
+   pure subroutine tabulated_window(self, start, stop)
+      class(tabulated_torque_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = self%start
+      stop = self%stop
+   end subroutine tabulated_window
+
+   !> The interval of the moment, without its ends: what is asked there is asked of this polynomial, not the next.
+   pure subroutine tabulated_piece(self, moment, start, stop)
+      class(tabulated_torque_t), intent(in) :: self
+      real(wp), intent(in) :: moment
+      real(wp), intent(out) :: start, stop
+      real(wp) :: time, before, edge
+      integer :: k
+      call locate(self, moment, k, time)
+      before = 0.0_wp
+      if (self%periodic) before = rounds_before(self, moment)*period_of(self)
+      start = before + self%curve%x(k - 1)
+      stop = before + self%curve%x(k)
+      edge = inside*max(abs(start), abs(stop))
+      if (stop - start > 2*edge) then
+         start = start + edge
+         stop = stop - edge
+      else
+         start = moment
+         stop = moment
+      end if
+   end subroutine tabulated_piece
+
+   !> The ends of the window, and the times of the table between them.
+   pure real(wp) function tabulated_break(self, t, sense) result(next)
+      class(tabulated_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, sense
+      real(wp) :: first, last
+      first = merge(self%start, self%stop, sense > 0.0_wp)
+      last = merge(self%stop, self%start, sense > 0.0_wp)
+      if (sense*(first - t) > 0.0_wp) then
+         next = first
+      else if (sense*(last - t) > 0.0_wp) then
+         next = next_line(self, t, sense)
+         if (sense*(next - last) > 0.0_wp) next = last
+      else
+         next = sense*huge(next)
+      end if
+   end function tabulated_break
+
+   !> The next time of the table, s; huge where there is none, or none that can be told from others.
+   pure real(wp) function next_line(self, t, sense) result(next)
+      class(tabulated_torque_t), intent(in) :: self
+      !> Inside of the table, s, and which way: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      real(wp) :: rounds, period
+      integer :: k, way
+      next = sense*huge(next)
+      way = nint(sense)
+      rounds = 0.0_wp
+      period = period_of(self)
+      if (self%periodic) then
+         if (period <= inside*abs(t)) return
+         rounds = rounds_before(self, t)
+      end if
+      k = self%curve%find(t - rounds*period)
+      if (way < 0) k = k - 1
+      ! Rounding may have put a time of the table on either side of itself.
+      do while (sense*(rounds*period + self%curve%x(k) - t) <= 0.0_wp)
+         if (k == merge(self%curve%n, 0, way > 0)) then
+            if (.not. self%periodic) return
+            rounds = rounds + sense
+            k = merge(0, self%curve%n, way > 0)
+         end if
+         k = k + way
+      end do
+      next = rounds*period + self%curve%x(k)
+   end function next_line
+
+   pure logical function attitude_in_space(self)
+      class(tabulated_torque_t), intent(in) :: self
+      attitude_in_space = self%in_space
+   end function attitude_in_space
+
+   !> A torque τ in the body: T = (1+β)τ - 2b(b·τ). One in space, ν at the start of the step: T = (1-β)ν - 2b×ν. The
+   !> bounds are those of the whole table.
+   pure subroutine tabulated_bound(self, map, radius, gamma, slack, bounds)
+      class(tabulated_torque_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      real(wp) :: whole, square, slope
+      whole = map%norm*self%bounds(1)
+      square = 1 + radius*radius
+      slope = merge(2*sqrt(square), 2*radius, self%in_space)
+      bounds%known = all(self%bounds <= greatest_number)
+      if (.not. bounds%known) return
+      bounds%force = square*whole
+      bounds%slope = slope*whole
+      bounds%curvature = 2*whole
+      bounds%change = square*map%norm*self%bounds(2)
+      bounds%change_slope = slope*map%norm*self%bounds(2)
+      bounds%change_rate = square*map%norm*self%bounds(3)
+   end subroutine tabulated_bound
+
+   pure function tabulated_time_derivative(self, t, q, omega, span) result(derivative)
+      class(tabulated_torque_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3), span
+      real(wp) :: derivative(3)
+      real(wp) :: time
+      integer :: k
+      call locate(self, t, k, time)
+      derivative = self%curve%taylor_term(k, 1, time, 1.0_wp)
+      if (self%in_space) derivative = rotate_to_body(q, derivative)
+   end function tabulated_time_derivative
+
+   pure integer function tabulated_series(self)
+      class(tabulated_torque_t), intent(in) :: self
+      tabulated_series = merge(SPACE_SERIES, GENERAL_SERIES, self%in_space)
+   end function tabulated_series
+
+   !> Coefficient k of the polynomial, in the axes of the table.
+   pure subroutine tabulated_series_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
+      class(tabulated_torque_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit, omega(3, 0:k), gamma(3, 0:k)
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      real(wp) :: time
+      integer :: interval
+      tau = 0.0_wp
+      if (k > self%curve%degree) return
+      call locate(self, t, interval, time)
+      tau = self%curve%taylor_term(interval, k, time, time_unit)
+   end subroutine tabulated_series_torque
+
+   !> Start and stop may be anything that can be compared.
+   pure logical function table_is_moderate(self)
+      class(tabulated_torque_t), intent(in) :: self
+      table_is_moderate = self%curve%n > 0 .and. .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+      if (table_is_moderate) table_is_moderate = is_moderate(self%bounds(1))
+   end function table_is_moderate
+
+end module nutate_tabulated_torque

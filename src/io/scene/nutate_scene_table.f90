@@ -1,0 +1,239 @@
+!> Tables that a scene names: RFC 4180, one header row with the units, then numbers. Of times and torques, or of times.
+module nutate_scene_table
+   use nutate_checksum, only: checksum
+   use nutate_keys, only: group_t, table_t
+   use nutate_kinds, only: wp
+   use nutate_number_text, only: read_real
+   use nutate_printable, only: quoted
+   use nutate_quick_number, only: read_quickly
+   use nutate_scene_error, only: scene_error_t
+   use nutate_status, only: status_t
+   use nutate_tabulated_torque, only: check_table
+   use nutate_text_file, only: read_text_file
+   implicit none
+   private
+
+   public :: read_table, read_torque_table, parse_table, path_beside
+
+   !> Units of the columns: a time and the components of a torque.
+   character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
+   character, parameter :: quote = '"', line_feed = achar(10), carriage_return = achar(13), tab = achar(9)
+   !> What some programs put in front of a text in UTF-8.
+   character(len=*), parameter :: mark = char(239)//char(187)//char(191)
+
+contains
+
+   !> Reads the table that a group names by its key `table`; a group without one stays as it is. Raises an error, with
+   !> file and line, for one that is no table of times and torques.
+   subroutine read_torque_table(group, folder, error)
+      type(group_t), intent(inout) :: group
+      !> Folder of the scene, `/` at its end: where names of tables begin; empty: the working directory.
+      character(len=*), intent(in) :: folder
+      type(scene_error_t), intent(inout) :: error
+      type(status_t) :: status
+      integer :: at
+
+      if (.not. group%has('table')) return
+      call read_table(group, 'table', torque_units, folder, error)
+      if (error%raised) return
+      associate (numbers => group%table%numbers)
+         call check_table(numbers(1, :), numbers(2:4, :), group%text('interpolation', 'linear') == 'cubic', &
+                          group%text('outside', 'zero') == 'periodic', at, status)
+      end associate
+      if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('table', '')), at + 1, &
+                                                 trim(status%message))
+   end subroutine read_torque_table
+
+   !> Reads the table that a group names by a key that is there. Raises an error, with file and line, for one that
+   !> cannot be read or has other columns.
+   subroutine read_table(group, key, units, folder, error)
+      type(group_t), intent(inout) :: group
+      character(len=*), intent(in) :: key
+      !> Of the columns; shape (columns).
+      character(len=*), intent(in) :: units(:)
+      character(len=*), intent(in) :: folder
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: path, text, reason
+
+      if (error%raised) return
+      if (group%text(key, '') == '') then
+         call error%raise(group%line_of(key), key//' is blank', expected='the name of a CSV file')
+         return
+      end if
+      path = path_beside(folder, group%text(key, ''))
+      call read_text_file(path, text, reason)
+      if (reason /= '') then
+         call error%raise(group%line_of(key), key//' '//quoted(path)//' cannot be read', &
+                          expected='a CSV file; '//reason)
+         return
+      end if
+      if (allocated(group%table)) deallocate (group%table)
+      allocate (group%table)
+      call parse_table(text, path, units, group%table, error)
+      if (.not. error%raised) group%table%checksum = checksum(text)
+   end subroutine read_table
+
+   !> A file named in a scene, seen from where the scene is seen.
+   pure function path_beside(scene, name) result(path)
+      !> Path of the scene, or its folder with `/` at the end; empty: the working directory.
+      character(len=*), intent(in) :: scene, name
+      character(len=:), allocatable :: path
+      path = trim(name)
+      if (name(1:1) /= '/') path = scene(1:index(scene, '/', back=.true.))//path
+   end function path_beside
+
+   !> The numbers of a table. Raises an error at its first line that is none.
+   subroutine parse_table(text, path, units, table, error)
+      character(len=*), intent(in) :: text
+      !> What to call it in messages.
+      character(len=*), intent(in) :: path
+      !> Of the columns; shape (columns).
+      character(len=*), intent(in) :: units(:)
+      !> Shape of its numbers (columns, lines without the header).
+      type(table_t), intent(inout) :: table
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: problem
+      integer :: position, line
+
+      allocate (table%numbers(size(units), count_lines(text) - 1))
+      position = 1
+      if (len(text) >= len(mark)) then
+         if (text(1:len(mark)) == mark) position = len(mark) + 1
+      end if
+      call read_header(text, position, units, problem)
+      line = 1
+      do while (problem == '' .and. line <= size(table%numbers, 2))
+         line = line + 1
+         call read_row(text, position, table%numbers(:, line - 1), problem)
+      end do
+      if (problem /= '') call error%raise_in(path, line, problem)
+   end subroutine parse_table
+
+   !> Lines of a text, the last of which need not be ended; 1 at least.
+   pure integer function count_lines(text) result(n)
+      character(len=*), intent(in) :: text
+      integer :: i
+      n = 0
+      do i = 1, len(text)
+         if (text(i:i) == line_feed) n = n + 1
+      end do
+      if (len(text) == 0) then
+         n = 1
+      else if (text(len(text):) /= line_feed) then
+         n = n + 1
+      end if
+   end function count_lines
+
+   !> The header row: names, each with its unit in brackets at the end.
+   subroutine read_header(text, position, units, problem)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: position
+      character(len=*), intent(in) :: units(:)
+      !> What is wrong with it; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      integer :: column, first, last
+      logical :: ends
+
+      problem = ''
+      do column = 1, size(units)
+         call next_field(text, position, first, last, ends, problem)
+         if (problem == '' .and. (ends .neqv. column == size(units))) &
+            problem = 'the header has not as many columns as it must (expected '//header_of(units)//')'
+         if (problem /= '') return
+         if (.not. has_unit(text(first:last), trim(units(column)))) then
+            problem = quoted(text(first:last))//' has not the unit ('//trim(units(column))//') at its end '// &
+                      '(expected '//header_of(units)//')'
+            return
+         end if
+      end do
+   end subroutine read_header
+
+   !> What a header must be, in words.
+   pure function header_of(units) result(words)
+      character(len=*), intent(in) :: units(:)
+      character(len=:), allocatable :: words
+      words = 't (s)'
+      if (size(units) > 1) words = words//' and three components, each with its unit (N m)'
+   end function header_of
+
+   !> A name ends with its unit in brackets.
+   pure logical function has_unit(name, unit)
+      character(len=*), intent(in) :: name, unit
+      integer :: last
+      last = len_trim(name)
+      has_unit = .false.
+      if (last >= len(unit) + 2) has_unit = name(last - len(unit) - 1:last) == '('//unit//')'
+   end function has_unit
+
+   !> A line of numbers.
+   subroutine read_row(text, position, numbers, problem)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: position
+      !> Shape (columns).
+      real(wp), intent(out) :: numbers(:)
+      character(len=:), allocatable, intent(out) :: problem
+      integer :: column, first, last
+      logical :: ends, done
+
+      problem = ''
+      do column = 1, size(numbers)
+         call next_field(text, position, first, last, ends, problem)
+         if (problem == '' .and. (ends .neqv. column == size(numbers))) &
+            problem = 'the line has not as many numbers as the header has columns (expected one for each)'
+         if (problem /= '') return
+         call read_quickly(text(first:last), numbers(column), done)
+         if (.not. done) call read_real(text(first:last), numbers(column), problem)
+         if (problem /= '') then
+            problem = problem//' (expected a number)'
+            return
+         end if
+      end do
+   end subroutine read_row
+
+   !> The next field of a line, without the blanks and the quotes around it.
+   pure subroutine next_field(text, position, first, last, ends, problem)
+      character(len=*), intent(in) :: text
+      !> Behind the field and what ends it, on exit.
+      integer, intent(inout) :: position
+      !> Where it stands; the last is before the first where it is empty.
+      integer, intent(out) :: first, last
+      !> It is the last of its line.
+      logical, intent(out) :: ends
+      !> What is wrong with it; left as it is on success.
+      character(len=:), allocatable, intent(inout) :: problem
+      integer :: n
+
+      n = len(text)
+      first = position
+      do while (first <= n)
+         if (text(first:first) /= ' ' .and. text(first:first) /= tab) exit
+         first = first + 1
+      end do
+      position = first
+      do while (position <= n)
+         if (text(position:position) == ',' .or. text(position:position) == line_feed) exit
+         position = position + 1
+      end do
+      last = position - 1
+      ends = .true.
+      if (position <= n) ends = text(position:position) == line_feed
+      if (ends .and. last >= first) then
+         if (text(last:last) == carriage_return) last = last - 1
+      end if
+      do while (last >= first)
+         if (text(last:last) /= ' ' .and. text(last:last) /= tab) exit
+         last = last - 1
+      end do
+      position = position + 1
+      if (last < first) return
+      if (text(first:first) /= quote) return
+      if (last == first .or. text(last:last) /= quote) then
+         problem = quoted(text(first:last))//' has a quote that is not closed in its field (expected a number '// &
+                   'or a name)'
+         return
+      end if
+      first = first + 1
+      last = last - 1
+   end subroutine next_field
+
+end module nutate_scene_table
