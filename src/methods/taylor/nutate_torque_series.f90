@@ -267,18 +267,14 @@ contains
       end do
       do i = 1, size(acts)
          if (.not. acts(i)) cycle
-         n = self%torque_slot(i)
+         n = abs(self%torque_slot(i))
          if (n == 0) then
             one = self%drag(:, 1, i)*omega(1) + self%drag(:, 2, i)*omega(2) + self%drag(:, 3, i)*omega(3)
-         else if (n > 0) then
+         else
             call effects%torques(i)%item%series_torque( &
                k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, n), &
                self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
-         else
-            call effects%torques(i)%item%series_torque( &
-               k, t, time_unit, self%omega(:, 0:k), self%gamma(:, 0:k, -n), &
-               self%auxiliary(:, self%columns(1, -n):self%columns(2, -n)), one)
-            call turn_to_body(self, i, k, rows, one)
+            if (self%torque_slot(i) < 0) call turn_to_body(self, i, k, rows, one)
          end if
          self%torque(k, :, i) = one
          tau = tau + one
