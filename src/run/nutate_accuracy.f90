@@ -345,10 +345,15 @@ contains
    pure real(wp) function gain_of(search, coarse, fine) result(gain)
       type(search_t), intent(in) :: search
       type(pilot_t), intent(in) :: coarse, fine
+      real(wp) :: equals
       gain = min(1.0_wp, margin*(fine%tolerance/coarse%tolerance)**search%behaviour%power)
       if (min(coarse%steps, fine%steps) < few_steps) gain = max(gain, gain_of_few)
-      if (.not. search%method%dense .and. real(fine%steps, wp) < hardly_more*real(coarse%steps, wp)) &
-         gain = max(gain, gain_of_equals)
+      if (search%method%dense .or. real(fine%steps, wp) >= hardly_more*real(coarse%steps, wp)) return
+      ! Their errors are much alike, and cancel; what is left is the response to noise, and the errors of steps are below
+      ! their tolerance.
+      equals = gain_of_equals
+      if (coarse%noise > 0.0_wp) equals = min(equals, fine%tolerance/coarse%noise)
+      gain = max(gain, equals)
    end function gain_of
 
    !> True where another pilot with noise is to be heard: for a floor that counts, and before a bound that is only just
