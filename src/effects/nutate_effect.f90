@@ -389,7 +389,8 @@ contains
       call self%window(ends(1), ends(2))
       next = sense*huge(next)
       do i = 1, 2
-         if (sense*(ends(i) - t) > 0.0_wp .and. sense*(next - ends(i)) > 0.0_wp) next = ends(i)
+         ! No differences: they could overflow.
+         if (sense*ends(i) > sense*t .and. sense*ends(i) < sense*next) next = ends(i)
       end do
    end function next_end
 

@@ -270,7 +270,7 @@ contains
       next = sense*huge(next)
       do i = 1, self%n_torques
          one = self%torques(i)%item%next_break(t, sense)
-         if (sense*(next - one) > 0.0_wp) next = one
+         if (sense*one < sense*next) next = one
       end do
    end function next_break
 

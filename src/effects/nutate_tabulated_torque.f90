@@ -271,11 +271,11 @@ contains
       real(wp) :: first, last
       first = merge(self%start, self%stop, sense > 0.0_wp)
       last = merge(self%stop, self%start, sense > 0.0_wp)
-      if (sense*(first - t) > 0.0_wp) then
+      if (sense*first > sense*t) then
          next = first
-      else if (sense*(last - t) > 0.0_wp) then
+      else if (sense*last > sense*t) then
          next = next_line(self, t, sense)
-         if (sense*(next - last) > 0.0_wp) next = last
+         if (sense*next > sense*last) next = last
       else
          next = sense*huge(next)
       end if

@@ -27,7 +27,8 @@ module nutate_event_following
       type(run_record_t) :: record = run_record_t()
       type(way_t) :: way = way_t()
       integer(long) :: steps = 0, cut_steps = 0, parts = 0, iterations = 0, unproved_steps = 0
-      integer :: next_break = 1
+      !> s.
+      real(wp) :: next_break = 0.0_wp
       !> J; shape (number of torques).
       real(wp), allocatable :: work(:), work_compensation(:)
       real(wp) :: total = 0.0_wp

@@ -179,7 +179,8 @@ contains
       !> Turn of the body in the step, rad.
       real(wp), intent(in) :: turn
       associate (watched => self%watched(i))
-         variation = max(watched%highest - watched%lowest, 0.0_wp)
+         variation = 0.0_wp
+         if (watched%highest > watched%lowest) variation = watched%highest - watched%lowest
          if (turn > eps) variation = max(variation, abs(last%slope)/turn)
          if (watched%seen < young) variation = max(variation, abs(last%f))
       end associate

@@ -161,7 +161,7 @@ contains
       end if
       step = min(abs(time_unit)*reach_of(self, goal, abs(time_unit)), abs(goal%end_time - state%t))
       rate = maxval(abs(self%series%omega(:, 0)))/abs(time_unit)
-      if (rate > 0.0_wp) step = min(step, self%series%largest_turn()/rate)
+      if (rate*step > self%series%largest_turn()) step = self%series%largest_turn()/rate
    end subroutine choose_step
 
    !> The order for a tolerance.
