@@ -349,8 +349,8 @@ contains
       gain = min(1.0_wp, margin*(fine%tolerance/coarse%tolerance)**search%behaviour%power)
       if (min(coarse%steps, fine%steps) < few_steps) gain = max(gain, gain_of_few)
       if (search%method%dense .or. real(fine%steps, wp) >= hardly_more*real(coarse%steps, wp)) return
-      ! Their errors are much alike, and cancel; what is left is the response to noise, and the errors of steps are below
-      ! their tolerance.
+      ! Their errors are much alike, and cancel: what is left is the response to noise, and the errors of steps are
+      ! below their tolerance.
       equals = gain_of_equals
       if (coarse%noise > 0.0_wp) equals = min(equals, fine%tolerance/coarse%noise)
       gain = max(gain, equals)
