@@ -320,28 +320,34 @@ contains
    subroutine turns_are_followed(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(follower_t) :: follower
-      type(run_summary_t) :: summary
       type(run_plan_t) :: plan
-      type(state_t) :: state
-      type(status_t) :: status
       integer :: i
       problem = bruls_top()
       do i = 1, 3
          plan = run_plan_t(end_time=merge(2.0_wp, -2.0_wp, i < 3), goal=run_goal_t(local_tolerance=1e-8_wp))
          if (i > 1) plan%interval = 0.05_wp
-         follower = follower_t()
-         follower%sees_every_step = .true.
-         call follower%columns%choose(['euler'], status)
-         state = problem%start
-         call integrate(problem%system, default_settings('taylor'), state, plan, status, follower, summary)
-         call check(error, status%ok() .and. summary%steps < 20, "steps, or "//trim(status%message))
-         if (allocated(error)) return
-         call check_below(error, acos(follower%least), 1.5_wp, "half a turn between two states")
-         if (allocated(error)) return
-         call check_below(error, follower%difference, 1e-13_wp, "angles of a row")
+         call follow(error, problem, plan)
          if (allocated(error)) return
       end do
    end subroutine turns_are_followed
+
+   subroutine follow(error, problem, plan)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      type(run_plan_t), intent(in) :: plan
+      type(follower_t) :: follower
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      follower%sees_every_step = .true.
+      call follower%columns%choose(['euler'], status)
+      state = problem%start
+      call integrate(problem%system, default_settings('taylor'), state, plan, status, follower, summary)
+      call check(error, status%ok() .and. summary%steps < 20, "steps, or "//trim(status%message))
+      if (allocated(error)) return
+      call check_below(error, acos(follower%least), 1.5_wp, "half a turn between two states")
+      if (allocated(error)) return
+      call check_below(error, follower%difference, 1e-13_wp, "angles of a row")
+   end subroutine follow
 
 end module test_axial_frame

@@ -67,7 +67,7 @@ module nutate_event_tracker
       logical, allocatable :: acts(:)
       logical :: known = .false.
       !> What belongs to the system as it is now: with switches made.
-      type(system_t) :: system = system_t()
+      type(system_t) :: system
    contains
       procedure :: begin
       !> Function and slope of an event.
