@@ -95,6 +95,8 @@ module nutate_error_control
    real(wp), parameter :: rows_in_a_step = 64.0_wp
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
+   !> Shortest step that equations divide by, s.
+   real(wp), parameter :: least_part = 1e-290_wp
 
 contains
 
@@ -424,6 +426,8 @@ contains
       integer :: i
       work = 0.0_wp
       state = before
+      ! An event at the start of the step, or closer to it than a step can be short.
+      if (abs(t - before%t) < least_part) return
       select type (method => self%half)
       class is (dense_stepper_t)
          call method%state_at(system, t, state, work, status)
