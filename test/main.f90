@@ -16,6 +16,7 @@ program unit
    use test_archive, only: collect_archive
    use test_attack, only: collect_attack
    use test_attack_report, only: repeat_case, report_attack
+   use test_event_attack, only: collect_event_attack, report_event_attack
    use test_attitude, only: collect_attitude
    use test_axial_frame, only: collect_axial_frame
    use test_baselines, only: collect_baselines
@@ -113,6 +114,7 @@ contains
       if (allocated(suite_name)) then
          if (suite_name == '--stress') call run_stress(test_name)
          if (suite_name == '--attack') call run_attack()
+         if (suite_name == '--attack-events') call run_event_attack()
          if (suite_name == '--accuracy') call run_accuracy(test_name)
       end if
       if (.not. allocated(suite_name)) then
@@ -240,6 +242,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("attack", collect_attack), &
+         new_testsuite("event_attack", collect_event_attack), &
          new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &
          new_testsuite("unproved", collect_unproved) &
@@ -308,6 +311,24 @@ contains
       if (.not. passed) call stop_with("the attack found what must not be")
       stop
    end subroutine run_attack
+
+   !> Runs the attack on events at full length, or one case of it; does not return.
+   subroutine run_event_attack()
+      character(len=:), allocatable :: text, what, which
+      integer :: seed, number, io
+      logical :: passed
+      call get_argument(2, text)
+      call get_argument(3, what)
+      call get_argument(4, which)
+      if (.not. (allocated(text) .and. allocated(what))) call stop_with("--attack-events SEED CASES | SEED case NUMBER")
+      if (.not. allocated(which)) which = what
+      read (text, *, iostat=io) seed
+      if (io == 0) read (which, *, iostat=io) number
+      if (io /= 0) call stop_with("the attack needs whole numbers")
+      call report_event_attack(seed, number, what == 'case', passed)
+      if (.not. passed) call stop_with("the attack found what must not be")
+      stop
+   end subroutine run_event_attack
 
    !> Runs the accuracy of random scenes in full, or a case of it again; does not return.
    subroutine run_accuracy(case)

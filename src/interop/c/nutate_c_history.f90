@@ -46,7 +46,6 @@ module nutate_c_history
       integer(c_int), pointer :: failure(:) => null()
       type(event_history_t) :: events
    contains
-      procedure :: watch => follow_writer
       procedure :: show_event => write_event
       procedure :: observe => write_row
       procedure :: poll => poll_writer
@@ -246,7 +245,7 @@ contains
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
                        from%scene%integrator%inverse_auxiliary_inertia, status, from%scene%output%degrees, &
                        from%scene%output%digits, backward=from%scene%plan%end_time < from%scene%initial%t)
-      if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, system, status)
+      if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, status)
       call unlock_texts()
       if (.not. status%ok()) return
       call add_failure(failure, status)
@@ -266,30 +265,20 @@ contains
    end subroutine write_file
 
    !> Opens the file of the events beside that of the rows. Errors: those of the file; the rows are not kept then.
-   subroutine open_events(writer, from, rows, system, status)
+   subroutine open_events(writer, from, rows, status)
       type(writer_t), intent(inout) :: writer
       type(scene_handle_t), intent(in) :: from
       !> Path of the rows.
       character(len=*), intent(in) :: rows
-      type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
       type(status_t) :: closing
       character(len=:), allocatable :: name
       name = from%scene%output%events
       if (name == '') name = events_name(rows)
       if (name == '') return
-      call writer%events%open(name, from%scene%output%columns, system, from%scene%initial, &
-                              from%scene%integrator%inverse_auxiliary_inertia, status)
+      call writer%events%open(name, writer%history_t, status)
       if (.not. status%ok()) call writer%abandon(closing)
    end subroutine open_events
-
-   !> Follows angles that must not lose turns.
-   subroutine follow_writer(self, state)
-      class(writer_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      call self%history_t%watch(state)
-      call self%events%watch(state)
-   end subroutine follow_writer
 
    !> Writes an event. Errors: those of callbacks and of the file.
    subroutine write_event(self, system, event, which, number, state, record, status)
@@ -302,7 +291,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       status = judge_failure(self%failure)
-      if (status%ok()) call self%events%write(system, trim(event%name), number, state, record, status)
+      if (status%ok()) call self%events%write(self%columns, system, trim(event%name), number, state, record, status)
    end subroutine write_event
 
    !> Keeps a row. Errors: those of callbacks, `NUTATE_NOT_FINITE`, `NUTATE_NO_MEMORY`.
