@@ -79,7 +79,7 @@ contains
       call check(error, tally%roots > tally%cases/2 .and. 2*tally%cases > merge(shortest, short, is_slow_build()), &
                  'roots: '//verdict(1, tally))
       if (allocated(error)) return
-      call check(error, 100*tally%close_missed <= tally%roots, 'close pairs: '//verdict(1, tally))
+      call check(error, 25*tally%close_missed <= tally%roots, 'close pairs: '//verdict(1, tally))
    end subroutine nothing_is_missed
 
    !> Says what came out of cases 1 to n; of case n alone with `alone`.

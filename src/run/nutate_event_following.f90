@@ -25,6 +25,9 @@ module nutate_event_following
    !> as this, eight parts of a step.
    real(wp), parameter :: most_phase = 8.0_wp
 
+   !> Round-off of a function, over its value.
+   real(wp), parameter :: noise = 16*eps
+
    !> The function of an event along the step.
    type, extends(curve_t) :: step_curve_t
       class(step_policy_t), pointer :: policy => null()
@@ -44,6 +47,8 @@ module nutate_event_following
    type :: hunt_t
       type(step_curve_t) :: curve
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp
+      !> The function is zero all through the step but for round-off: there is nothing to find.
+      logical :: is_flat = .false.
       logical :: found = .false.
       type(node_t) :: root = node_t()
    end type hunt_t
@@ -153,9 +158,9 @@ contains
                   guess = watched%f + hunt%curve%first%slope
                   call events%ask(k, system, window_time, motion, guess, f, slope)
                   hunt%curve%last = node_t(s=1.0_wp, f=f, slope=slope*length)
-                  call set_sides(k, hunt)
                   hunt%turn = turn
                   hunt%scale = events%variation(k, hunt%curve%last, turn)
+                  call set_sides(k, hunt)
                   watched%lowest = min(watched%lowest, f)
                   watched%highest = max(watched%highest, f)
                   watched%seen = min(watched%seen + 1, 1000)
@@ -182,6 +187,9 @@ contains
             last%side = side_of(last, -1.0_wp)
             if (last%side == 0) last%side = first%side
             if (first%side == 0) first%side = last%side
+            hunt%is_flat = max(abs(first%f), abs(last%f), abs(first%slope), abs(last%slope)) <= &
+                           noise*(abs(watched%event%level) + hunt%scale)
+            if (hunt%is_flat) last%side = first%side
          end associate
       end subroutine set_sides
 
@@ -191,6 +199,7 @@ contains
          ! By value: it may be the root found last.
          type(node_t), value :: from
          associate (hunt => hunts(k), event => progress%events%watched(k)%event)
+            if (hunt%is_flat) return
             hunt%curve%policy => policy
             hunt%curve%system => system
             hunt%curve%progress => progress

@@ -38,6 +38,7 @@ module nutate_c_history
    contains
       procedure :: observe => collect_row
       procedure :: poll => poll_collector
+      procedure :: show_event => collect_event
       procedure :: watch => follow_collector
    end type collector_t
 
@@ -312,6 +313,20 @@ contains
       call add_failure(self%failure, status)
       if (status%ok()) self%history%rows = self%history%rows + 1
    end subroutine collect_row
+
+   !> Keeps an event. Errors: those of callbacks, `NUTATE_NO_MEMORY`.
+   subroutine collect_event(self, system, event, which, number, state, record, status)
+      class(collector_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      integer, intent(in) :: which
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      status = judge_failure(self%failure)
+      if (status%ok()) call self%history%found%put(system, event, number, state, status)
+   end subroutine collect_event
 
    !> Room for one more row. Errors: `NUTATE_NO_MEMORY`.
    subroutine make_room(history, status)
