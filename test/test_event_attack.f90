@@ -190,7 +190,6 @@ contains
       class(stepper_t), allocatable :: stepper
       integer :: i
       i = int(10*random_unit(state))
-      item%settings = integrator_settings_t(order=2*(1 + mod(i, 4)))
       select case (i)
       case (4, 5, 6)
          item%settings = default_settings('taylor')
@@ -200,6 +199,8 @@ contains
          item%settings = default_settings('dop853')
       case (9)
          item%settings = default_settings('rk8')
+      case default
+         item%settings = integrator_settings_t(order=2*(1 + mod(i, 4)))
       end select
       call make_stepper(item%system, item%settings, stepper, status)
       if (.not. status%ok()) item%settings = default_settings('dop853')

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ._library import Array, Owner, Recipe, bounds_of, create, encoded, library, pointer, refusal, vector
 
 
-def group(name: str, **values: Any) -> str:
+def group(name: str, /, **values: Any) -> str:
     """A group of a scene file with the values that are not None."""
 
     def text(value: Any) -> str:
@@ -117,9 +117,9 @@ class System(Recipe):
         times, values = (np.ascontiguousarray(array, dtype=np.float64) for array in (t, torque))
         if times.ndim != 1 or values.shape != (times.size, 3):
             raise refusal(f"the table has times of shape {times.shape} and torques of shape {values.shape} (expected (n,) and (n, 3))")
-        keys = group("", interpolation=interpolation, outside=outside, axes=axes, start=start, stop=stop, name=name)[2:-3]
-        if not on:
-            keys += ", on = .false."
+        given = {"interpolation": interpolation, "outside": outside, "axes": axes, "start": start, "stop": stop, "name": name}
+        # The group without its name and its end.
+        keys = group("torque", **given)[len("&torque "):-len(" /\n")] + (", on = .true." if on else ", on = .false.")
         self._add_table(times.copy(), values.copy(), keys)
 
     def _add_table(self, times: Array, values: Array, keys: str) -> None:

@@ -23,8 +23,8 @@ module nutate_event_roots
    real(wp), parameter :: great_turn = 1.0_wp
    !> How far beyond the estimate a function may go.
    real(wp), parameter :: safety = 2.0_wp
-   !> Agreement of the quintic with the quarters, over the variation: the error of the polynomial of ninth degree is then
-   !> some 1e-12; and what is below round-off of the function.
+   !> Agreement of the quintic with the quarters, over the variation: the error of the polynomial of ninth degree is
+   !> then some 1e-12; and what is below round-off of the function.
    real(wp), parameter :: agreement = 1e-6_wp, noise = 64*eps
    !> Two roots that leave less of the polynomial between them, over its variation, are looked for in the function.
    real(wp), parameter :: shallow = 1e-9_wp

@@ -2,7 +2,6 @@
 module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_event_tracker, only: event_tracker_t
    use nutate_event_following, only: follow_events, hunt_t, make_switches, mark_progress, mark_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, long
@@ -90,12 +89,7 @@ contains
             return
          end if
          watched = progress%state%t
-         if (allocated(progress%events)) then
-            call see_ahead(progress%events, system, progress%state, sense*policy%longest_step, looks)
-            if (looks) call mark_progress(progress, mark)
-            progress%by_parts = looks .or. progress%way%begun
-            progress%keeps_starts = progress%by_parts .or. allocated(progress%plan%times)
-         end if
+         if (allocated(progress%events)) call see_ahead(progress, system, sense*policy%longest_step, mark, looks)
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
          over = is_over(progress)
@@ -127,23 +121,30 @@ contains
    end subroutine take_steps
 
    !> Finds out if anything can happen in the next step.
-   subroutine see_ahead(events, system, state, step, looks)
-      type(event_tracker_t), intent(inout) :: events
+   subroutine see_ahead(progress, system, step, mark, looks)
+      type(progress_t), intent(inout) :: progress
       type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
       !> The longest that it can be, s.
       real(wp), intent(in) :: step
-      !> Something can.
+      !> The run as it is, if something can.
+      type(mark_t), intent(inout) :: mark
       logical, intent(out) :: looks
       real(wp) :: sense
-      sense = sign(1.0_wp, step)
-      looks = abs(step) >= huge(step)
-      if (looks) return
-      looks = .not. events%sleeps_until(state%t + step, sense)
-      if (.not. looks .or. events%known) return
-      call events%open_step(system, state, state%t + 0.5_wp*step)
-      call events%fall_asleep(state%t, step)
-      looks = .not. events%sleeps_until(state%t + step, sense)
+      looks = .true.
+      associate (events => progress%events, state => progress%state)
+         if (abs(step) < huge(step)) then
+            sense = sign(1.0_wp, step)
+            looks = .not. events%sleeps_until(state%t + step, sense)
+            if (looks .and. .not. events%known) then
+               call events%open_step(system, state, state%t + 0.5_wp*step)
+               call events%fall_asleep(state%t, step)
+               looks = .not. events%sleeps_until(state%t + step, sense)
+            end if
+         end if
+      end associate
+      if (looks) call mark_progress(progress, mark)
+      progress%by_parts = looks .or. progress%way%begun
+      progress%keeps_starts = progress%by_parts .or. allocated(progress%plan%times)
    end subroutine see_ahead
 
    !> Shows the rows that belong to a step of the run.
