@@ -495,5 +495,6 @@ int nutate_exact_free_body(const nutate_system *system, const double q0[4], cons
 #ifdef __cplusplus
 }
 #endif
+#include "nutate_events.h"
 
 #endif

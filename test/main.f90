@@ -16,11 +16,13 @@ program unit
    use test_archive, only: collect_archive
    use test_attack, only: collect_attack
    use test_attack_report, only: repeat_case, report_attack
+   use test_event_attack, only: collect_event_attack, report_event_attack
    use test_attitude, only: collect_attitude
    use test_axial_frame, only: collect_axial_frame
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
    use test_bounds, only: collect_bounds
+   use test_c_events, only: collect_c_events
    use test_c_interface, only: collect_c_interface
    use test_changed_states, only: collect_changed_states
    use test_choice, only: collect_choice
@@ -113,6 +115,7 @@ contains
       if (allocated(suite_name)) then
          if (suite_name == '--stress') call run_stress(test_name)
          if (suite_name == '--attack') call run_attack()
+         if (suite_name == '--attack-events') call run_event_attack()
          if (suite_name == '--accuracy') call run_accuracy(test_name)
       end if
       if (.not. allocated(suite_name)) then
@@ -168,6 +171,7 @@ contains
          new_testsuite("rk8", collect_rk8), &
          new_testsuite("body", collect_body), &
          new_testsuite("c_interface", collect_c_interface), &
+         new_testsuite("c_events", collect_c_events), &
          new_testsuite("changed_states", collect_changed_states), &
          new_testsuite("choice", collect_choice), &
          new_testsuite("composition", collect_composition), &
@@ -240,6 +244,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("attack", collect_attack), &
+         new_testsuite("event_attack", collect_event_attack), &
          new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &
          new_testsuite("unproved", collect_unproved) &
@@ -308,6 +313,24 @@ contains
       if (.not. passed) call stop_with("the attack found what must not be")
       stop
    end subroutine run_attack
+
+   !> Runs the attack on events at full length, or one case of it; does not return.
+   subroutine run_event_attack()
+      character(len=:), allocatable :: text, what, which
+      integer :: seed, number, io
+      logical :: passed
+      call get_argument(2, text)
+      call get_argument(3, what)
+      call get_argument(4, which)
+      if (.not. (allocated(text) .and. allocated(what))) call stop_with("--attack-events SEED CASES | SEED case NUMBER")
+      if (.not. allocated(which)) which = what
+      read (text, *, iostat=io) seed
+      if (io == 0) read (which, *, iostat=io) number
+      if (io /= 0) call stop_with("the attack needs whole numbers")
+      call report_event_attack(seed, number, what == 'case', passed)
+      if (.not. passed) call stop_with("the attack found what must not be")
+      stop
+   end subroutine run_event_attack
 
    !> Runs the accuracy of random scenes in full, or a case of it again; does not return.
    subroutine run_accuracy(case)

@@ -24,13 +24,14 @@ from .attitudes import (attitude_distance, axis_angle_from_quat, euler_from_quat
                         matrix_from_quat, omega_from_euler_rates, quat_from_axis_angle, quat_from_euler, quat_from_matrix,
                         quat_from_rotation_vector, quat_normalized, quat_product, rotate_to_body, rotate_to_space,
                         rotation_vector_from_quat)
+from .events import Event, History
 from .scenes import Scene, run
 from .steppers import Stepper
 from .systems import System
 
 __version__ = version()
 
-__all__ = ["NutateError", "NutateOSError", "NutateValueError", "Scene", "Stepper", "System", "attitude_distance",
+__all__ = ["Event", "History", "NutateError", "NutateOSError", "NutateValueError", "Scene", "Stepper", "System", "attitude_distance",
            "axis_angle_from_quat", "euler_from_quat", "exact_free_body", "follow_euler", "matrix_from_quat",
            "omega_from_euler_rates", "quat_from_axis_angle", "quat_from_euler", "quat_from_matrix",
            "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body", "rotate_to_space",

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ._library import (Array, MESSAGE_SIZE, Recipe, Text, Textual, check, create, encoded, failure, library, pointer, refusal,
                        text_of)
+from .events import History, take_events
 from .systems import add_potential, add_user_torque
 
 
@@ -77,16 +78,17 @@ class Scene(Recipe):
         add_potential(self, "scene", direction, potential, hessian, bounds)
         self._add("add_potential", direction, potential, hessian, bounds)
 
-    def run(self) -> dict[str, Array]:
-        """Runs the scene: a dictionary of arrays, one for each column the scene asks for. A run that fails half-way
+    def run(self) -> History:
+        """Runs the scene: a dictionary of arrays, one for each column the scene asks for; its attribute `events` lists
+        the events that the run found. A run that fails half-way
         raises NutateError, the rows so far are then its attribute `history`."""
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = library.nutate_scene_run(self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
-        columns: dict[str, Array] = {}
+        columns = History({}, [])
         try:
             if handle:
-                columns = take_history(handle)
+                columns = History(take_history(handle), take_events("history", handle))
                 steps = ctypes.c_int64()
                 check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
                 self._unproved_steps = steps.value
@@ -119,8 +121,9 @@ def take_history(handle: Any) -> dict[str, Array]:
     return dict(zip(names, values.T))
 
 
-def run(path: Textual, *overrides: str) -> dict[str, Array]:
-    """Runs a scene file: a dictionary of arrays, one for each column of its output, "t" the first.
+def run(path: Textual, *overrides: str) -> History:
+    """Runs a scene file: a dictionary of arrays, one for each column of its output, "t" the first, with the events that
+    it found as the attribute `events`.
 
     `overrides` are texts "GROUP.KEY=VALUE" as after --set: run("box.nml", "integrator.time_step=0.005").
     """

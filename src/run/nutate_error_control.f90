@@ -409,6 +409,7 @@ contains
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
+      self%looks_cheaply = self%method%dense
       if (.not. self%method%dense) call make_stepper(system, self%half%prepared_with, self%probe, status)
    end subroutine expect_events
 

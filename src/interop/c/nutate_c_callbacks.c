@@ -35,6 +35,9 @@ void nutate_c_call_hessian(nutate_hessian hessian, const double *gamma, void *us
 void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const double *omega, void *user,
                           int *failure, double *tau);
 
+void nutate_c_call_quantity(nutate_quantity quantity, double t, const double *q, const double *omega, void *user,
+                            int *failure, double *g);
+
 /* Keeps the first failure; zeros in place of results that are none. */
 static void judge(int returned, int *failure, int n, double *results)
 {
@@ -76,4 +79,11 @@ void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const
 {
     tau[0] = tau[1] = tau[2] = 0.0;
     if (!has_failed(failure)) judge(torque(t, q, omega, user, tau), failure, 3, tau);
+}
+
+void nutate_c_call_quantity(nutate_quantity quantity, double t, const double *q, const double *omega, void *user,
+                            int *failure, double *g)
+{
+    *g = 0.0;
+    if (!has_failed(failure)) judge(quantity(t, q, omega, user, g), failure, 1, g);
 }
