@@ -38,8 +38,11 @@ module nutate_projected_stepper
       logical :: begun = .false.
       !> Steps since the last projection, and from there to the next.
       integer :: count = 0, interval = 1
-      !> q and p that the last step left, and as they were seen; shape (4).
-      real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp, seen_q = 0.0_wp, seen_p = 0.0_wp
+      !> q and p that the last step left; shape (4).
+      real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp
+      !> A projected copy of them was seen; its q and p; shape (4).
+      logical :: seen = .false.
+      real(wp), dimension(4) :: seen_q = 0.0_wp, seen_p = 0.0_wp
       !> Where the last step began, if it can be taken again: state, count and interval; shape (4).
       real(wp), dimension(4) :: first_q = 0.0_wp, first_p = 0.0_wp
       integer :: first_count = 0, first_interval = 1
@@ -137,15 +140,17 @@ contains
       type(state_t), intent(inout) :: state
       logical :: known
       known = self%begun
-      if (known) then
-         if (is_same(state, self%seen_q, self%seen_p)) then
+      if (known) known = is_same(state, self%left_q, self%left_p)
+      if (self%begun .and. .not. known) then
+         known = self%seen
+         if (known) known = is_same(state, self%seen_q, self%seen_p)
+         if (known) then
             state%q = self%left_q
             state%p = self%left_p
-         else if (self%keeps_steps .and. is_same(state, self%first_q, self%first_p)) then
-            self%count = self%first_count
-            self%interval = self%first_interval
-         else
-            known = is_same(state, self%left_q, self%left_p)
+         else if (self%keeps_steps) then
+            known = is_same(state, self%first_q, self%first_p)
+            if (known) self%count = self%first_count
+            if (known) self%interval = self%first_interval
          end if
       end if
       if (.not. known) then
@@ -194,8 +199,7 @@ contains
       self%begun = .true.
       self%left_q = state%q
       self%left_p = state%p
-      self%seen_q = state%q
-      self%seen_p = state%p
+      self%seen = .false.
    end subroutine project_if_due
 
    !> Projects a copy of the state that the last step left. One that the projection cannot reach stays as it is: the
@@ -208,6 +212,7 @@ contains
       if (self%each .or. .not. self%begun .or. self%count == 0) return
       if (.not. is_same(state, self%left_q, self%left_p)) return
       call self%projection%project_copy(system, state, status)
+      self%seen = .true.
       self%seen_q = state%q
       self%seen_p = state%p
    end subroutine show
@@ -226,7 +231,7 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(state_t) :: start
       start = state
-      if (.not. self%each .and. self%begun) then
+      if (.not. self%each .and. self%begun .and. self%seen) then
          if (is_same(state, self%seen_q, self%seen_p)) then
             start%q = self%left_q
             start%p = self%left_p
@@ -266,6 +271,7 @@ contains
       call archive%transfer(self%interval)
       call archive%transfer(self%left_q)
       call archive%transfer(self%left_p)
+      call archive%transfer(self%seen)
       call archive%transfer(self%seen_q)
       call archive%transfer(self%seen_p)
    end subroutine transfer
