@@ -20,8 +20,10 @@ module nutate_lean_motion
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
    use nutate_lean_stages, only: free_stages, heavy_stages, lean_rates_t, take_field_stage, take_upright_stage
+   use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
-   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product
+   use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -200,42 +202,77 @@ contains
       self%dt = dt
    end subroutine fits
 
-   !> One step. A step too long to be followed leaves y as it is.
-   pure subroutine move(self, y, followed)
+   !> One step. False, with the state as it was, for one that is too long to be followed, and for states that are not
+   !> finite or off the constraint manifold.
+   pure subroutine move(self, state, moved)
       class(lean_motion_t), intent(in) :: self
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: moved
+      real(wp) :: y(8), square, length, product, half
+      associate (q => state%q, p => state%p)
+         square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
+         length = p(1)*p(1) + p(2)*p(2) + p(3)*p(3) + p(4)*p(4)
+         product = q(1)*p(1) + q(2)*p(2) + q(3)*p(3) + q(4)*p(4)
+         moved = abs(square - 1) <= manifold_tolerance .and. product**2 <= manifold_tolerance**2*length .and. &
+                 length <= huge(1.0_wp) .and. abs(state%t + self%dt) <= huge(1.0_wp)
+         if (.not. moved) return
+         ! 0.5/square, so near to 1.
+         half = 1 - 0.5_wp*square
+         y(5) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
+         y(6) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
+         y(7) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+         y(1:4) = q
+         y(8) = 0.0_wp
+      end associate
+      if (self%free) then
+         call move_free(self, y, moved)
+      else
+         call move_heavy(self, y, moved)
+      end if
+      if (moved) moved = abs(y(5)) + abs(y(6)) + abs(y(7)) <= huge(1.0_wp)
+      if (.not. moved) return
+      state%q = inverse_root(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4))*y(1:4)
+      state%p = quat_vector_product(state%q, 2*y(5:7))
+      state%q_compensation = 0.0_wp
+      state%p_compensation = 0.0_wp
+      state%t = state%t + self%dt
+   end subroutine move
+
+   !> 1/√x, from the first terms of its series where x is so near to 1 that the next is below ε: in steps that wait for
+   !> each other root and division take as long as a stage.
+   pure real(wp) function inverse_root(x)
+      real(wp), intent(in) :: x
+      real(wp) :: e
+      e = x - 1
+      if (abs(e) <= 1e-4_wp) then
+         inverse_root = 1 - 0.5_wp*e*(1 - 0.75_wp*e*(1 - e/1.2_wp))
+      else
+         inverse_root = 1/sqrt(x)
+      end if
+   end function inverse_root
+
+   !> A step of a free body.
+   pure subroutine move_free(self, y, followed)
+      type(lean_motion_t), intent(in) :: self
       !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
-      real(wp) :: w(3)
-      if (self%free) then
-         w(1) = self%half(1)*y(5)
-         w(2) = self%half(2)*y(6)
-         w(3) = self%half(3)*y(7)
-         followed = self%stiffness*max(abs(w(1)), abs(w(2)), abs(w(3))) <= longest
-         if (followed) call move_free(self, w, y, followed)
-      else
-         call move_heavy(self, y, followed)
-      end if
-   end subroutine move
-
-   !> A step of a free body.
-   pure subroutine move_free(self, w, y, followed)
-      type(lean_motion_t), intent(in) :: self
-      !> w at the start; shape (3).
-      real(wp), intent(in) :: w(3)
-      real(wp), intent(inout) :: y(8)
-      logical, intent(out) :: followed
-      real(wp) :: axis(3), along(3), last(3), change(4), turn(4), swing(4), length, angle
-      followed = .true.
-      length = sqrt(y(5)*y(5) + y(6)*y(6) + y(7)*y(7))
-      if (length <= 0.0_wp) return
-      axis = y(5:7)/length
-      along = self%back*(axis/length)
+      real(wp) :: w(3), axis(3), along(3), last(3), change(4), turn(4), swing(4), angle, square, inverse
+      w(1) = self%half(1)*y(5)
+      w(2) = self%half(2)*y(6)
+      w(3) = self%half(3)*y(7)
+      followed = self%stiffness*max(abs(w(1)), abs(w(2)), abs(w(3))) <= longest
+      if (.not. followed) return
+      square = y(5)*y(5) + y(6)*y(6) + y(7)*y(7)
+      if (square <= tiny(1.0_wp)) return
+      inverse = 1/sqrt(square)
+      axis = inverse*y(5:7)
+      along = self%back*(inverse*axis)
       call free_stages(self%rates%kappa, w, axis, along, change, angle, followed)
       if (.not. followed) return
       y(5:7) = y(5:7) + self%back*change(1:3)
-      length = sqrt(y(5)*y(5) + y(6)*y(6) + y(7)*y(7))
-      last = y(5:7)/length
+      last = inverse*y(5:7)
+      last = inverse_root(last(1)*last(1) + last(2)*last(2) + last(3)*last(3))*last
       swing(1) = 1 + (last(1)*axis(1) + last(2)*axis(2) + last(3)*axis(3))
       swing(2) = last(2)*axis(3) - last(3)*axis(2)
       swing(3) = last(3)*axis(1) - last(1)*axis(3)
@@ -248,31 +285,29 @@ contains
    !> A step of a body in uniform fields.
    pure subroutine move_heavy(self, y, followed)
       type(lean_motion_t), intent(in) :: self
+      !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
-      real(wp) :: x(8), change(8), largest
-      x = y
-      if (self%first /= 1) call permute(self%first, x)
-      if (self%turned) x(1:4) = quat_product(self%space, x(1:4))
-      x(5) = self%half(1)*x(5)
-      x(6) = self%half(2)*x(6)
-      x(7) = self%half(3)*x(7)
-      largest = max(abs(x(5)), abs(x(6)), abs(x(7)))
-      followed = self%stiffness*largest + self%pulled <= longest
+      real(wp) :: change(8)
+      if (self%first /= 1) call permute(self%first, y)
+      if (self%turned) y(1:4) = quat_product(self%space, y(1:4))
+      y(5) = self%half(1)*y(5)
+      y(6) = self%half(2)*y(6)
+      y(7) = self%half(3)*y(7)
+      followed = self%stiffness*max(abs(y(5)), abs(y(6)), abs(y(7))) + self%pulled <= longest
       if (.not. followed) return
       if (self%single) then
-         call heavy_stages(take_upright_stage, self%rates, x, change)
+         call heavy_stages(take_upright_stage, self%rates, y, change)
       else
-         call heavy_stages(take_field_stage, self%rates, x, change)
+         call heavy_stages(take_field_stage, self%rates, y, change)
       end if
-      x = x + change
-      if (self%turned) x(1:4) = quat_product(quat_conjugate(self%space), x(1:4))
-      x(5) = self%back(1)*x(5)
-      x(6) = self%back(2)*x(6)
-      x(7) = self%back(3)*x(7)
-      if (self%symmetric) call turn_body(self, x)
-      if (self%first /= 1) call permute(5 - self%first, x)
-      y = x
+      y = y + change
+      if (self%turned) y(1:4) = quat_product(quat_conjugate(self%space), y(1:4))
+      y(5) = self%back(1)*y(5)
+      y(6) = self%back(2)*y(6)
+      y(7) = self%back(3)*y(7)
+      if (self%symmetric) call turn_body(self, y)
+      if (self%first /= 1) call permute(5 - self%first, y)
    end subroutine move_heavy
 
    !> Axes in cyclic order from a first one on, of body and space alike: attitude and momentum only change places.

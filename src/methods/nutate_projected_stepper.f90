@@ -21,7 +21,7 @@ module nutate_projected_stepper
    !> Steps to a projection. A step takes 0.2 to 0.5 µs, a projection 0.06. With 8 energy and momentum are as good, but
    !> at long steps on the unstable axis of a box the attitude error is up to six times that of a projection in every
    !> step.
-   integer, parameter :: usual_interval = 4
+   integer, parameter :: usual_interval = 8
    !> Move of a projection, of q and of p relative to |p|, up to which the next may wait: four times it is far from what
    !> the projection refuses, and steps with larger errors are cheap beside what they lose.
    real(wp), parameter :: small = 1e-4_wp
