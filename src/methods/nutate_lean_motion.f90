@@ -185,7 +185,7 @@ contains
       real(wp) :: inertia(3)
       integer :: j, k
       yes = self%possible
-      if (equal(dt, self%dt) .or. .not. yes) return
+      if (abs(dt - self%dt) <= 0.0_wp .or. .not. yes) return
       inertia = self%moments
       if (self%symmetric) inertia = self%moments(1)
       self%half = 0.5_wp*dt/inertia
