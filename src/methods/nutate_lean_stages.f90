@@ -1,8 +1,9 @@
-!> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_lean_motion`, whose rates have the step in
-!> their constants.
+!> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_lean_motion`, whose rates have the step
+!> in their constants.
 !>
-!> Columns are of even length, which vector instructions take as a whole, and stages are written out one by one: in a
-!> loop gfortran leaves them scalar.
+!> A stage waits for the one before. Its newest rates therefore go into the next stage as they are, numbers in
+!> registers; the sum over the older ones, for which nobody waits, is taken beforehand, from columns of even length that
+!> vector instructions take as a whole. They are written out one by one: in a loop gfortran leaves them scalar.
 module nutate_lean_stages
    use nutate_dop853, only: a, b
    use nutate_kinds, only: wp
@@ -154,8 +155,8 @@ contains
       call take_stage(rates, sum, b(12), k(:, 12), x)
    end subroutine heavy_stages
 
-   !> The rates of a stage, and with them the next one: `sum + factor*rate`. γ is the third row of R(q), homogeneous in q:
-   !> nothing is normalised.
+   !> The rates of a stage, and with them the next one: `sum + factor*rate`. γ is the third row of R(q), homogeneous in
+   !> q: nothing is normalised.
    pure subroutine take_upright_stage(self, sum, factor, rate, y)
       type(lean_rates_t), intent(in) :: self
       !> Shape (8).

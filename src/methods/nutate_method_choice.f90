@@ -23,9 +23,9 @@ module nutate_method_choice
    !> What scenes call the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
 
-   !> Accuracy from which on the series is the cheapest, rad: in general; where torques alone act, whose series cost most
-   !> against what they save; on long motions; and on long ones of symmetric bodies and under linear effects. Read off the
-   !> tables of `make bench BENCH=bench_choice`, and runs of the same scenes over times up to ten times as long.
+   !> Accuracy from which on the series is the cheapest, rad: in general; where torques alone act, whose series cost
+   !> most against what they save; on long motions; and on long ones of symmetric bodies and under linear effects. Read
+   !> off the tables of `make bench BENCH=bench_choice`, and runs of the same scenes over up to ten times as long.
    real(wp), parameter :: series_pays = 1e-8_wp, pays_for_torques = 1e-9_wp, pays_for_long = 1e-6_wp, &
       pays_for_simple = 1e-3_wp
    !> Turn from start to end that makes a motion long, rad: the series wins at 140 to 400 rad, not at 50.

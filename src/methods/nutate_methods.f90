@@ -38,9 +38,9 @@ module nutate_methods
       logical :: dense = .false.
       !> It keeps energy and conserved momentum to round-off at any step.
       logical :: conserving = .true.
-      !> Steps of one length to a projection, without torques and while errors are small. It takes 0.06 to 0.15 µs, which
-      !> is a third of a lean step. With 8 energy and momentum are as good as with 1; at long steps on the unstable axis
-      !> of a box the attitude error is up to six times as large, with 4 twice.
+      !> Steps of one length to a projection, without torques and while errors are small. It takes 0.06 to 0.15 µs,
+      !> half of a lean step. With 8 energy and momentum are as good as with 1; at long steps on the unstable axis of a
+      !> box the attitude error is up to six times as large, with 4 hardly larger.
       integer :: spacing = 4
    end type method_t
 

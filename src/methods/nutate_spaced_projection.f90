@@ -16,8 +16,8 @@ module nutate_spaced_projection
 
    public :: spaced_projection_t
 
-   !> Move of a projection, of q and of p relative to |p|, up to which the next may wait: a few times it is far from what
-   !> the projection refuses, and steps with larger errors are cheap beside what they lose.
+   !> Move of a projection, of q and of p relative to |p|, up to which the next may wait: a few times it is far from
+   !> what the projection refuses, and steps with larger errors are cheap beside what they lose.
    real(wp), parameter :: small = 1e-4_wp
 
    !> The projection of one run.

@@ -75,7 +75,7 @@ module nutate_error_control
    !> to a third more where steps are then refused.
    real(wp), parameter :: safety = 0.85_wp
    !> A step changes only if it can grow by the first or must shrink to less than the second: another length needs
-   !> another Jacobian and has no predictor. To change it always costs 7 % and up to twice as much; to wait for 1.5, 13 %.
+   !> another Jacobian and has no predictor. To change it always costs 7 % on average, to wait for 1.5 up to 13 %.
    real(wp), parameter :: worth_while = 1.15_wp, still_fits = 0.95_wp
    !> Bounds on the change of the step at a time, beyond which the estimate is extrapolated too far.
    real(wp), parameter :: most_growth = 3.0_wp, most_shrinkage = 0.2_wp
