@@ -11,7 +11,7 @@ module nutate_sweep_command
    use nutate_run_signals, only: caught_signal, signal_name, watch_signals
    use nutate_scene, only: scene_t, read_scene
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
-   use nutate_sweep, only: sweep_t
+   use nutate_sweep, only: has_threads, sweep_t
    use nutate_sweep_csv, only: csv_line, header_line, write_csv
    use nutate_sweep_listing, only: listing_fits, write_listing
    use nutate_sweep_merge, only: merge_parts, part_name, stem_of
@@ -88,6 +88,8 @@ contains
                    count_text(scene%ensemble%members)//')'
       else if (same_file(scene%file, name)) then
          problem = printable_path(name)//' is the scene itself and will not be written over'
+      else if (command%threads > 1 .and. .not. has_threads()) then
+         problem = 'this program was built without threads (expected --threads 1, or make OPENMP=1)'
       else if (name == '-') then
          problem = 'rows need a file (expected --output FILE.npy)'
       else if (.not. scene%ensemble%keeps_rows .and. (command%merges .or. command%first > 0 .or. &

@@ -59,9 +59,9 @@ contains
       if (groups(at)%has('table') .and. .not. error%raised) call read_table(groups(at), kinds, path, plan, error)
       if (.not. error%raised) call take_settings(groups(at), scene_name, path, plan, error)
       if (.not. error%raised) call count_members(groups(at), plan, error)
-      if (.not. error%raised .and. any(plan%histories > plan%members)) &
-         call error%raise(groups(at)%line_of('histories'), 'histories names a member that there is not', &
-                          expected='numbers of members')
+      if (error%raised) return
+      if (any(plan%histories > plan%members)) call error%raise( &
+         groups(at)%line_of('histories'), 'histories names a member that there is not', expected='numbers of members')
    end subroutine build_ensemble
 
    !> What is kept, and how draws are made.
