@@ -275,7 +275,8 @@ contains
       character(len=:), allocatable, intent(inout) :: error
       integer :: iostat
       iostat = 1
-      if (verify(value, '0123456789') == 0 .and. value /= '' .and. len(value) <= 18) read (value, *, iostat=iostat) count
+      if (verify(value, '0123456789') == 0 .and. value /= '' .and. len(value) <= 18) &
+         read (value, *, iostat=iostat) count
       if (iostat == 0 .and. count > 0) return
       count = 1
       error = name//' '//quoted(value)//' is not '//meaning//' (expected 1, 2, ...)'

@@ -67,8 +67,8 @@ contains
       if (.not. status%ok()) then
          call say_error(message)
       else if (.not. scene%ensemble%active()) then
-         call say_error(printable_path(scene%file)//': there is no group &ensemble (expected it, with the number of '// &
-                        'members)')
+         call say_error(printable_path(scene%file)//': there is no group &ensemble (expected it, with the number '// &
+                        'of members)')
       else
          exit_code = EXIT_SUCCESS
       end if
@@ -126,7 +126,8 @@ contains
       call watcher%start(wanted=.not. command%quiet)
       call sweep%go(scene, command%threads, watcher, status)
       call watcher%bar%erase()
-      if (status%ok() .and. scene%ensemble%keeps_rows) call write_listing(scene, sweep%layout, first, last, name, status)
+      if (status%ok() .and. scene%ensemble%keeps_rows) &
+         call write_listing(scene, sweep%layout, first, last, name, status)
       if (status%ok()) then
          call sweep%close(status)
       else

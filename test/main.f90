@@ -137,7 +137,8 @@ contains
    !> All suites. gfortran 12 loses the names of suites that a function returns into an array constructor.
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
-      type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), torques(:), ensembles(:), others(:)
+      type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), torques(:), others(:)
+      type(testsuite_type), allocatable :: ensembles(:)
       stability = stability_suites()
       inside = inside_suites()
       roots = root_suites()

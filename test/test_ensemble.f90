@@ -1,5 +1,5 @@
-!> Ensembles: the statistics of what is drawn at fixed seeds, members against scenes written by hand, rows that depend on
-!> nothing but their member.
+!> Ensembles: the statistics of what is drawn at fixed seeds, members against scenes written by hand, rows that depend
+!> on nothing but their member.
 module test_ensemble
    use nutate_kinds, only: wp, eps, long
    use nutate_member, only: member_t
@@ -72,7 +72,8 @@ contains
       real(wp), allocatable :: x(:, :)
       call make("&ensemble members = 20000, seed = 3 /"// &
                 "&vary key = 'body.inertia.1', distribution = 'uniform', low = 4.0, high = 7.0 /"// &
-                "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.1, 0.2, 3.0 /", scene, error)
+                "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.1, 0.2, 3.0 /", &
+                scene, error)
       if (allocated(error)) return
       x = values_of(scene)
       call check_below(error, distance_to_uniform((x(1, :) - 4)/3), seldom, 'uniform')
@@ -184,7 +185,7 @@ contains
       type(scene_t) :: scene
       real(wp), allocatable :: x(:, :)
       call make("&ensemble file = 'grid.npy' /"// &
-                "&vary key = 'initial.angular_velocity.2', distribution = 'grid', low = -1.0, high = 1.0, points = 3 /"// &
+                "&vary key = 'initial.angular_velocity.2', distribution = 'grid', low = -1, high = 1, points = 3 /"// &
                 "&vary key = 'body.inertia.1', 'body.inertia.2', distribution = 'grid', low = 4.9, 20.0, "// &
                 "high = 5.1, 99.0, points = 2, 1 /", scene, error)
       if (allocated(error)) return
@@ -253,7 +254,8 @@ contains
       integer(long) :: k
       call make("&ensemble members = 5, seed = 9 /"// &
                 "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.1, 0.2, 3.0 /"// &
-                "&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 19.6, 16.7, high = 5.1, 20.4, 17.3 /"// &
+                "&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 19.6, 16.7, "// &
+                "high = 5.1, 20.4, 17.3 /"// &
                 "&vary key = 'initial.quaternion', distribution = 'rotation' /", scene, error)
       if (allocated(error)) return
       call member%prepare(scene)
@@ -309,9 +311,11 @@ contains
       integer(long), allocatable :: fields(:, :), alone(:, :)
       integer(long) :: k
       call make("&ensemble members = 12, seed = 2 /"// &
-                "&event when = 'omega3', crosses = 9.0, switch = 'push over' /"//"&torque name = 'push', body = 1, 2, 3 /"// &
+                "&event when = 'omega3', crosses = 9.0, switch = 'push over' /"// &
+                "&torque name = 'push', body = 1, 2, 3 /"// &
                 "&vary key = 'body.inertia.1', distribution = 'uniform', low = 1.0, high = 9.0 /"// &
-                "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 1.0, 1.0 /", scene, error)
+                "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 1.0, 1.0 /", &
+                scene, error)
       if (allocated(error)) return
       call make_layout(scene, layout, status)
       call run_members(scene, layout, 1_long, 12_long, fields, status)
@@ -329,7 +333,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: methods(7) = [character(len=48) :: &
                                      "method = 'rk4', time_step = 0.01", "method = 'rk8', time_step = 0.01", &
-                                     "method = 'dop853', local_tolerance = 1e-9", "method = 'taylor', accuracy = 1e-9", &
+                                     "method = 'dop853', local_tolerance = 1e-9", &
+                                     "method = 'taylor', accuracy = 1e-9", &
                                      "order = 4, time_step = 0.01", "linear_solver = 'reduced', time_step = 0.01", &
                                      "method = 'auto', accuracy = 1e-6"]
       type(scene_t) :: scene
@@ -341,7 +346,8 @@ contains
       do i = 1, size(methods)
          call parse_scene("&body inertia = 2, 3, 4, mass = 1, center_of_mass = 0, 0, 0.3 /"// &
                           "&initial angular_velocity = 1, -2, 6 / &gravity / &torque body = 1, 0, -2 /"// &
-                          "&integrator "//trim(methods(i))//", end_time = 0.4 / &output columns = 'euler', 'energy' /"// &
+                          "&integrator "//trim(methods(i))//", end_time = 0.4 /"// &
+                          "&output columns = 'euler', 'energy' /"// &
                           "&event when = 'omega1', crosses = 2.0 / &ensemble members = 3 /"// &
                           "&vary key = 'body.mass', distribution = 'uniform', low = 1, high = 2 /", &
                           'top.nml', scene, status, message)

@@ -26,7 +26,8 @@ contains
       integer :: i, length
       header = "{'descr': ["
       do i = 1, layout%width()
-         header = header//"('"//trim(layout%names(i))//"', '"//byte_order()//merge('i8', 'f8', layout%is_whole(i))//"'), "
+         header = header//"('"//trim(layout%names(i))//"', '"//byte_order()// &
+                  merge('i8', 'f8', layout%is_whole(i))//"'), "
       end do
       write (count, '(i0)') rows
       header = header//"], 'fortran_order': False, 'shape': ("//trim(count)//",), }"// &

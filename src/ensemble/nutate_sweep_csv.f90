@@ -82,8 +82,7 @@ contains
 
    subroutine close_rows(self)
       class(npy_rows_t), intent(inout) :: self
-      integer :: iostat
-      if (self%unit /= -1) close (self%unit, iostat=iostat)
+      if (self%unit /= -1) close (self%unit)
       self%unit = -1
    end subroutine close_rows
 

@@ -1,5 +1,5 @@
-!> Mean, deviation and range of every field over the members that reached their end, and how many ended otherwise. Members
-!> are added in their order, so that the sums do not depend on who ran them.
+!> Mean, deviation and range of every field over the members that reached their end, and how many ended otherwise.
+!> Members are added in their order, so that the sums do not depend on who ran them.
 module nutate_sweep_sums
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t

@@ -1,5 +1,5 @@
-!> The quantile of the normal distribution by sums, products, quotients and square roots alone, which IEEE 754 defines to
-!> the last bit: deviates are the same on every machine, whatever its C library makes of a logarithm.
+!> The quantile of the normal distribution by sums, products, quotients and square roots alone, which IEEE 754 defines
+!> to the last bit: deviates are the same on every machine, whatever its C library makes of a logarithm.
 !>
 !> Rational approximations of Wichura, Algorithm AS 241: The percentage points of the normal distribution, Applied
 !> Statistics 37 (1988) 477-484: relative error 2e-16 in exact arithmetic.

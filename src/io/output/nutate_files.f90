@@ -161,8 +161,8 @@ contains
       if (.not. status%ok()) call release(self, ignored)
    end subroutine reopen
 
-   !> Goes on writing to any part of the partial file that another run left. Errors: `NUTATE_IO` where it is not there, or
-   !> is shorter; nothing has been changed then.
+   !> Goes on writing to any part of the partial file that another run left. Errors: `NUTATE_IO` where it is not there,
+   !> or is shorter; nothing has been changed then.
    subroutine reopen_whole(self, name, bytes, status)
       class(output_file_t), intent(inout) :: self
       !> What `open` was given.

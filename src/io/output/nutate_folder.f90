@@ -8,7 +8,8 @@ module nutate_folder
 
    interface
       !> See `nutate_folder.c`.
-      integer(c_int) function folder_names(folder, prefix, suffix, names, size, used) bind(c, name='nutate_folder_names')
+      integer(c_int) function folder_names(folder, prefix, suffix, names, size, used) &
+         bind(c, name='nutate_folder_names')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: folder(*), prefix(*), suffix(*)
          character(kind=c_char), intent(out) :: names(*)
