@@ -45,7 +45,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: i
       self%scene = scene
-      self%scene%ensemble = ensemble_plan_t()
+      call forget(self%scene%ensemble)
       self%scene%groups = scene%ensemble%groups
       associate (targets => scene%ensemble%targets)
          allocate (self%values(size(targets)))
@@ -55,6 +55,11 @@ contains
          self%keys = pack([(i, i=1, size(targets))], [(is_first(targets, i), i=1, size(targets))])
       end associate
    end subroutine prepare
+
+   !> Leaves nothing of an ensemble.
+   subroutine forget(plan)
+      type(ensemble_plan_t), intent(out) :: plan
+   end subroutine forget
 
    !> True for the first target of its key.
    pure logical function is_first(targets, i)

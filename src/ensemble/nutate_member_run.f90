@@ -13,6 +13,7 @@ module nutate_member_run
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep_watcher, only: sweep_watcher_t
+   use nutate_text_lock, only: lock_texts, unlock_texts
    implicit none
    private
 
@@ -41,9 +42,11 @@ contains
       type(status_t), intent(out) :: status
       !> Asked whether to go on.
       class(sweep_watcher_t), intent(in), target, optional :: sweep
+      call lock_texts()
       self%layout = layout
       call self%member%prepare(scene)
       call self%watcher%columns%choose(scene%output%columns, status, scene%output%degrees)
+      call unlock_texts()
       if (present(sweep)) self%watcher%sweep => sweep
    end subroutine prepare
 
@@ -72,7 +75,9 @@ contains
       nullify (self%watcher%history, self%watcher%events)
       if (present(history)) self%watcher%history => history
       if (present(events)) self%watcher%events => events
+      call lock_texts()
       call self%member%take(scene%ensemble, number, outcome)
+      call unlock_texts()
       absent = ieee_value(absent, ieee_quiet_nan)
       fields = bits_of(absent)
       where (self%layout%is_whole) fields = 0

@@ -9,18 +9,19 @@
 module nutate_sweep
    !$ use omp_lib, only: omp_get_max_threads
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_files, only: remove_file
    use nutate_kinds, only: long
    use nutate_member_run, only: member_run_t
    use nutate_npy, only: longest_header, npy_header
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_scene, only: scene_t
    use nutate_sealed_file, only: read_sealed, write_sealed
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STOPPED
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep_file, only: sweep_file_t
    use nutate_sweep_identity, only: identity_of
    use nutate_sweep_sums, only: sweep_sums_t
    use nutate_sweep_watcher, only: sweep_watcher_t
+   use nutate_system_text, only: error_text
+   use nutate_text_lock, only: lock_texts, unlock_texts
    use nutate_text_file, only: read_text_file
    implicit none
    private
@@ -226,12 +227,14 @@ contains
       type(status_t) :: status
       integer(long), allocatable :: fields(:, :)
       integer(long) :: chunk, first, last
+      integer :: error
+      error = 0
       call runner%prepare(scene, self%layout, status, watcher)
       do while (status%ok())
-         !$omp critical (nutate_sweep_take)
+         call lock_texts()
          chunk = self%next
          self%next = self%next + 1
-         !$omp end critical (nutate_sweep_take)
+         call unlock_texts()
          if (chunk > self%chunks .or. .not. self%failure%ok()) exit
          if (self%keeps_rows) then
             if (self%file%done(chunk)) cycle
@@ -239,17 +242,18 @@ contains
          first = self%first + (chunk - 1)*self%chunk
          last = min(first + self%chunk - 1, self%last)
          call run_chunk(runner, scene, first, last, fields, status)
-         if (status%ok() .and. self%keeps_rows) call self%file%put_chunk(chunk, fields, status)
-         if (.not. status%ok()) exit
-         !$omp critical (nutate_sweep_count)
+         error = 0
+         if (status%ok() .and. self%keeps_rows) call self%file%put_chunk(chunk, fields, error)
+         if (.not. status%ok() .or. error /= 0) exit
+         call lock_texts()
          call count_chunk(self, chunk, fields, status)
          call watcher%show(self%members_done, self%last - self%first + 1)
-         !$omp end critical (nutate_sweep_count)
+         call unlock_texts()
       end do
-      if (status%ok()) return
-      !$omp critical (nutate_sweep_count)
+      call lock_texts()
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
       if (self%failure%ok()) self%failure = status
-      !$omp end critical (nutate_sweep_count)
+      call unlock_texts()
    end subroutine work
 
    !> Runs the members of a chunk.

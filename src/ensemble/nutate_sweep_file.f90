@@ -129,25 +129,16 @@ contains
       last = min(chunk*self%chunk, self%rows)
    end subroutine bounds
 
-   !> Writes the rows of a chunk and marks it, when they are on the disk. For several threads at once. Errors:
-   !> `NUTATE_IO`.
-   subroutine put_chunk(self, chunk, fields, status)
+   !> Writes the rows of a chunk and marks it, when they are on the disk. For several threads at once.
+   subroutine put_chunk(self, chunk, fields, error)
       class(sweep_file_t), intent(in) :: self
       integer(long), intent(in) :: chunk
       !> Shape (fields, rows of the chunk).
       integer(long), intent(in) :: fields(:, :)
-      type(status_t), intent(out) :: status
-      character(len=:), allocatable :: bytes
-      character(len=self%row_bytes) :: row
-      integer(long) :: i
-      allocate (character(len=size(fields, kind=long)*word) :: bytes)
-      do i = 1, size(fields, 2, long)
-         row = transfer(fields(:, i), row)
-         bytes((i - 1)*self%row_bytes + 1:i*self%row_bytes) = row
-      end do
-      call self%file%put_at(self%offset + (chunk - 1)*self%chunk*self%row_bytes, bytes, status)
-      if (status%ok()) call self%file%sync(status)
-      if (status%ok()) call self%file%put_at(map_at(self) + head + chunk - 1, done_mark, status)
+      !> Of the system, for `error_text`; 0: none.
+      integer, intent(out) :: error
+      call self%file%put_marked(self%offset + (chunk - 1)*self%chunk*self%row_bytes, fields, &
+                                map_at(self) + head + chunk - 1, done_mark, error)
    end subroutine put_chunk
 
    !> Cuts the map off and gives the file its name. Errors: `NUTATE_IO`.

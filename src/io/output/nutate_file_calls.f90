@@ -50,9 +50,9 @@ module nutate_file_calls
          integer(c_long_long), intent(out) :: written
       end function file_write
       integer(c_int) function file_write_at(descriptor, bytes, count, offset) bind(c, name='nutate_file_write_at')
-         import :: c_char, c_int, c_long_long
+         import :: c_int, c_long_long, c_ptr
          integer(c_int), intent(in), value :: descriptor
-         character(kind=c_char), intent(in) :: bytes(*)
+         type(c_ptr), intent(in), value :: bytes
          integer(c_long_long), intent(in), value :: count, offset
       end function file_write_at
       integer(c_int) function file_truncate(descriptor, size) bind(c, name='nutate_file_truncate')

@@ -206,12 +206,17 @@ contains
       type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: path
       path = scene%file
-      scene%system = system_t()
-      scene%events = event_list_t()
-      scene%plan = run_plan_t()
-      scene%output = output_settings_t()
+      call forget(scene%system, scene%events, scene%plan, scene%output)
       call build_scene(path, scene, error)
    end subroutine rebuild_scene
+
+   !> Leaves nothing of what was built.
+   subroutine forget(system, events, plan, output)
+      type(system_t), intent(out) :: system
+      type(event_list_t), intent(out) :: events
+      type(run_plan_t), intent(out) :: plan
+      type(output_settings_t), intent(out) :: output
+   end subroutine forget
 
    !> Reads the times of rows where a file has them.
    subroutine read_times(groups, path, error)
