@@ -12,11 +12,13 @@ module nutate_philox
    integer(long), parameter :: DRAW = 0, PERMUTATION = 1
 
    integer, parameter :: rounds = 10
-   !> 32 bits, 16 bits.
-   integer(long), parameter :: word = int(z'FFFFFFFF', long), half = int(z'FFFF', long)
-   !> Factors of a round, and what its keys grow by.
-   integer(long), parameter :: factors(2) = [int(z'D2511F53', long), int(z'CD9E8D57', long)]
-   integer(long), parameter :: steps(2) = [int(z'9E3779B9', long), int(z'BB67AE85', long)]
+   !> 32 bits.
+   integer(long), parameter :: word = int(z'FFFFFFFF', long)
+   !> Factors of a round less 2**32, D2511F53 and CD9E8D57: a product with a word then fits into a signed integer.
+   integer(long), parameter :: factor_1 = int(z'D2511F53', long) - word - 1
+   integer(long), parameter :: factor_2 = int(z'CD9E8D57', long) - word - 1
+   !> What the keys of a round grow by.
+   integer(long), parameter :: step_1 = int(z'9E3779B9', long), step_2 = int(z'BB67AE85', long)
 
 contains
 
@@ -25,28 +27,24 @@ contains
       !> Each 0 to 2**32 - 1.
       integer(long), intent(in) :: counter(4), key(2)
       integer(long) :: words(4)
-      integer(long) :: k(2), high(2), low(2)
+      integer(long) :: k_1, k_2, product_1, product_2, high_1, high_2
       integer :: i
       words = counter
-      k = key
+      k_1 = key(1)
+      k_2 = key(2)
       do i = 1, rounds
-         call multiply(factors(1), words(1), high(1), low(1))
-         call multiply(factors(2), words(3), high(2), low(2))
-         words = [ieor(ieor(high(2), words(2)), k(1)), low(2), ieor(ieor(high(1), words(4)), k(2)), low(1)]
-         k = iand(k + steps, word)
+         product_1 = factor_1*words(1)
+         product_2 = factor_2*words(3)
+         high_1 = shifta(product_1, 32) + words(1)
+         high_2 = shifta(product_2, 32) + words(3)
+         words(1) = ieor(ieor(high_2, words(2)), k_1)
+         words(2) = iand(product_2, word)
+         words(3) = ieor(ieor(high_1, words(4)), k_2)
+         words(4) = iand(product_1, word)
+         k_1 = iand(k_1 + step_1, word)
+         k_2 = iand(k_2 + step_2, word)
       end do
    end function philox4x32
-
-   !> The upper and the lower word of a product of two words, by halves: signed integers must not overflow.
-   elemental subroutine multiply(a, b, high, low)
-      integer(long), intent(in) :: a, b
-      integer(long), intent(out) :: high, low
-      integer(long) :: upper, lower
-      lower = a*iand(b, half)
-      upper = a*ishft(b, -16) + ishft(lower, -16)
-      high = ishft(upper, -16)
-      low = ior(ishft(iand(upper, half), 16), iand(lower, half))
-   end subroutine multiply
 
    !> A number between 0 and 1, never one of them: the middle of one of 2**52 equal parts.
    pure real(wp) function uniform_of(seed, member, number)
