@@ -35,7 +35,7 @@ contains
       length = 10 + len(header) + 1
       length = (length + alignment - 1)/alignment*alignment
       header = header//repeat(' ', length - 11 - len(header))//achar(10)
-      header = achar(147)//'NUMPY'//achar(1)//achar(0)//achar(mod(len(header), 256))//achar(len(header)/256)//header
+      header = char(147)//'NUMPY'//char(1)//char(0)//char(mod(len(header), 256))//char(len(header)/256)//header
    end function npy_header
 
    !> How numbers stand in memory here.
