@@ -38,6 +38,7 @@ program unit
    use test_effect_physics, only: collect_effect_physics
    use test_effect_reference, only: collect_effect_reference
    use test_effects, only: collect_effects
+   use test_ensemble, only: collect_ensemble
    use test_euler, only: collect_euler
    use test_event_switches, only: collect_event_switches
    use test_events, only: collect_events
@@ -59,6 +60,7 @@ program unit
    use test_plan, only: collect_plan
    use test_predictor, only: collect_predictor
    use test_quaternion, only: collect_quaternion
+   use test_random, only: collect_random
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
@@ -139,14 +141,23 @@ contains
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
       type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), torques(:), others(:)
+      type(testsuite_type), allocatable :: ensembles(:)
       stability = stability_suites()
       inside = inside_suites()
       roots = root_suites()
       series = series_suites()
       torques = torque_suites()
+      ensembles = ensemble_suites()
       others = other_suites()
-      suites = [stability, roots, inside, series, torques, others]
+      suites = [stability, roots, inside, series, torques, ensembles, others]
    end subroutine list_suites
+
+   !> The suites of ensembles.
+   function ensemble_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [new_testsuite("ensemble", collect_ensemble), &
+                new_testsuite("random", collect_random)]
+   end function ensemble_suites
 
    !> The suites of the Taylor series.
    function series_suites() result(suites)
