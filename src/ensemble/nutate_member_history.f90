@@ -68,8 +68,7 @@ contains
          call history%open(name, scene%output%columns, scene%system, scene%initial, j0, status, scene%output%degrees, &
                            scene%output%digits, scene%plan%end_time < 0.0_wp)
          events%wanted = scene%events%count() > 0 .and. events_name(name) /= '' .and. status%ok()
-         if (events%wanted) call events%open(events_name(name), scene%output%columns, scene%system, scene%initial, j0, &
-                                             status)
+         if (events%wanted) call events%open(events_name(name), history, status)
       end associate
    end subroutine open_files
 

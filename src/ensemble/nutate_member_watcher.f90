@@ -72,7 +72,6 @@ contains
       type(state_t), intent(in) :: state
       if (self%columns%follows_steps) call self%columns%follow(state)
       if (associated(self%history)) call self%history%watch(state)
-      if (associated(self%events)) call self%events%watch(state)
    end subroutine follow_state
 
    subroutine take_event(self, system, event, which, number, state, record, status)
@@ -85,7 +84,8 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       call self%invariants%measure(system, state, record%work)
-      if (associated(self%events)) call self%events%write(system, trim(event%name), number, state, record, status)
+      if (.not. (associated(self%events) .and. associated(self%history))) return
+      call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
    end subroutine take_event
 
 end module nutate_member_watcher
