@@ -64,6 +64,7 @@ program unit
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
+   use test_rotating_frame, only: collect_rotating_frame
    use test_rotation, only: collect_rotation
    use test_rk8, only: collect_rk8
    use test_round_off, only: collect_round_off
@@ -217,6 +218,7 @@ contains
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("resume", collect_resume), &
+         new_testsuite("rotating_frame", collect_rotating_frame), &
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &

@@ -14,6 +14,9 @@
 !> iteration repeats it. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing,
 !> where only its momentum can make up for an error of the energy.
 !>
+!> **Space axes that turn** at ω. H - ω·l takes the place of H, Ω - Rᵀω that of Ω in ΔL; of l only the component along ω
+!> can be conserved. That of a free body turns by -ω in these axes: it is turned, exactly, not restored.
+!>
 !> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
 !> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed
 !> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long.
@@ -32,6 +35,7 @@ module nutate_invariant_projection
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
+   use nutate_quaternion, only: quat_exp, rotate_to_body
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
@@ -77,6 +81,8 @@ module nutate_invariant_projection
       real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
       !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
+      !> The first l and its time, N m s and s, where l turns; shape (3).
+      real(wp) :: first_momentum(3) = 0.0_wp, first_time = 0.0_wp
       !> H₀ + work at the last state, and before its step.
       type(account_t) :: now, before
       !> q and p of the last state followed or projected: one that differs is compared with the targets; shape (4).
@@ -126,6 +132,8 @@ contains
       self%now = account_t(point%energy, 0.0_wp)
       self%before = self%now
       self%momentum = matmul(point%momentum, point%to_body)
+      self%first_momentum = self%momentum
+      self%first_time = state%t
       self%component = component_of(self, point)
       self%size = 0.0_wp
       self%largest = 0.0_wp
@@ -135,6 +143,14 @@ contains
       self%last_p = state%p
       self%started = .true.
    end subroutine start
+
+   !> Turns l to where it is at a time in space axes that turn.
+   pure subroutine turn_momentum(self, t)
+      class(invariant_projection_t), intent(inout) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      self%momentum = rotate_to_body(quat_exp((0.5_wp*(t - self%first_time))*self%plan%frame_rate), self%first_momentum)
+   end subroutine turn_momentum
 
    !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much.
    !> The limits of the projection are then those of that machine.
@@ -183,6 +199,7 @@ contains
       if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
       if (self%started) then
          call read_point(self%plan, system%effects, state, point)
+         if (self%plan%turns_momentum) call turn_momentum(self, state%t)
          call find_account(self, point, on)
          if (on) then
             self%last_q = state%q
@@ -258,6 +275,7 @@ contains
       if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
       if (self%noise%amplitude > 0.0_wp) call shake(self, point)
       call set_gamma(self%plan, point)
+      if (self%plan%turns_momentum) call turn_momentum(self, state%t)
       call set_momentum(self, point)
       target = self%now
       if (abs(work) > 0.0_wp) call add_increment(target%energy, target%compensation, work)
@@ -316,6 +334,8 @@ contains
       call archive%transfer(self%largest)
       call archive%transfer(self%to_order_one)
       call archive%transfer(self%momentum)
+      call archive%transfer(self%first_momentum)
+      call archive%transfer(self%first_time)
       call archive%transfer(self%component)
       call archive%transfer(self%now%energy)
       call archive%transfer(self%now%compensation)
@@ -380,9 +400,12 @@ contains
          if (square <= tiny(1.0_wp)/eps) return
          kinetic = self%to_order_one*point%twice_kinetic
          slope%inertia = kinetic*(point%twice_kinetic/square)
+         if (self%plan%turns) w = point%relative
          if (self%plan%components == ALONG_AXIS) then
             along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
             w = w - along*gamma
+            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
+         else if (self%plan%turns) then
             kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
          else
             kinetic = kinetic*kinetic

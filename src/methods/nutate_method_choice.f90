@@ -163,7 +163,7 @@ contains
       type(status_t) :: status
       associate (effects => system%effects, body => system%body)
          has_closed_solution = effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors == 0 .and. &
-                               .not. any(abs(effects%rotor_momentum) > 0.0_wp)
+                               .not. (any(abs(effects%rotor_momentum) > 0.0_wp) .or. effects%frame_turns)
          if (.not. has_closed_solution) return
          call solution%prepare(body%moments, state%q, body_momentum(state), status, body%axes)
          has_closed_solution = status%ok()

@@ -35,6 +35,9 @@ module nutate_projection_point
       integer, allocatable :: others(:)
       !> J⁻¹, kg⁻¹ m⁻²; shape (3,3); h, body axes, and |h|, N m s; shape (3).
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp, rotor_length = 0.0_wp
+      !> The space axes turn; ω, rad/s; shape (3). The whole l of a free body then turns in them by -ω.
+      logical :: turns = .false., turns_momentum = .false.
+      real(wp) :: frame_rate(3) = 0.0_wp
    contains
       procedure :: prepare
    end type projection_plan_t
@@ -49,6 +52,8 @@ module nutate_projection_point
       real(wp) :: to_body(3, 3), gamma(3)
       !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
       real(wp) :: omega(3), rate(3)
+      !> Ω - Rᵀω where the space axes turn, rad/s, body axes; shape (3).
+      real(wp) :: relative(3)
       !> 2T, H and T + Σ|U|, J, to which round-off of H is relative: with ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|, x = L - h, for T where J
       !> is not diagonal, since its terms cancel on thin rods.
       real(wp) :: twice_kinetic, energy, size
@@ -63,6 +68,11 @@ contains
       !> The states have an attitude; else of l only the length is conserved.
       logical, intent(in) :: attitude
       call conserved_momentum(system%effects, self%components, self%axis)
+      self%turns = system%effects%frame_turns
+      self%frame_rate = system%effects%frame_rate
+      self%turns_momentum = self%turns .and. &
+                            system%effects%n_potentials + system%effects%n_off + system%effects%n_torques == 0
+      if (self%turns_momentum) self%components = ALL_COMPONENTS
       if (.not. attitude .and. self%components == ALL_COMPONENTS) self%components = ONLY_LENGTH
       self%attitude = attitude
       self%pushes = self%components == ALONG_AXIS .or. self%components == NO_COMPONENT
@@ -189,10 +199,24 @@ contains
          if (self%has_rotor) point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3))
          point%rate = cross(point%momentum, w)
       end associate
+      if (self%turns) call add_frame(self%frame_rate, point)
       if (self%has_weight) call add_weight(self%weight, point)
       if (self%has_others) call add_others(self%others, effects, point)
       if (.not. self%attitude .and. self%pushes) point%rate = 0.0_wp
    end subroutine evaluate
+
+   !> Subtracts ω·l, and Rᵀω from Ω.
+   pure subroutine add_frame(frame_rate, point)
+      !> ω, space axes, rad/s; shape (3).
+      real(wp), intent(in) :: frame_rate(3)
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: carried(3), energy
+      carried = times_vector(point%to_body, frame_rate)
+      energy = point%momentum(1)*carried(1) + point%momentum(2)*carried(2) + point%momentum(3)*carried(3)
+      point%energy = point%energy - energy
+      point%size = point%size + abs(energy)
+      point%relative = point%omega - carried
+   end subroutine add_frame
 
    !> Adds U and γ×∇U.
    pure subroutine add_potential(energy, slope, gamma, point)

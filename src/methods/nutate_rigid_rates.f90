@@ -2,13 +2,15 @@
 !>
 !>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
 !>
+!> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ.
+!>
 !> A method sees `y = [q, L, 0]`, padded to a length that suits vector instructions, and `k = Δt ẏ`: with `Δt J⁻¹` in
 !> place of J⁻¹ no stage multiplies by the step.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance
-   use nutate_quaternion, only: quat_vector_product
+   use nutate_quaternion, only: quat_product, quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
@@ -34,6 +36,10 @@ module nutate_rigid_rates
       real(wp) :: rotor(3) = 0.0_wp
       !> Integrate the attitude; else its rates are zero.
       logical :: attitude = .true.
+      !> The rates of q are not those of an attitude in inertial axes: they are left out, or the space axes turn.
+      logical :: other_attitude = .false.
+      !> Half the turn of the space axes in the step, ½Δt ω, rad, space axes; shape (3).
+      real(wp) :: frame_turn(3) = 0.0_wp
       !> There is an effect that exerts a force.
       logical :: forced = .false.
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
@@ -58,6 +64,7 @@ contains
       logical, intent(in) :: attitude
       integer :: i
       self%attitude = attitude
+      self%other_attitude = .not. attitude .or. system%effects%frame_turns
       self%forced = system%effects%n_potentials + system%effects%n_torques > 0
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
@@ -85,6 +92,7 @@ contains
       integer :: i
       self%to_angle = dt*system%body%inverse_inertia
       self%rotor = system%effects%rotor_momentum
+      if (self%other_attitude) self%frame_turn = (0.5_wp*dt)*system%effects%frame_rate
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)
             self%acts(i) = torque%acts_at(window_time)
@@ -174,9 +182,21 @@ contains
       k(6) = y(7)*angle1 - y(5)*angle3
       k(7) = y(5)*angle2 - y(6)*angle1
       k(8) = 0.0_wp
-      if (.not. self%attitude) k(1:4) = 0.0_wp
+      if (self%other_attitude) call change_attitude(self, y, k)
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
    end subroutine get_rates
+
+   !> Rates of an attitude that is left out, or seen from space axes that turn.
+   pure subroutine change_attitude(self, y, k)
+      type(rigid_rates_t), intent(in) :: self
+      real(wp), intent(in) :: y(n_rates)
+      real(wp), intent(inout) :: k(n_rates)
+      if (self%attitude) then
+         k(1:4) = k(1:4) - quat_product([0.0_wp, self%frame_turn], y(1:4))
+      else
+         k(1:4) = 0.0_wp
+      end if
+   end subroutine change_attitude
 
    !> Adds Δtτ of all effects to the rates.
    pure subroutine add_forces(self, system, fraction, y, weight, k)
@@ -242,6 +262,7 @@ contains
       integer :: i
       q = y(1:4)/norm
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
+      if (system%effects%frame_turns) omega = omega - rotate_to_body(q, system%effects%frame_rate)
       do i = 1, system%effects%n_torques
          if (.not. self%acts(i)) cycle
          t = min(max(self%t + fraction*self%dt, self%window(1, i)), self%window(2, i))

@@ -10,14 +10,17 @@
 !> and (5): the same root, with three unknowns in place of eight. The projection of (11) is that τ̄ alone enters, and no
 !> scalar part beside it.
 !>
+!> In space axes that turn the unknown is the r of `nutate_frame_turn`, by which attitudes turn, b what follows from it.
+!>
 !> They are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of
 !> order 1 whatever the body.
 module nutate_reduced_equations
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp
    use nutate_discrete_forces, only: discrete_forces_t
+   use nutate_frame_turn, only: frame_turn_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: times_columns, times_vector
    use nutate_state, only: add_increment, add_turned, state_t
    use nutate_system, only: system_t
    implicit none
@@ -48,12 +51,16 @@ module nutate_reduced_equations
       real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
       !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
-      !> Of the b last taken: L̄, L̄ - L0, in the units of the step, and β; τ̄ of the last F, N m; shape (3).
+      !> Of the b last taken: L̄, L̄ - L0, in the units of the step, and β (β-d where the space axes turn); τ̄ of the last
+      !> F, N m; shape (3).
       real(wp) :: mean(3) = 0.0_wp, change(3) = 0.0_wp, beta = 0.0_wp, torque(3) = 0.0_wp
       !> Largest torque that is admissible, N m, and whether one was larger since the start of the step.
       real(wp) :: torque_limit = 0.0_wp
       logical :: too_strong = .false.
       type(discrete_forces_t) :: forces
+      !> Of space axes that turn; then b of the r last taken, and δ̄, body axes; shape (3).
+      type(frame_turn_t) :: turn
+      real(wp) :: b(3) = 0.0_wp, frame_middle(3) = 0.0_wp
    contains
       !> Takes the step's length.
       procedure :: set_step
@@ -101,6 +108,7 @@ contains
       ! Steps end on the times of torques, which can be as close to each other as numbers are.
       self%torque_limit = greatest/max(self%weight, 1e-250_wp)
       self%rotor = self%scale*system%effects%rotor_momentum
+      call self%turn%prepare(system%effects)
    end subroutine set_step
 
    !> Starts a step from a state.
@@ -116,6 +124,7 @@ contains
       self%half_momentum = 0.5_wp*quat_product(quat_conjugate(self%frame), state%p)
       self%momentum = self%scale*self%half_momentum(2:4)
       self%too_strong = .false.
+      if (self%turn%there) call self%turn%begin(self%dt, self%frame)
       if (self%forces%active) &
          call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, window_time)
    end subroutine start
@@ -138,7 +147,16 @@ contains
    !> Computes the mean momentum of a turn, for F and its derivative.
    pure subroutine take(self, b)
       class(reduced_equations_t), intent(inout) :: self
+      !> In space axes that turn, r.
       real(wp), intent(in) :: b(3)
+      if (self%turn%there) then
+         self%frame_middle = self%turn%middle(b, dot_product(b, b))
+         self%b = b + self%frame_middle
+         self%mean = times_vector(self%inertia, self%b) + self%rotor
+         self%change = self%mean - self%momentum
+         self%beta = dot_product(self%b, self%b) - self%turn%square
+         return
+      end if
       self%mean = times_vector(self%inertia, b) + self%rotor
       self%change = self%mean - self%momentum
       self%beta = dot_product(b, b)
@@ -152,6 +170,10 @@ contains
       real(wp), intent(out) :: f(3)
       real(wp) :: tau(3)
       call self%take(b)
+      if (self%turn%there) then
+         call residual_in_frame(self, system, b, f)
+         return
+      end if
       f = (1 - self%beta)*self%change + 2*cross(b, self%mean)
       if (.not. self%forces%active) return
       call self%forces%turn(system%effects, b, self%rate, self%torque)
@@ -162,6 +184,24 @@ contains
       tau = self%weight*self%torque
       f = f - (1 + self%beta)*tau + (2*dot_product(b, tau))*b
    end subroutine residual
+
+   !> The same where the space axes turn: (1-β+d)(L̄-L0) + 2b×L̄ - ½Δt((1+ρ)τ̄ - 2r(b·τ̄)), in units of the step.
+   pure subroutine residual_in_frame(self, system, r, f)
+      class(reduced_equations_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: r(3)
+      real(wp), intent(out) :: f(3)
+      real(wp) :: tau(3)
+      f = (1 - self%beta)*self%change + 2*cross(self%b, self%mean)
+      if (.not. self%forces%active) return
+      call self%forces%turn(system%effects, r, self%rate, self%torque)
+      if (max(abs(self%torque(1)), abs(self%torque(2)), abs(self%torque(3))) > self%torque_limit) then
+         self%too_strong = .true.
+         return
+      end if
+      tau = self%weight*self%torque
+      f = f - (1 + dot_product(r, r))*tau + (2*dot_product(self%b, tau))*r
+   end subroutine residual_in_frame
 
    !> ∂F/∂b, the Jacobian; shape (3,3).
    pure subroutine jacobian(self, system, b, matrix)
@@ -186,6 +226,10 @@ contains
          self%too_strong = .true.
          return
       end if
+      if (self%turn%there) then
+         call add_forces_in_frame(self, b, tau, by_b)
+         return
+      end if
       beta = dot_product(b, b)
       do j = 1, 3
          column = (1 + beta)*by_b(:, j) + (2*b(j))*tau - (2*(dot_product(b, by_b(:, j)) + tau(j)))*b
@@ -194,6 +238,23 @@ contains
       end do
    end subroutine linearize_forces
 
+   !> The derivative of -½Δt((1+ρ)τ̄ - 2r(b·τ̄)) by the r last taken.
+   pure subroutine add_forces_in_frame(self, r, tau, by_r)
+      class(reduced_equations_t), intent(inout) :: self
+      !> r, shape (3); τ̄, N m, and its derivative by r; shapes (3), (3,3).
+      real(wp), intent(in) :: r(3), tau(3), by_r(3, 3)
+      real(wp) :: column(3), b_by_r(3, 3), along
+      integer :: j
+      b_by_r = self%turn%absolute_by_relative(r, self%frame_middle)
+      along = dot_product(self%b, tau)
+      do j = 1, 3
+         column = (1 + dot_product(r, r))*by_r(:, j) + (2*r(j))*tau &
+                  - (2*(dot_product(self%b, by_r(:, j)) + dot_product(tau, b_by_r(:, j))))*r
+         column(j) = column(j) - 2*along
+         self%by_forces(:, j) = -self%weight*column
+      end do
+   end subroutine add_forces_in_frame
+
    !> ∂F/∂b: the derivative of (1-β)(L̄ - L0) + 2b×L̄ and the effects' part.
    pure subroutine add_free_part(self, b, matrix)
       type(reduced_equations_t), intent(in) :: self
@@ -201,6 +262,10 @@ contains
       real(wp), intent(out) :: matrix(3, 3)
       real(wp) :: n(3), rest, twice(3)
       integer :: j
+      if (self%turn%there) then
+         call add_free_part_in_frame(self, b, matrix)
+         return
+      end if
       rest = 1 - self%beta
       do j = 1, 3
          n = self%inertia(:, j)
@@ -214,6 +279,22 @@ contains
       matrix(1, 3) = matrix(1, 3) - twice(2)
       matrix(2, 3) = matrix(2, 3) + twice(1)
    end subroutine add_free_part
+
+   !> The same by the r last taken: the derivative by b times ∂b/∂r.
+   pure subroutine add_free_part_in_frame(self, r, matrix)
+      type(reduced_equations_t), intent(in) :: self
+      real(wp), intent(in) :: r(3)
+      real(wp), intent(out) :: matrix(3, 3)
+      real(wp) :: n(3), by_b(3, 3), e(3)
+      integer :: j
+      do j = 1, 3
+         n = self%inertia(:, j)
+         e = 0.0_wp
+         e(j) = 2.0_wp
+         by_b(:, j) = (1 - self%beta)*n + 2*(cross(self%b, n) - self%b(j)*self%change) + cross(e, self%mean)
+      end do
+      matrix = self%by_forces + times_columns(by_b, self%turn%absolute_by_relative(r, self%frame_middle))
+   end subroutine add_free_part_in_frame
 
    !> Inverse of ∂F/∂b at the b last taken, from its adjugate, with the effects' part as `linearize_forces` left it;
    !> none where the determinant vanishes.
@@ -252,6 +333,10 @@ contains
       logical, intent(in) :: attitude
       type(state_t), intent(inout) :: state
       real(wp) :: c(4), impulse(4), beta, factor, excess
+      if (self%turn%there) then
+         call finish_in_frame(self, b, state)
+         return
+      end if
       call measure_turn(b, beta, factor, excess)
       if (attitude) then
          c(1) = -beta
@@ -270,6 +355,29 @@ contains
       end if
       state%t = state%t + self%dt
    end subroutine finish
+
+   !> The same where the space axes turn: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment, 2u∘((c - 1)∘L1 + ΔL), without what
+   !> rounding left of q·p.
+   pure subroutine finish_in_frame(self, r, state)
+      class(reduced_equations_t), intent(in) :: self
+      !> Root, for which F has been asked last if there are effects.
+      real(wp), intent(in) :: r(3)
+      type(state_t), intent(inout) :: state
+      real(wp) :: b(3), c(4), w(4), change(3), momentum(3), impulse(3), square, factor, excess
+      call measure_turn(r, square, factor, excess)
+      b = r + self%turn%middle(r, square)
+      impulse = 0.0_wp
+      if (self%forces%active) impulse = self%dt*self%torque
+      change = self%turn%momentum_change(b, r, self%half_momentum(2:4), impulse)
+      momentum = self%half_momentum(2:4) + change
+      c = [-square, r]
+      w = factor*quat_product(c, [0.0_wp, momentum])
+      w(1) = w(1) - self%half_momentum(1)
+      w(2:4) = w(2:4) + change
+      call add_turned(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
+      call add_increment(state%p, state%p_compensation, 2*quat_product(self%frame, w))
+      state%t = state%t + self%dt
+   end subroutine finish_in_frame
 
    !> Δt·2c½∘τ̄∘c½ = 2Δt [-2b·τ̄, (1+β)τ̄ - 2b(b·τ̄)]/(1+β), in the frame of the start; shape (4).
    pure function mid_impulse(self, b, factor) result(impulse)

@@ -8,6 +8,9 @@
 !> q; without torque L is one of them, another follows, and one pair does. A free body and a top of diagonal inertia
 !> have series of their own (`nutate_diagonal_series`).
 !>
+!> Where the space axes turn at ω, E is what is fixed in them: `Ė = E×(Ω - Rᵀω)`, and Rᵀω is a sum of the three rows
+!> with constant weights, so that `E×Rᵀω` needs no products. A free body moves as if they stood still.
+!>
 !> Where body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
 !> (`nutate_axial_frame`) and starts with its axes: there L/J₁ takes the place of Ω in the products. The angle by which
 !> the body turns in that frame is one more series.
@@ -53,6 +56,9 @@ module nutate_motion_series
       !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the
       !> body.
       type(axial_frame_t), private :: axial
+      !> The rows turn in space at a rate; of it the components along them, rad/s; shape (3).
+      logical, private :: frame_turns = .false.
+      real(wp), private :: frame_rate(3) = 0.0_wp
       integer, private :: places(3) = [1, 2, 3]
       !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
       real(wp), private :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
@@ -86,8 +92,11 @@ contains
          diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
       end associate
       call self%axial%recognise(system)
+      self%frame_turns = system%effects%frame_turns .and. (self%torques%has_more .or. self%torques%rank > 0)
+      self%frame_rate = matmul(system%effects%frame_rate, self%torques%basis)
       self%places = 1 + modulo(self%axial%axis + [0, 1, 2], 3)
       self%best = TWO_PAIRS
+      if (self%frame_turns) return
       if (.not. self%torques%has_more .and. self%torques%rank == 0) then
          self%best = ONE_PAIR
          if (diagonal) self%best = FREE_BODY
@@ -206,19 +215,22 @@ contains
       logical, intent(in) :: acts(:)
       logical, intent(out) :: converges
       real(wp), dimension(2, 3) :: a, b, sums_a, sums_b
-      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), bound, across
+      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), turn(3), bound, across
       logical :: two
       integer :: k
       to_omega = self%time_unit*system%body%inverse_inertia
       across = self%time_unit*self%axial%inverse_across
       moments = self%time_unit*self%torques%moments
       two = self%equations == TWO_PAIRS
+      turn = self%time_unit*self%frame_rate
       a(1, :) = self%momentum
       a(2, :) = self%frame(:, 1)
       b(1, :) = self%frame(:, 2)
       b(2, :) = self%frame(:, 3)
       w = self%momentum - system%effects%rotor_momentum
       bound = steepest_growth
+      converges = maxval(abs(turn)) <= bound
+      if (.not. converges) return
       do k = 0, self%order
          self%lanes_1(:, :, k) = a
          self%lanes_2(:, :, k) = b
@@ -233,19 +245,33 @@ contains
          if (.not. converges .or. k == self%order) return
          bound = bound*steepest_growth
          tau = 0.0_wp
+         if (self%frame_turns) omega = omega - (turn(1)*a(2, :) + turn(2)*b(1, :) + turn(3)*b(2, :))
          if (self%torques%n_moments > 0 .or. self%torques%has_more) &
             call add_torque(self, system%effects, k, acts, moments, omega, tau)
          call add_inner(k, self%lanes_1, self%omega, sums_a)
          if (two) call add_inner(k, self%lanes_2, self%omega, sums_b)
          call add_outer(k, self%lanes_1(:, :, 0), a, self%omega(:, 0), w, sums_a)
+         if (two) call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), w, sums_b)
+         if (self%frame_turns) call add_turning(turn, a, b, sums_a, sums_b)
          w = inverses(k + 1)*(sums_a(1, :) + tau)
          a(1, :) = w
          a(2, :) = inverses(k + 1)*sums_a(2, :)
          if (.not. two) cycle
-         call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), self%omega(:, k), sums_b)
          b = inverses(k + 1)*sums_b
       end do
    end subroutine expand_pairs
+
+   !> Adds coefficient k of -E×Rᵀω of the three rows.
+   pure subroutine add_turning(turn, a, b, sums_a, sums_b)
+      !> ω along the rows, times the unit of time; shape (3).
+      real(wp), intent(in) :: turn(3)
+      !> Coefficient k of the lanes (L, E1) and (E2, E3).
+      real(wp), intent(in) :: a(2, 3), b(2, 3)
+      real(wp), intent(inout) :: sums_a(2, 3), sums_b(2, 3)
+      sums_a(2, :) = sums_a(2, :) + (turn(3)*b(1, :) - turn(2)*b(2, :))
+      sums_b(1, :) = sums_b(1, :) + (turn(1)*b(2, :) - turn(3)*a(2, :))
+      sums_b(2, :) = sums_b(2, :) + (turn(2)*a(2, :) - turn(1)*b(1, :))
+   end subroutine add_turning
 
    !> Coefficient k of lane × Ω, for a pair of lanes, without the products with the coefficients 0 and k: what comes
    !> before does not wait for the newest.
