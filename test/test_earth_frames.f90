@@ -273,6 +273,8 @@ contains
             if (i > 20) followed = .false.
             if (k > 1) followed = followed .and. maxval(abs(r - before)) < 0.02_wp
          end do
+         ! Where nothing depends on the attitude, the unknown is b.
+         if (.not. equations%is_relative) r = equations%turn%to_relative(r)
       end subroutine follow
 
    end subroutine proved_roots_are_true

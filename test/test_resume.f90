@@ -6,6 +6,7 @@ module test_resume
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper, method_t, methods
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -48,6 +49,7 @@ contains
                   new_unittest("steppers of all methods go on bit for bit", steppers_go_on), &
                   new_unittest("so they do after other lengths and failures", steppers_go_on_after_trouble), &
                   new_unittest("so they do without attitude", steppers_go_on_without_attitude), &
+                  new_unittest("so they do in a frame that turns", steppers_go_on_in_a_frame), &
                   new_unittest("runs of all methods go on bit for bit", runs_go_on), &
                   new_unittest("so they do with windows of torques", runs_go_on_with_windows), &
                   new_unittest("so they do with cut steps", runs_go_on_with_cut_steps), &
@@ -214,6 +216,24 @@ contains
          if (allocated(error)) return
       end do
    end subroutine steppers_go_on_without_attitude
+
+   !> A free body, whose momentum turns, and one under effects.
+   subroutine steppers_go_on_in_a_frame(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      integer :: m, k
+      do m = 1, size(methods)
+         if (methods(m)%name == 'exact') cycle
+         do k = 1, 2
+            problem = box()
+            if (k == 2) problem = forced_body()
+            call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.3_wp, -0.5_wp, 0.4_wp]))
+            call check_stepper(error, problem, settings_of(methods(m)), spread(0.01_wp, 1, 5), spread(0.01_wp, 1, 7), &
+                               label_of(methods(m)))
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine steppers_go_on_in_a_frame
 
    !> One run, from an archive or from its start.
    subroutine run(problem, settings, plan, recorder, outcome, status, archived)

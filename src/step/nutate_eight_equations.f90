@@ -23,7 +23,8 @@ module nutate_eight_equations
    use nutate_kinds, only: wp, eps
    use nutate_discrete_forces, only: discrete_forces_t
    use nutate_frame_turn, only: frame_turn_t
-   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix, rotate_to_body
+   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix, &
+      quat_vector_product, rotate_to_body, vector_quat_product
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -153,8 +154,9 @@ contains
       z(1:4) = quat_product(self%x0, a)
       z(5:8) = -quat_product(self%y0, conjugation*a)
       if (.not. self%turn%there) return
-      z(1:4) = z(1:4) - frame_product(self%turn, self%x0)
-      z(5:8) = z(5:8) - frame_product(self%turn, self%y0)
+      z = -z
+      call add_frame(self%turn, self%x0, self%y0, z)
+      z = -z
    end function explicit_increments
 
    !> The z of a step that turns the body by the Cayley map of b, on the constraint manifold: x1 = x0∘c, and the end's w
@@ -188,24 +190,34 @@ contains
       xm = self%x0 + 0.5_wp*z(1:4)
       r(1:4) = z(1:4) - (0.25_wp*self%dt)*quat_product(xm, a)
       r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
-      if (self%turn%there) then
-         r(1:4) = r(1:4) + frame_product(self%turn, xm)
-         r(5:8) = r(5:8) + frame_product(self%turn, self%y0 + 0.5_wp*z(5:8))
-      end if
+      if (self%turn%there) call add_frame(self%turn, xm, self%y0 + 0.5_wp*z(5:8), r)
       if (.not. self%forces%active) return
       omega = 0.5_wp*a(2:4)
-      if (self%turn%there) omega = omega - frame_rate(self, xm)
+      if (self%turn%there .and. system%effects%n_torques > 0) omega = omega - frame_rate(self, xm)
       call self%forces%evaluate(system%effects, self%x0 + z(1:4), xm, omega, s)
       r(5:8) = r(5:8) - (2*self%dt/(self%momentum_unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
 
-   !> 2 R(u)ᵀδ∘x: what the turn of the space axes takes from an increment; shape (4).
-   pure function frame_product(turn, x) result(product)
+   !> Adds ½Δt R(u)ᵀω∘x̄ and ½Δt R(u)ᵀω∘ȳ: what the turn of the space axes takes from the increments.
+   pure subroutine add_frame(turn, xm, ym, r)
       type(frame_turn_t), intent(in) :: turn
-      real(wp), intent(in) :: x(4)
-      real(wp) :: product(4)
-      product = quat_product([0.0_wp, 2*turn%start], x)
-   end function frame_product
+      !> Shape (4).
+      real(wp), intent(in) :: xm(4), ym(4)
+      !> Shape (8).
+      real(wp), intent(inout) :: r(8)
+      real(wp) :: a, b, c
+      a = 2*turn%start(1)
+      b = 2*turn%start(2)
+      c = 2*turn%start(3)
+      r(1) = r(1) - (a*xm(2) + b*xm(3) + c*xm(4))
+      r(2) = r(2) + (a*xm(1) + b*xm(4) - c*xm(3))
+      r(3) = r(3) + (b*xm(1) + c*xm(2) - a*xm(4))
+      r(4) = r(4) + (c*xm(1) + a*xm(3) - b*xm(2))
+      r(5) = r(5) - (a*ym(2) + b*ym(3) + c*ym(4))
+      r(6) = r(6) + (a*ym(1) + b*ym(4) - c*ym(3))
+      r(7) = r(7) + (b*ym(1) + c*ym(2) - a*ym(4))
+      r(8) = r(8) + (c*ym(1) + a*ym(3) - b*ym(2))
+   end subroutine add_frame
 
    !> R(x̄)ᵀω/|x̄|²: the rate of the space axes in the step, body axes, rad/s; shape (3).
    pure function frame_rate(self, xm) result(rate)
@@ -276,37 +288,50 @@ contains
       dp = p_factor*dp
    end subroutine increments
 
-   !> The same where the space axes turn. With K x = x∘b - δ∘x, α = [α₀, b], they are q1 - q0 = (1 - α₀ - K)⁻¹ 2(α₀ + K)q0
-   !> and p1 - p0 = (1 + α₀ - K)⁻¹(2(K - α₀)p0 + Δt f); on the constraint manifold the first is a turn by r.
+   !> The same where the space axes turn. On the constraint manifold it is a turn by r, with the impulse Δtτ̄ = ½vec(x̄*∘Δtf).
    pure subroutine get_increments_in_frame(self, state, z, alpha, dq, dp)
       type(eight_equations_t), intent(in) :: self
       type(state_t), intent(in) :: state
-      !> Shapes (8) and (4).
+      !> Root, shape (8), and ⅛Δt a, shape (4).
       real(wp), intent(in) :: z(8), alpha(4)
       real(wp), intent(out) :: dq(4), dp(4)
-      real(wp) :: impulse(4), xm(4), ym(4), delta(3), r(3), beta, factor, excess, scalar
-      delta = (0.25_wp*self%dt)*self%turn%rate
-      scalar = alpha(1)
-      if (self%is_tangent()) then
-         scalar = 0.0_wp
-         r = self%turn%to_relative(alpha(2:4))
-         call measure_turn(r, beta, factor, excess)
-         dq = factor*quat_product(state%q, [-beta, r])
-         dq = dq - excess*(state%q + dq)
-      else
-         dq = solved(1 - scalar, 2*(scalar*state%q + turned(state%q)))
-      end if
-      dp = 2*(turned(state%p) - scalar*state%p)
+      real(wp) :: impulse(8), xm(4), ym(4), r(3), square, factor, excess
+      impulse = 0.0_wp
       if (self%forces%active) then
+         xm = self%x0 + 0.5_wp*z(1:4)
          ym = self%y0 + 0.5_wp*z(5:8)
-         impulse = z(5:8) + 2*quat_product(ym, conjugation*alpha) + frame_product(self%turn, ym)
-         if (self%forces%projection) then
-            xm = self%x0 + 0.5_wp*z(1:4)
-            impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
-         end if
-         dp = dp + self%momentum_unit*quat_product(self%frame, impulse)
+         impulse(5:8) = z(5:8) + 2*quat_product(ym, conjugation*alpha)
+         call add_frame(self%turn, xm, ym, impulse)
+         if (self%forces%projection) &
+            impulse(5:8) = impulse(5:8) - (dot_product(xm, impulse(5:8))/dot_product(xm, xm))*xm
       end if
-      dp = solved(1 + scalar, dp)
+      if (.not. self%is_tangent()) then
+         call solve_in_frame(self, state, alpha, impulse(5:8), dq, dp)
+         return
+      end if
+      r = self%turn%to_relative(alpha(2:4))
+      call measure_turn(r, square, factor, excess)
+      dq = factor*quat_product(state%q, [-square, r])
+      dq = dq - excess*(state%q + dq)
+      ! y is 2L over |q0|μ.
+      if (self%forces%active) impulse(1:4) = quat_product(quat_conjugate(xm), impulse(5:8))/self%x0(1)
+      ym = self%turn%momentum_increment(alpha(2:4), r, factor, self%y0, impulse(2:4))
+      dp = self%momentum_unit*quat_product(self%frame, ym)
+   end subroutine get_increments_in_frame
+
+   !> The increments off the manifold: with K x = x∘b - δ∘x and α = [α₀, b] they are q1 - q0 = (1 - α₀ - K)⁻¹ 2(α₀ + K)q0 and
+   !> p1 - p0 = (1 + α₀ - K)⁻¹(2(K - α₀)p0 + Δt f).
+   pure subroutine solve_in_frame(self, state, alpha, impulse, dq, dp)
+      type(eight_equations_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      !> ⅛Δt a, and Δt f, seen from u, in units of momentum; shape (4).
+      real(wp), intent(in) :: alpha(4), impulse(4)
+      real(wp), intent(out) :: dq(4), dp(4)
+      real(wp) :: delta(3)
+      delta = (0.25_wp*self%dt)*self%turn%rate
+      dq = solved(1 - alpha(1), 2*(alpha(1)*state%q + turned(state%q)))
+      dp = solved(1 + alpha(1), 2*(turned(state%p) - alpha(1)*state%p) + &
+                  self%momentum_unit*quat_product(self%frame, impulse))
 
    contains
 
@@ -314,7 +339,7 @@ contains
       pure function turned(x) result(k)
          real(wp), intent(in) :: x(4)
          real(wp) :: k(4)
-         k = quat_product(x, [0.0_wp, alpha(2:4)]) - quat_product([0.0_wp, delta], x)
+         k = quat_vector_product(x, alpha(2:4)) - vector_quat_product(delta, x)
       end function turned
 
       !> (m - K)⁻¹x = (m + K)((m² + β + d)x - 2δ∘x∘b)/((m² + β + d)² - 4βd); shape (4).
@@ -323,11 +348,11 @@ contains
          real(wp) :: y(4), size, beta
          beta = dot_product(alpha(2:4), alpha(2:4))
          size = m*m + beta + self%turn%square
-         y = size*x - 2*quat_product(quat_product([0.0_wp, delta], x), [0.0_wp, alpha(2:4)])
+         y = size*x - 2*quat_vector_product(vector_quat_product(delta, x), alpha(2:4))
          y = (m*y + turned(y))/(size*size - 4*beta*self%turn%square)
       end function solved
 
-   end subroutine get_increments_in_frame
+   end subroutine solve_in_frame
 
    !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then (5), q·p = 0, holds
    !> for ever.

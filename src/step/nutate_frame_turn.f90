@@ -14,7 +14,7 @@
 module nutate_frame_turn
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_quaternion, only: cross, rotate_to_body
+   use nutate_quaternion, only: rotate_to_body
    implicit none
    private
 
@@ -39,8 +39,8 @@ module nutate_frame_turn
       procedure :: absolute_by_relative
       !> r of a b.
       procedure :: to_relative
-      !> L1 - L0.
-      procedure :: momentum_change
+      !> What p gains.
+      procedure :: momentum_increment
    end type frame_turn_t
 
 contains
@@ -51,6 +51,8 @@ contains
       type(effect_list_t), intent(in) :: effects
       self%there = effects%frame_turns
       self%rate = effects%frame_rate
+      self%start = 0.0_wp
+      self%square = 0.0_wp
    end subroutine prepare
 
    !> Starts a step of `dt` seconds.
@@ -71,7 +73,7 @@ contains
       real(wp), intent(in) :: r(3), square
       real(wp) :: turn(3)
       associate (v => self%start)
-         turn = ((1 - square)*v + (2*(r(1)*v(1) + r(2)*v(2) + r(3)*v(3)))*r - 2*cross(r, v))/(1 + square)
+         turn = ((1 - square)*v + (2*(r(1)*v(1) + r(2)*v(2) + r(3)*v(3)))*r - 2*across(r, v))/(1 + square)
       end associate
    end function middle
 
@@ -81,13 +83,20 @@ contains
       class(frame_turn_t), intent(in) :: self
       !> r, and its δ̄; shape (3).
       real(wp), intent(in) :: r(3), turn(3)
-      real(wp) :: by_r(3, 3), e(3)
+      real(wp) :: by_r(3, 3), along, v(3)
       integer :: j
+      v = (2/(1 + dot_product(r, r)))*turn
+      along = 1 + dot_product(v, r)
       do j = 1, 3
-         e = 0.0_wp
-         e(j) = 1.0_wp
-         by_r(:, j) = e + (2/(1 + dot_product(r, r)))*cross(turn, e - cross(r, e))
+         by_r(:, j) = -v(j)*r
+         by_r(j, j) = by_r(j, j) + along
       end do
+      by_r(2, 1) = by_r(2, 1) + v(3)
+      by_r(3, 1) = by_r(3, 1) - v(2)
+      by_r(1, 2) = by_r(1, 2) - v(3)
+      by_r(3, 2) = by_r(3, 2) + v(1)
+      by_r(1, 3) = by_r(1, 3) + v(2)
+      by_r(2, 3) = by_r(2, 3) - v(1)
    end function absolute_by_relative
 
    !> r of a b: the vector of x̄ = ½(1 + u*∘q1) over its scalar part; shape (3).
@@ -98,24 +107,38 @@ contains
       real(wp) :: r(3), beta
       beta = dot_product(b, b)
       associate (v => self%start, d => self%square)
-         r = ((1 + beta - d)*b - (1 + d - beta)*v - 2*cross(v, b))/(1 + beta + d + 2*dot_product(v, b))
+         r = ((1 + beta - d)*b - (1 + d - beta)*v - 2*across(v, b))/(1 + beta + d + 2*dot_product(v, b))
       end associate
    end function to_relative
 
-   !> L1 - L0 in body axes, of the end and of the start: the solution of the second equation, of which b·ΔL = Δt b·τ̄;
-   !> N m s; shape (3).
-   pure function momentum_change(self, b, r, momentum, impulse) result(change)
+   !> What ½u*∘p gains in the step that turns the body by r, on the constraint manifold: c∘L1 - L0, less what rounding left
+   !> of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, of which b·ΔL = Δt b·τ̄; N m s;
+   !> shape (4).
+   pure function momentum_increment(self, b, r, factor, momentum, impulse) result(increment)
       class(frame_turn_t), intent(in) :: self
-      !> Shape (3).
-      real(wp), intent(in) :: b(3), r(3)
-      !> L0, and Δt τ̄, N m s; shape (3).
-      real(wp), intent(in) :: momentum(3), impulse(3)
-      real(wp) :: change(3), y(3), beta, rest, along
+      !> b, r; shape (3), and 2/(1+ρ).
+      real(wp), intent(in) :: b(3), r(3), factor
+      !> [rounding of q·p, L0], shape (4), and Δt τ̄, shape (3), N m s.
+      real(wp), intent(in) :: momentum(4), impulse(3)
+      real(wp) :: increment(4), change(3), y(3), last(3), beta, square, rest, along
       beta = dot_product(b, b)
+      square = dot_product(r, r)
       rest = 1 - beta + self%square
       along = dot_product(b, impulse)
-      y = (1 + dot_product(r, r))*impulse - (2*along)*r + 4*cross(momentum, b)
-      change = (rest*y + 2*cross(y, b) + (4*along)*b)/(rest*rest + 4*beta)
-   end function momentum_change
+      y = (1 + square)*impulse - (2*along)*r + 4*across(momentum(2:4), b)
+      change = (rest*y + 2*across(y, b) + (4*along)*b)/(rest*rest + 4*beta)
+      last = momentum(2:4) + change
+      increment(1) = -factor*dot_product(r, last) - momentum(1)
+      increment(2:4) = change + factor*(across(r, last) - square*last)
+   end function momentum_increment
+
+   !> a×b; here, so that it is compiled into its callers; shape (3).
+   pure function across(a, b) result(c)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: c(3)
+      c(1) = a(2)*b(3) - a(3)*b(2)
+      c(2) = a(3)*b(1) - a(1)*b(3)
+      c(3) = a(1)*b(2) - a(2)*b(1)
+   end function across
 
 end module nutate_frame_turn

@@ -10,7 +10,8 @@
 !> and (5): the same root, with three unknowns in place of eight. The projection of (11) is that τ̄ alone enters, and no
 !> scalar part beside it.
 !>
-!> In space axes that turn the unknown is the r of `nutate_frame_turn`, by which attitudes turn, b what follows from it.
+!> In space axes that turn (`nutate_frame_turn`) β-d takes the place of β, and where there are forces the unknown is r, by
+!> which attitudes turn, b what follows from it.
 !>
 !> They are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of
 !> order 1 whatever the body.
@@ -31,6 +32,8 @@ module nutate_reduced_equations
    !> Momenta and torques in the units of the step that are larger belong to no step that could be taken; their
    !> products would overflow.
    real(wp), parameter :: greatest = 1e40_wp
+   !> d of space axes that turn, up to which F'' and the adjugate of F' of a free body change by 2 %.
+   real(wp), parameter :: slow_frame = 0.01_wp
 
    !> One step's equations F(b) = 0, F = (Δt/4s) G.
    type :: reduced_equations_t
@@ -58,8 +61,11 @@ module nutate_reduced_equations
       real(wp) :: torque_limit = 0.0_wp
       logical :: too_strong = .false.
       type(discrete_forces_t) :: forces
-      !> Of space axes that turn; then b of the r last taken, and δ̄, body axes; shape (3).
+      !> Of space axes that turn; the unknown is r; then b of the r last taken, and δ̄, body axes; shape (3).
       type(frame_turn_t) :: turn
+      logical :: is_relative = .false.
+      !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in axes that stand still.
+      logical :: is_cubic = .false.
       real(wp) :: b(3) = 0.0_wp, frame_middle(3) = 0.0_wp
    contains
       !> Takes the step's length.
@@ -82,8 +88,9 @@ module nutate_reduced_equations
       procedure :: invert
       !> Work of the torques.
       procedure :: get_work
-      !> Moves the state to the end of the step.
+      !> Moves the state to the end of the step, and where the space axes turn.
       procedure :: finish
+      procedure :: finish_in_frame
    end type reduced_equations_t
 
 contains
@@ -109,6 +116,9 @@ contains
       self%torque_limit = greatest/max(self%weight, 1e-250_wp)
       self%rotor = self%scale*system%effects%rotor_momentum
       call self%turn%prepare(system%effects)
+      self%is_relative = self%turn%there .and. self%forces%active
+      self%is_cubic = .not. self%forces%active .and. &
+                      (0.25_wp*dt)**2*dot_product(self%turn%rate, self%turn%rate) <= slow_frame
    end subroutine set_step
 
    !> Starts a step from a state.
@@ -147,20 +157,32 @@ contains
    !> Computes the mean momentum of a turn, for F and its derivative.
    pure subroutine take(self, b)
       class(reduced_equations_t), intent(inout) :: self
-      !> In space axes that turn, r.
+      !> Or r.
       real(wp), intent(in) :: b(3)
-      if (self%turn%there) then
-         self%frame_middle = self%turn%middle(b, dot_product(b, b))
-         self%b = b + self%frame_middle
-         self%mean = times_vector(self%inertia, self%b) + self%rotor
-         self%change = self%mean - self%momentum
-         self%beta = dot_product(self%b, self%b) - self%turn%square
-         return
+      if (self%is_relative) then
+         call take_relative(self, b)
+      else
+         call take_absolute(self, b)
       end if
+   end subroutine take
+
+   !> Takes an r.
+   pure subroutine take_relative(self, r)
+      class(reduced_equations_t), intent(inout) :: self
+      real(wp), intent(in) :: r(3)
+      self%frame_middle = self%turn%middle(r, dot_product(r, r))
+      self%b = r + self%frame_middle
+      call take_absolute(self, self%b)
+   end subroutine take_relative
+
+   !> Takes a b.
+   pure subroutine take_absolute(self, b)
+      class(reduced_equations_t), intent(inout) :: self
+      real(wp), intent(in) :: b(3)
       self%mean = times_vector(self%inertia, b) + self%rotor
       self%change = self%mean - self%momentum
-      self%beta = dot_product(b, b)
-   end subroutine take
+      self%beta = dot_product(b, b) - self%turn%square
+   end subroutine take_absolute
 
    !> F(b) = (Δt/4s) G(b); shape (3). Keeps the torque. Without the torque's part where that is too strong.
    pure subroutine residual(self, system, b, f)
@@ -169,11 +191,11 @@ contains
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: f(3)
       real(wp) :: tau(3)
-      call self%take(b)
-      if (self%turn%there) then
+      if (self%is_relative) then
          call residual_in_frame(self, system, b, f)
          return
       end if
+      call take_absolute(self, b)
       f = (1 - self%beta)*self%change + 2*cross(b, self%mean)
       if (.not. self%forces%active) return
       call self%forces%turn(system%effects, b, self%rate, self%torque)
@@ -192,8 +214,8 @@ contains
       real(wp), intent(in) :: r(3)
       real(wp), intent(out) :: f(3)
       real(wp) :: tau(3)
+      call take_relative(self, r)
       f = (1 - self%beta)*self%change + 2*cross(self%b, self%mean)
-      if (.not. self%forces%active) return
       call self%forces%turn(system%effects, r, self%rate, self%torque)
       if (max(abs(self%torque(1)), abs(self%torque(2)), abs(self%torque(3))) > self%torque_limit) then
          self%too_strong = .true.
@@ -211,7 +233,11 @@ contains
       real(wp), intent(out) :: matrix(3, 3)
       call self%take(b)
       if (self%forces%active) call self%linearize_forces(system, b)
-      call add_free_part(self, b, matrix)
+      if (self%is_relative) then
+         call add_free_part_in_frame(self, b, matrix)
+      else
+         call add_free_part(self, b, matrix)
+      end if
    end subroutine jacobian
 
    !> The derivative of -½Δt((1+β)τ̄ - 2b(b·τ̄)) at b, kept until asked for again.
@@ -226,7 +252,7 @@ contains
          self%too_strong = .true.
          return
       end if
-      if (self%turn%there) then
+      if (self%is_relative) then
          call add_forces_in_frame(self, b, tau, by_b)
          return
       end if
@@ -262,10 +288,6 @@ contains
       real(wp), intent(out) :: matrix(3, 3)
       real(wp) :: n(3), rest, twice(3)
       integer :: j
-      if (self%turn%there) then
-         call add_free_part_in_frame(self, b, matrix)
-         return
-      end if
       rest = 1 - self%beta
       do j = 1, 3
          n = self%inertia(:, j)
@@ -285,14 +307,19 @@ contains
       type(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: r(3)
       real(wp), intent(out) :: matrix(3, 3)
-      real(wp) :: n(3), by_b(3, 3), e(3)
+      real(wp) :: n(3), by_b(3, 3), twice(3)
       integer :: j
       do j = 1, 3
          n = self%inertia(:, j)
-         e = 0.0_wp
-         e(j) = 2.0_wp
-         by_b(:, j) = (1 - self%beta)*n + 2*(cross(self%b, n) - self%b(j)*self%change) + cross(e, self%mean)
+         by_b(:, j) = (1 - self%beta)*n + 2*(cross(self%b, n) - self%b(j)*self%change)
       end do
+      twice = 2*self%mean
+      by_b(2, 1) = by_b(2, 1) - twice(3)
+      by_b(3, 1) = by_b(3, 1) + twice(2)
+      by_b(1, 2) = by_b(1, 2) + twice(3)
+      by_b(3, 2) = by_b(3, 2) - twice(1)
+      by_b(1, 3) = by_b(1, 3) - twice(2)
+      by_b(2, 3) = by_b(2, 3) + twice(1)
       matrix = self%by_forces + times_columns(by_b, self%turn%absolute_by_relative(r, self%frame_middle))
    end subroutine add_free_part_in_frame
 
@@ -305,7 +332,11 @@ contains
       real(wp), intent(out) :: rows(3, 3)
       real(wp), intent(out) :: determinant
       real(wp) :: m(3, 3)
-      call add_free_part(self, b, m)
+      if (self%is_relative) then
+         call add_free_part_in_frame(self, b, m)
+      else
+         call add_free_part(self, b, m)
+      end if
       rows(:, 1) = cross(m(:, 2), m(:, 3))
       rows(:, 2) = cross(m(:, 3), m(:, 1))
       rows(:, 3) = cross(m(:, 1), m(:, 2))
@@ -333,10 +364,6 @@ contains
       logical, intent(in) :: attitude
       type(state_t), intent(inout) :: state
       real(wp) :: c(4), impulse(4), beta, factor, excess
-      if (self%turn%there) then
-         call finish_in_frame(self, b, state)
-         return
-      end if
       call measure_turn(b, beta, factor, excess)
       if (attitude) then
          c(1) = -beta
@@ -358,24 +385,27 @@ contains
 
    !> The same where the space axes turn: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment, 2u∘((c - 1)∘L1 + ΔL), without what
    !> rounding left of q·p.
-   pure subroutine finish_in_frame(self, r, state)
+   pure subroutine finish_in_frame(self, root, state)
       class(reduced_equations_t), intent(in) :: self
-      !> Root, for which F has been asked last if there are effects.
-      real(wp), intent(in) :: r(3)
+      !> For which F has been asked last if there are effects.
+      real(wp), intent(in) :: root(3)
       type(state_t), intent(inout) :: state
-      real(wp) :: b(3), c(4), w(4), change(3), momentum(3), impulse(3), square, factor, excess
+      real(wp) :: b(3), r(3), c(4), impulse(3), square, factor, excess
+      if (self%is_relative) then
+         r = root
+         b = r + self%turn%middle(r, dot_product(r, r))
+         impulse = self%dt*self%torque
+      else
+         b = root
+         r = self%turn%to_relative(b)
+         impulse = 0.0_wp
+      end if
       call measure_turn(r, square, factor, excess)
-      b = r + self%turn%middle(r, square)
-      impulse = 0.0_wp
-      if (self%forces%active) impulse = self%dt*self%torque
-      change = self%turn%momentum_change(b, r, self%half_momentum(2:4), impulse)
-      momentum = self%half_momentum(2:4) + change
-      c = [-square, r]
-      w = factor*quat_product(c, [0.0_wp, momentum])
-      w(1) = w(1) - self%half_momentum(1)
-      w(2:4) = w(2:4) + change
+      c(1) = -square
+      c(2:4) = r
       call add_turned(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
-      call add_increment(state%p, state%p_compensation, 2*quat_product(self%frame, w))
+      call add_increment(state%p, state%p_compensation, 2*quat_product( &
+                         self%frame, self%turn%momentum_increment(b, r, factor, self%half_momentum, impulse)))
       state%t = state%t + self%dt
    end subroutine finish_in_frame
 

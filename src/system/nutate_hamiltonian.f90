@@ -8,7 +8,8 @@ module nutate_hamiltonian
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
+      rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -257,8 +258,8 @@ contains
       p_rate = -0.25_wp*quat_product(state%p, quat_conjugate(a)) &
                + (2/dot_product(state%q, state%q))*quat_product(state%q, [0.0_wp, tau])
       if (.not. system%effects%frame_turns) return
-      q_rate = q_rate - quat_product([0.0_wp, 0.5_wp*system%effects%frame_rate], state%q)
-      p_rate = p_rate - quat_product([0.0_wp, 0.5_wp*system%effects%frame_rate], state%p)
+      q_rate = q_rate - vector_quat_product(0.5_wp*system%effects%frame_rate, state%q)
+      p_rate = p_rate - vector_quat_product(0.5_wp*system%effects%frame_rate, state%p)
    end subroutine hamilton_equations
 
 end module nutate_hamiltonian
