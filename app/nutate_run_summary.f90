@@ -137,7 +137,8 @@ contains
       !> The space axes turn: V - ω·l takes the place of V.
       logical, intent(in) :: turns
       call page%item('energy residual', rounded_text(invariants%energy_error(), 3)//' of the largest T + |'// &
-                     trim(merge('V - omega.l', 'V          ', turns))//'|, '//rounded_text(invariants%energy_scale)//' J')
+                     trim(merge('V - omega.l', 'V          ', turns))//'|, '// &
+                     rounded_text(invariants%energy_scale)//' J')
       select case (invariants%components)
       case (ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH)
          call page%item('momentum error', rounded_text(invariants%momentum_error(), 3)//' of |l|, '// &

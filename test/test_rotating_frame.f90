@@ -8,8 +8,8 @@ module test_rotating_frame
    use nutate_eight_equations, only: eight_equations_t
    use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, hamilton_equations, kinetic_energy, &
-      make_state, space_momentum
+   use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, hamilton_equations, &
+      kinetic_energy, make_state, space_momentum
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper, methods
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product, rotate_to_body, rotate_to_space
@@ -31,6 +31,7 @@ module test_rotating_frame
 
    !> A rate that lies along nothing else, rad/s.
    real(wp), parameter :: inclined(3) = [0.4_wp, -0.7_wp, 0.5_wp]
+   character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced']
 
 contains
 
@@ -83,7 +84,7 @@ contains
          do j = 1, size(inverse_j0)
             if (form == 2 .and. j > 1) exit
             do i = 1, size(steps)
-               settings%linear_solver = merge('lapack ', 'reduced', form == 1)
+               settings%linear_solver = solvers(form)
                settings%inverse_auxiliary_inertia = inverse_j0(j)
                settings%order = merge(2, 4, i > 1)
                call make_stepper(problem%system, settings, stepper, status)
@@ -117,7 +118,7 @@ contains
       energy = conserved_energy(problem%system, problem%start)
       do form = 1, 2
          do order = 2, 8, 2
-            settings%linear_solver = merge('lapack ', 'reduced', form == 1)
+            settings%linear_solver = solvers(form)
             settings%order = order
             call make_stepper(problem%system, settings, stepper, status)
             state = problem%start
@@ -143,14 +144,9 @@ contains
       type(status_t) :: status
       integer :: k
       do k = 1, 3
-         select case (k)
-         case (1)
-            problem = box()
-         case (2)
-            problem = potentials_only([0.0_wp, 0.0_wp, 0.0_wp])
-         case default
-            problem = forced_body()
-         end select
+         problem = box()
+         if (k == 2) problem = potentials_only([0.0_wp, 0.0_wp, 0.0_wp])
+         if (k == 3) problem = forced_body()
          call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
          settings%linear_solver = 'lapack'
          call make_stepper(problem%system, settings, full, status)
@@ -191,7 +187,8 @@ contains
          call integrate(problem%system, integrator_settings_t(method=methods(row)%name, order=methods(row)%order, &
                                                               linear_solver=methods(row)%linear_solver, &
                                                               conserve=methods(row)%projected), state, &
-                        run_plan_t(time_step=merge(0.001_wp, 0.01_wp, methods(row)%order == 4), end_time=1.0_wp), status)
+                        run_plan_t(time_step=merge(0.001_wp, 0.01_wp, methods(row)%order == 4), &
+                                   end_time=1.0_wp), status)
          call check(error, status%ok(), trim(status%message))
          if (allocated(error)) return
          call check_below(error, attitude_distance(state%q, expected%q), 2e-11_wp, trim(methods(row)%name))
@@ -300,17 +297,17 @@ contains
       integer :: form, order, k
       problem = potentials_only(inclined)
       exact = problem%start
-      call integrate(problem%system, default_settings('taylor'), exact, run_plan_t(time_step=0.01_wp, end_time=2.0_wp), &
-                     status)
+      call integrate(problem%system, default_settings('taylor'), exact, &
+                     run_plan_t(time_step=0.01_wp, end_time=2.0_wp), status)
       do form = 1, 2
          do order = 2, 8, 2
-            settings%linear_solver = merge('lapack ', 'reduced', form == 1)
+            settings%linear_solver = solvers(form)
             settings%order = order
             do k = 1, 2
                state = problem%start
                dt = merge(0.04_wp, merge(0.1_wp, 0.2_wp, order < 8), order == 2)/k
-               if (status%ok()) call integrate(problem%system, settings, state, run_plan_t(time_step=dt, end_time=2.0_wp), &
-                                               status)
+               if (status%ok()) call integrate(problem%system, settings, state, &
+                                               run_plan_t(time_step=dt, end_time=2.0_wp), status)
                call check(error, status%ok(), trim(status%message))
                if (allocated(error)) return
                errors(k) = attitude_distance(state%q, exact%q)
@@ -330,7 +327,7 @@ contains
       integer :: form
       problem = potentials_only(inclined)
       do form = 1, 2
-         call make_stepper(problem%system, integrator_settings_t(linear_solver=merge('lapack ', 'reduced', form == 1)), &
+         call make_stepper(problem%system, integrator_settings_t(linear_solver=solvers(form)), &
                            stepper, status)
          state = problem%start
          call march(problem%system, stepper, state, 0.1_wp, 20, status)
@@ -416,7 +413,8 @@ contains
             if (allocated(error)) return
             expected = space_momentum(problem%start)
             along = dot_product(expected, inclined)
-            if (k < 3) call check_close(error, dot_product(space_momentum(state), inclined), along, 64*eps*20, "omega.l")
+            if (k == 3) cycle
+            call check_close(error, dot_product(space_momentum(state), inclined), along, 64*eps*20, "omega.l")
             if (allocated(error)) return
             if (k > 1) cycle
             expected = rotate_to_body(quat_exp(0.5_wp*state%t*inclined), expected)

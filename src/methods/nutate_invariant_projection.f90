@@ -30,8 +30,8 @@ module nutate_invariant_projection
    use nutate_archive, only: archive_t
    use nutate_disturbance, only: disturb_state
    use nutate_effect_list, only: effect_list_t
-   use nutate_projection_point, only: projection_plan_t, evaluate, projection_point_t, read_point, set_gamma, &
-      set_rows, take_attitude, take_momentum, times, write_state
+   use nutate_projection_point, only: projection_plan_t, evaluate, get_slope, projection_point_t, read_point, &
+      set_gamma, set_rows, slope_t, take_attitude, take_momentum, times, write_state
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
@@ -57,16 +57,6 @@ module nutate_invariant_projection
    real(wp), parameter :: noise_unit = 0.25_wp/eps
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
-
-   !> The direction in which the energy of a point falls. Energies are multiplied by `to_order_one`.
-   type :: slope_t
-      !> L̇, body axes: the rotation vector is c times it; shape (3).
-      real(wp) :: rotation(3)
-      !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
-      real(wp) :: omega(3), inertia
-      !> |L̇|² + S²|Ω⊥|².
-      real(wp) :: steepness
-   end type slope_t
 
    !> An energy as a compensated sum, J.
    type :: account_t
@@ -365,7 +355,7 @@ contains
          call note_size(self, point)
          excess = point%energy - target%energy + self%kick*self%size
          if (abs(excess) <= round_off*self%size) return
-         call get_slope(self, point, slope)
+         call get_slope(self%plan, self%to_order_one, point, slope)
          excess = self%to_order_one*excess
          square = excess*excess
          if (.not. square < longest_doubtful*unit*unit*slope%steepness) then
@@ -381,38 +371,6 @@ contains
       end do
       reached = .false.
    end subroutine set_energy
-
-   !> The direction in which the energy falls.
-   pure subroutine get_slope(self, point, slope)
-      class(invariant_projection_t), intent(in) :: self
-      type(projection_point_t), intent(in) :: point
-      type(slope_t), intent(out) :: slope
-      real(wp) :: square, kinetic, along
-      slope%rotation = self%to_order_one*point%rate
-      associate (x => slope%rotation)
-         slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
-      end associate
-      slope%inertia = 0.0_wp
-      slope%omega = point%omega
-      if (.not. self%plan%pushes) return
-      associate (w => slope%omega, gamma => point%gamma)
-         square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
-         if (square <= tiny(1.0_wp)/eps) return
-         kinetic = self%to_order_one*point%twice_kinetic
-         slope%inertia = kinetic*(point%twice_kinetic/square)
-         if (self%plan%turns) w = point%relative
-         if (self%plan%components == ALONG_AXIS) then
-            along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
-            w = w - along*gamma
-            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
-         else if (self%plan%turns) then
-            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
-         else
-            kinetic = kinetic*kinetic
-         end if
-         slope%steepness = slope%steepness + kinetic
-      end associate
-   end subroutine get_slope
 
    !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =
    !> -c·inertia·Ω⊥.

@@ -5,7 +5,7 @@
 module nutate_projection_point
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross, times => quat_vector_product
    use nutate_small_products, only: times_vector
@@ -14,7 +14,7 @@ module nutate_projection_point
    implicit none
    private
 
-   public :: projection_plan_t, projection_point_t
+   public :: projection_plan_t, projection_point_t, slope_t, get_slope
    public :: read_point, take_attitude, take_momentum, set_rows, set_gamma, evaluate, times, write_state
 
    !> |qᵀq - 1| up to which the first term of 1/|q| is exact: the next one, 3/8 of its square, is below ε/4.
@@ -58,6 +58,16 @@ module nutate_projection_point
       !> is not diagonal, since its terms cancel on thin rods.
       real(wp) :: twice_kinetic, energy, size
    end type projection_point_t
+
+   !> The direction in which the energy of a point falls. Energies are multiplied by a power of two.
+   type :: slope_t
+      !> L̇, body axes: the rotation vector is c times it; shape (3).
+      real(wp) :: rotation(3)
+      !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
+      real(wp) :: omega(3), inertia
+      !> |L̇|² + S²|Ω⊥|².
+      real(wp) :: steepness
+   end type slope_t
 
 contains
 
@@ -256,6 +266,40 @@ contains
          end associate
       end do
    end subroutine add_others
+
+   !> The direction in which the energy falls.
+   pure subroutine get_slope(self, to_order_one, point, slope)
+      class(projection_plan_t), intent(in) :: self
+      !> A power of two that brings energies to order one.
+      real(wp), intent(in) :: to_order_one
+      type(projection_point_t), intent(in) :: point
+      type(slope_t), intent(out) :: slope
+      real(wp) :: square, kinetic, along
+      slope%rotation = to_order_one*point%rate
+      associate (x => slope%rotation)
+         slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
+      end associate
+      slope%inertia = 0.0_wp
+      slope%omega = point%omega
+      if (.not. self%pushes) return
+      associate (w => slope%omega, gamma => point%gamma)
+         square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
+         if (square <= tiny(1.0_wp)/eps) return
+         kinetic = to_order_one*point%twice_kinetic
+         slope%inertia = kinetic*(point%twice_kinetic/square)
+         if (self%turns) w = point%relative
+         if (self%components == ALONG_AXIS) then
+            along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
+            w = w - along*gamma
+            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
+         else if (self%turns) then
+            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
+         else
+            kinetic = kinetic*kinetic
+         end if
+         slope%steepness = slope%steepness + kinetic
+      end associate
+   end subroutine get_slope
 
    !> q, and p = 2 q∘[0, L].
    pure subroutine write_state(self, point, state)

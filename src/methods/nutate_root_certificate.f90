@@ -16,10 +16,11 @@
 !> the root is the only one in the larger ball too.
 !>
 !> Where the space axes turn, by δ = ¼s|ω|, 1-β+t²d takes the place of 1-β (d = δ²), and the body turns by r = b - tδ̄
-!> against them: T = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound their part
-!> of it, (1+|r|²)τ̄ - 2r(r·τ̄), and by it τ̄ and its derivative, of which 2r(tδ̄·τ̄) is made; a change of b changes r by at most
-!> 1/(1-2δ) times as much.
+!> against them: T = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound
+!> their part of it, (1+|r|²)τ̄ - 2r(r·τ̄), and by it τ̄ and its derivative, of which 2r(tδ̄·τ̄) is made; a change of b
+!> changes r by at most 1/(1-2δ) times as much.
 module nutate_root_certificate
+   use nutate_body, only: diagonal
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm, times_cross
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body
@@ -93,8 +94,7 @@ contains
       type(system_t), intent(in) :: system
       associate (effects => system%effects, inverse => system%body%inverse_inertia)
          self%inverse = map_of(inverse, system%body%axes)
-         self%identity = map_of(reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3]), &
-                                system%body%axes)
+         self%identity = map_of(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body%axes)
          self%frame_rate = vector_length(effects%frame_rate)
          self%gyration = gyration_of(system%body%moments)
          self%rotor_rate = spectral_norm(times_cross(inverse, effects%rotor_momentum))
@@ -260,8 +260,8 @@ contains
       call widen(radius + delta, delta, self%inverse%norm, plain%drag, plain%drag_slope, bounds%drag, bounds%drag_slope)
    end subroutine bound_stage
 
-   !> Bounds of J⁻¹T and of its derivative by b from those by r without the term 2r(tδ̄·τ̄). That (1+|r|²)τ̄ - 2r(r·τ̄) is no
-   !> shorter than (1-|r|²)|τ̄| bounds τ̄ and its derivative.
+   !> Bounds of J⁻¹T and of its derivative by b from those by r without the term 2r(tδ̄·τ̄). That (1+|r|²)τ̄ - 2r(r·τ̄)
+   !> is no shorter than (1-|r|²)|τ̄| bounds τ̄ and its derivative.
    elemental subroutine widen(radius, delta, inverse, plain_force, plain_slope, force, slope)
       !> Bound of |r|, δ, and ‖J⁻¹‖.
       real(wp), intent(in) :: radius, delta, inverse

@@ -288,7 +288,8 @@ contains
       dp = p_factor*dp
    end subroutine increments
 
-   !> The same where the space axes turn. On the constraint manifold it is a turn by r, with the impulse Δtτ̄ = ½vec(x̄*∘Δtf).
+   !> The same where the space axes turn. On the constraint manifold it is a turn by r, with the impulse Δtτ̄ =
+   !> ½vec(x̄*∘Δtf).
    pure subroutine get_increments_in_frame(self, state, z, alpha, dq, dp)
       type(eight_equations_t), intent(in) :: self
       type(state_t), intent(in) :: state
@@ -319,8 +320,8 @@ contains
       dp = self%momentum_unit*quat_product(self%frame, ym)
    end subroutine get_increments_in_frame
 
-   !> The increments off the manifold: with K x = x∘b - δ∘x and α = [α₀, b] they are q1 - q0 = (1 - α₀ - K)⁻¹ 2(α₀ + K)q0 and
-   !> p1 - p0 = (1 + α₀ - K)⁻¹(2(K - α₀)p0 + Δt f).
+   !> The increments off the manifold: with K x = x∘b - δ∘x and α = [α₀, b] they are q1 - q0 = (1 - α₀ - K)⁻¹ 2(α₀ +
+   !> K)q0 and p1 - p0 = (1 + α₀ - K)⁻¹(2(K - α₀)p0 + Δt f).
    pure subroutine solve_in_frame(self, state, alpha, impulse, dq, dp)
       type(eight_equations_t), intent(in) :: self
       type(state_t), intent(in) :: state
@@ -446,8 +447,8 @@ contains
       end do
    end subroutine add_forces
 
-   !> Adds to ∂s/∂x1 what comes of the rate of the space axes as the body sees it, R(x̄)ᵀω/|x̄|², of which torques depend on
-   !> Ω̄ less that: a change δx of x1 turns it by θ = vec(x̄*∘δx)/|x̄|².
+   !> Adds to ∂s/∂x1 what comes of the rate of the space axes as the body sees it, R(x̄)ᵀω/|x̄|², of which torques
+   !> depend on Ω̄ less that: a change δx of x1 turns it by θ = vec(x̄*∘δx)/|x̄|².
    pure subroutine add_frame_rate(self, xm, by_rate, by_x)
       type(eight_equations_t), intent(in) :: self
       real(wp), intent(in) :: xm(4), by_rate(3, 3)

@@ -4,9 +4,9 @@
 !>
 !>     q1 - q0 = 2(q̄∘b - δ∘q̄),   p1 - p0 = 2(p̄∘b - δ∘p̄) + Δt f,
 !>
-!> which keep H - ω·l, |q| and q·p exactly. Seen from the body, with δ̄ = R(q̄)ᵀδ/|q̄|² the turn of the frame at mid step,
-!> the first one is `q1 = q0∘c`, c the Cayley map of **r = b - δ̄**: the step turns the body as one of an inertial frame
-!> does, by its rate against the frame. With β = |b|², d = |δ|², ρ = |r|², ΔL = L1 - L0, the second one is
+!> which keep H - ω·l, |q| and q·p exactly. Seen from the body, with δ̄ = R(q̄)ᵀδ/|q̄|² the turn of the frame at mid
+!> step, the first one is `q1 = q0∘c`, c the Cayley map of **r = b - δ̄**: the step turns the body as one of an inertial
+!> frame does, by its rate against the frame. With β = |b|², d = |δ|², ρ = |r|², ΔL = L1 - L0, the second one is
 !>
 !>     (1-β+d) ΔL + 2b×(L0 + L1) = Δt((1+ρ)τ̄ - 2r(b·τ̄)),
 !>
@@ -111,9 +111,9 @@ contains
       end associate
    end function to_relative
 
-   !> What ½u*∘p gains in the step that turns the body by r, on the constraint manifold: c∘L1 - L0, less what rounding left
-   !> of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, of which b·ΔL = Δt b·τ̄; N m s;
-   !> shape (4).
+   !> What ½u*∘p gains in the step that turns the body by r, on the constraint manifold: c∘L1 - L0, less what rounding
+   !> left of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, of which b·ΔL = Δt b·τ̄;
+   !> N m s; shape (4).
    pure function momentum_increment(self, b, r, factor, momentum, impulse) result(increment)
       class(frame_turn_t), intent(in) :: self
       !> b, r; shape (3), and 2/(1+ρ).

@@ -10,8 +10,8 @@
 !> and (5): the same root, with three unknowns in place of eight. The projection of (11) is that τ̄ alone enters, and no
 !> scalar part beside it.
 !>
-!> In space axes that turn (`nutate_frame_turn`) β-d takes the place of β, and where there are forces the unknown is r, by
-!> which attitudes turn, b what follows from it.
+!> In space axes that turn (`nutate_frame_turn`) β-d takes the place of β, and where there are forces the unknown is r,
+!> by which attitudes turn, b what follows from it.
 !>
 !> They are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of
 !> order 1 whatever the body.
@@ -54,8 +54,8 @@ module nutate_reduced_equations
       real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
       !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
-      !> Of the b last taken: L̄, L̄ - L0, in the units of the step, and β (β-d where the space axes turn); τ̄ of the last
-      !> F, N m; shape (3).
+      !> Of the b last taken: L̄, L̄ - L0, in the units of the step, and β (β-d where the space axes turn); τ̄ of the
+      !> last F, N m; shape (3).
       real(wp) :: mean(3) = 0.0_wp, change(3) = 0.0_wp, beta = 0.0_wp, torque(3) = 0.0_wp
       !> Largest torque that is admissible, N m, and whether one was larger since the start of the step.
       real(wp) :: torque_limit = 0.0_wp
@@ -383,8 +383,8 @@ contains
       state%t = state%t + self%dt
    end subroutine finish
 
-   !> The same where the space axes turn: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment, 2u∘((c - 1)∘L1 + ΔL), without what
-   !> rounding left of q·p.
+   !> The same where the space axes turn: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment, 2u∘((c - 1)∘L1 + ΔL), without
+   !> what rounding left of q·p.
    pure subroutine finish_in_frame(self, root, state)
       class(reduced_equations_t), intent(in) :: self
       !> For which F has been asked last if there are effects.

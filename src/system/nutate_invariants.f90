@@ -141,8 +141,8 @@ contains
    end function ratio
 
    !> Which components of l the effects leave alone, on or off: all without torque; the one along n with potentials
-   !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise. Where the space axes turn, none but
-   !> that along their axis.
+   !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise. Where the space axes turn, none
+   !> but that along their axis.
    pure subroutine conserved_momentum(effects, components, axis)
       type(effect_list_t), intent(in) :: effects
       !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
