@@ -205,6 +205,7 @@ contains
       real(wp), intent(inout) :: k(n_rates)
       real(wp) :: tau(3), square
       if (self%frame_turns .and. self%attitude) call add_frame(self%frame_turn, y, k)
+      if (system%effects%n_potentials + system%effects%n_torques == 0) return
       square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then

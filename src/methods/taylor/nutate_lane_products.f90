@@ -5,21 +5,25 @@ module nutate_lane_products
    implicit none
    private
 
-   public :: add_inner, add_outer, add_turning
+   public :: add_inner, add_outer, see_from_frame
 
 contains
 
-   !> Adds coefficient k of -E×Rᵀω of the three rows.
-   pure subroutine add_turning(turn, a, b, sums_a, sums_b)
+   !> Coefficient k as space axes that turn have it: of Ω less Rᵀω = Σ ωᵢEᵢ, and -E×Rᵀω of the three rows.
+   pure subroutine see_from_frame(turn, a, b, omega, carried)
       !> ω along the rows, times the unit of time; shape (3).
       real(wp), intent(in) :: turn(3)
       !> Coefficient k of the lanes (L, E1) and (E2, E3).
       real(wp), intent(in) :: a(2, 3), b(2, 3)
-      real(wp), intent(inout) :: sums_a(2, 3), sums_b(2, 3)
-      sums_a(2, :) = sums_a(2, :) + (turn(3)*b(1, :) - turn(2)*b(2, :))
-      sums_b(1, :) = sums_b(1, :) + (turn(1)*b(2, :) - turn(3)*a(2, :))
-      sums_b(2, :) = sums_b(2, :) + (turn(2)*a(2, :) - turn(1)*b(1, :))
-   end subroutine add_turning
+      !> Times the unit of time; shape (3).
+      real(wp), intent(inout) :: omega(3)
+      !> One row each; shape (3,3).
+      real(wp), intent(out) :: carried(3, 3)
+      omega = omega - (turn(1)*a(2, :) + turn(2)*b(1, :) + turn(3)*b(2, :))
+      carried(1, :) = turn(3)*b(1, :) - turn(2)*b(2, :)
+      carried(2, :) = turn(1)*b(2, :) - turn(3)*a(2, :)
+      carried(3, :) = turn(2)*a(2, :) - turn(1)*b(1, :)
+   end subroutine see_from_frame
 
    !> Coefficient k of lane × Ω, for a pair of lanes, without the products with the coefficients 0 and k: what comes
    !> before does not wait for the newest.

@@ -19,7 +19,7 @@ module nutate_motion_series
    use nutate_effect_list, only: effect_list_t
    use nutate_diagonal_series, only: expand_axial_top, expand_free, expand_top, steepest_growth
    use nutate_kinds, only: wp
-   use nutate_lane_products, only: add_inner, add_outer, add_turning
+   use nutate_lane_products, only: add_inner, add_outer, see_from_frame
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_power_series, only: highest_order, inverses
    use nutate_series_sum, only: length_of, rotation_between, sum_series
@@ -216,7 +216,7 @@ contains
       logical, intent(in) :: acts(:)
       logical, intent(out) :: converges
       real(wp), dimension(2, 3) :: a, b, sums_a, sums_b
-      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), turn(3), bound, across
+      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), turn(3), carried(3, 3), bound, across
       logical :: two
       integer :: k
       to_omega = self%time_unit*system%body%inverse_inertia
@@ -246,19 +246,21 @@ contains
          if (.not. converges .or. k == self%order) return
          bound = bound*steepest_growth
          tau = 0.0_wp
-         if (self%frame_turns) omega = omega - (turn(1)*a(2, :) + turn(2)*b(1, :) + turn(3)*b(2, :))
+         if (self%frame_turns) call see_from_frame(turn, a, b, omega, carried)
          if (self%torques%n_moments > 0 .or. self%torques%has_more) &
             call add_torque(self, system%effects, k, acts, moments, omega, tau)
          call add_inner(k, self%lanes_1, self%omega, sums_a)
          if (two) call add_inner(k, self%lanes_2, self%omega, sums_b)
          call add_outer(k, self%lanes_1(:, :, 0), a, self%omega(:, 0), w, sums_a)
-         if (two) call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), w, sums_b)
-         if (self%frame_turns) call add_turning(turn, a, b, sums_a, sums_b)
          w = inverses(k + 1)*(sums_a(1, :) + tau)
          a(1, :) = w
          a(2, :) = inverses(k + 1)*sums_a(2, :)
          if (.not. two) cycle
+         call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), self%omega(:, k), sums_b)
          b = inverses(k + 1)*sums_b
+         if (.not. self%frame_turns) cycle
+         a(2, :) = a(2, :) + inverses(k + 1)*carried(1, :)
+         b = b + inverses(k + 1)*carried(2:3, :)
       end do
    end subroutine expand_pairs
 
