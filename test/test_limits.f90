@@ -243,14 +243,10 @@ contains
 
    pure function of_events() result(promises)
       type(promise_t) :: promises(8)
-      promises(1) = any_number('event', 'crosses', [0.0_wp])
-      promises(2) = any_number('event', 'weights', [1.0_wp])
-      promises(3) = positive('event', 'modulo', [1.0_wp])
-      promises(4) = any_number('vary', 'low', [0.0_wp])
-      promises(5) = any_number('vary', 'high', [0.0_wp])
-      promises(6) = any_number('vary', 'mean', [0.0_wp])
-      promises(7) = any_number('vary', 'sigma', [0.0_wp])
-      promises(8) = any_number('vary', 'covariance', [0.0_wp])
+      promises(1:2) = [any_number('event', 'crosses', [0.0_wp]), any_number('event', 'weights', [1.0_wp])]
+      promises(3:4) = [positive('event', 'modulo', [1.0_wp]), any_number('vary', 'low', [0.0_wp])]
+      promises(5:6) = [any_number('vary', 'high', [0.0_wp]), any_number('vary', 'mean', [0.0_wp])]
+      promises(7:8) = [any_number('vary', 'sigma', [0.0_wp]), any_number('vary', 'covariance', [0.0_wp])]
       promises(7:8)%negative = .false.
       ! Only scenes have them.
       promises%text_only = .true.

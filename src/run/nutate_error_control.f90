@@ -90,8 +90,6 @@ module nutate_error_control
    real(wp), parameter :: rows_in_a_step = 64.0_wp
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
-   !> Shortest step that equations divide by, s.
-   real(wp), parameter :: least_part = 1e-290_wp
 
 contains
 
@@ -426,12 +424,10 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(inout) :: status
-      real(wp) :: middle
       integer :: i
       work = 0.0_wp
       state = before
-      ! An event at the start of the step, or closer to it than a step can be short.
-      if (abs(t - before%t) < least_part) return
+      if (abs(t - before%t) < 1e-290_wp) return ! closer to the start than equations can divide by
       select type (method => self%half)
       class is (dense_stepper_t)
          call method%state_at(system, t, state, work, status)
@@ -439,9 +435,8 @@ contains
       end select
       if (.not. self%probed) call self%probe%forget_steps()
       self%probed = .true.
-      middle = 0.5_wp*(before%t + progress%state%t)
       do i = 1, 2
-         call self%probe%advance(system, state, 0.5_wp*(t - before%t), middle, status)
+         call self%probe%advance(system, state, 0.5_wp*(t - before%t), 0.5_wp*(before%t + progress%state%t), status)
          if (status%code /= 0) return
          work = work + sum(self%probe%work)
       end do
