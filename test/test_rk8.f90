@@ -236,9 +236,9 @@ contains
          if (.not. allocated(error)) call check_close(error, states(k)%p, states(1)%p, 0.0_wp, "p")
          if (allocated(error)) return
       end do
-      call check_close(error, [total_energy(problem%system, states(1))], &
-                       [total_energy(problem%system, problem%start)], &
-                       1e-14_wp*abs(total_energy(problem%system, problem%start)), "energy")
+      associate (energy => total_energy(problem%system, problem%start))
+         call check_close(error, [total_energy(problem%system, states(1))], [energy], 1e-14_wp*abs(energy), "energy")
+      end associate
    end subroutine rows_do_not_change_chosen_steps
 
    !> n steps by runs of 1, 2, 3, ... of them with one stepper.

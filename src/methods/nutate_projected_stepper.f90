@@ -95,7 +95,7 @@ contains
             work = work + self%work(i)
          end do
          self%error_estimate = self%base%error_estimate
-         call self%projection%end_step(system, state, work, status)
+         call self%projection%end_step(system, state, .false., work, status)
       end if
       if (status%code /= 0) state = first
    end subroutine advance

@@ -145,10 +145,12 @@ contains
 
    !> Counts a step, and projects the state if that is due. Errors, with state and count as they were: those of the
    !> projection.
-   pure subroutine end_step(self, system, state, work, status)
+   pure subroutine end_step(self, system, state, due, work, status)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
+      !> It is due in any case.
+      logical, intent(in) :: due
       !> Work of all torques in the step, J.
       real(wp), intent(in) :: work
       !> Success on entry.
@@ -158,7 +160,7 @@ contains
          call self%projection%project(system, state, work, status)
          return
       end if
-      if (self%count + 1 < self%interval) then
+      if (self%count + 1 < self%interval .and. .not. due) then
          self%count = self%count + 1
          call self%projection%shake_state(state)
       else

@@ -169,12 +169,11 @@ contains
       else if (mod(progress%summary%steps, progress%plan%every) == 0) then
          is_row = .true.
       end if
-      if (observer%sees_every_step) &
-         call watch_turn(progress, policy, system, progress%state, watched, observer, status)
+      seen = progress%state
+      if (is_row) call policy%show(system, seen)
+      if (observer%sees_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
       if (.not. is_row .or. status%code /= 0) return
       progress%record%work = total_work(progress%summary)
-      seen = progress%state
-      call policy%show(system, seen)
       call observer%observe(system, seen, progress%record, status)
    end subroutine finish_step
 

@@ -31,7 +31,8 @@ module nutate_taylor_stepper
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
    !> The same for tops in the axial frame, 20 to 24, where coefficients cost less than all else in a step.
    real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
-   !> Steps to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as good.
+   !> Steps of one length to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as
+   !> good. Chosen steps are projected one by one: on the unstable axis of a box the others err by more than they may.
    integer, parameter :: usual_interval = 4
    !> Longest step in units of time, where all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
@@ -114,12 +115,13 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates)
       type(state_t) :: next
-      logical :: converges
+      logical :: chosen, converges
       integer :: i
       converges = .true.
       next = state
       if (self%conserve) call self%projection%find_origin(next)
-      if (.not. is_expanded(self, system, next, dt, window_time)) then
+      chosen = is_expanded(self, system, next, dt, window_time)
+      if (.not. chosen) then
          call begin_step(self%rates, system, next, dt, window_time, y)
          self%series%order = merge(self%order, fixed_step_order, self%order > 0)
          if (self%rates%failure == 0) call expand_from(self, system, next, dt, y, converges)
@@ -136,7 +138,7 @@ contains
          self%work(i) = work_of(self, i, dt)
       end do
       if (self%conserve) then
-         call self%projection%end_step(system, next, sum(self%work), status)
+         call self%projection%end_step(system, next, chosen, sum(self%work), status)
          if (status%code /= 0) return
       end if
       state = next
