@@ -1,7 +1,7 @@
 !> `nutate check SCENE`: says what would be simulated and writes nothing.
 module nutate_check_command
    use nutate_attitude, only: axis_angle_from_quat
-   use nutate_body, only: body_t, diagonal
+   use nutate_body, only: diagonal, whole_body
    use nutate_cli, only: command_t
    use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
@@ -84,7 +84,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: i
       call page%line('body')
-      associate (body => scene%system%body)
+      associate (body => whole_body(scene%system%body))
          if (scene%shape /= '') call page%item('shape', scene%shape)
          call page%item('principal moments', vector_text(body%moments)//' kg m^2, about the reference point')
          if (any(abs(body%axes - diagonal([1.0_wp, 1.0_wp, 1.0_wp])) > 0.0_wp)) then
@@ -271,8 +271,10 @@ contains
       call invariants%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                             scene%integrator%attitude)
       call page%line('invariants')
-      if (scene%system%effects%n_torques > 0) then
-         call page%item(kept, 'changes by the work of the torques alone')
+      if (scene%system%effects%n_works() > 0) then
+         call page%item(kept, 'changes by the work of '// &
+                        trim(merge('torques, motors and friction', 'the torques                 ', &
+                                   scene%system%effects%n_wheels > 0))//' alone')
       else
          call page%item(kept, 'conserved')
       end if

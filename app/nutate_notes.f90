@@ -1,6 +1,6 @@
 !> What a person should know about a scene before trusting its results.
 module nutate_notes
-   use nutate_body, only: body_t
+   use nutate_body, only: body_t, whole_body
    use nutate_decimal, only: rounded_text
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
@@ -42,7 +42,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(out) :: notes(:)
       real(wp) :: omega(3), turn
-      call body_notes(scene%system%body, notes)
+      call body_notes(whole_body(scene%system%body), notes)
       omega = angular_velocity(scene%system, scene%initial)
       turn = abs(scene%plan%time_step)*norm2(omega)
       if (turn >= too_long) then

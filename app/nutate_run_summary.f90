@@ -1,5 +1,6 @@
 !> What a run came to, for people.
 module nutate_run_summary
+   use nutate_body, only: whole_body
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
@@ -36,12 +37,12 @@ contains
       call add_invariants(page, watcher%invariants, scene%system%effects%frame_turns)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(run%summary%work)
-         call page%item('work of '//torque_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
+         call page%item('work of '//worker_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
       end do
       if (allocated(run%events)) call add_events(page, watcher, run)
       call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
                      count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
-      call body_notes(scene%system%body, notes)
+      call body_notes(whole_body(scene%system%body), notes)
       call add_slips(scene, notes)
       do i = 1, size(notes)
          call page%item('note', notes(i)%text)
@@ -165,6 +166,22 @@ contains
          text = 'no component is conserved by these effects'
       end select
    end function kept_momentum
+
+   !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel.
+   function worker_name(effects, i) result(name)
+      type(effect_list_t), intent(in) :: effects
+      !> Position among what does work.
+      integer, intent(in) :: i
+      character(len=:), allocatable :: name
+      integer :: k
+      if (i <= effects%n_torques) then
+         name = torque_name(effects, i)
+      else
+         k = (i - effects%n_torques + 1)/2
+         name = trim(merge('friction', 'motor   ', i - effects%n_torques == 2*k))//' '//count_text(int(k, long))
+         if (effects%wheels(k)%label /= '') name = name//" '"//trim(effects%wheels(k)%label)//"'"
+      end if
+   end function worker_name
 
    !> Name of a torque: with what the scene calls it, or numbered where there are several of the name.
    function torque_name(effects, i) result(name)

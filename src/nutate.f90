@@ -74,6 +74,8 @@ module nutate
    use nutate_sweep, only: run_members
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
+   use nutate_wheel, only: wheel_t
+   use nutate_wheel_mounting, only: add_wheel, mount_wheels
    implicit none
    public
 end module nutate

@@ -9,6 +9,8 @@ module test_effect_samples
    use nutate_scene, only: read_scene, scene_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
+   use nutate_wheel, only: wheel_t
+   use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: problem_t
    use testdrive, only: check, error_type
    implicit none
@@ -107,6 +109,7 @@ contains
       !> Space axes; shape (3).
       real(wp), intent(in), optional :: n(3)
       class(effect_t), allocatable :: effect
+      type(status_t) :: status
       integer :: i
       do i = 1, self%n_items
          if (self%items(i)%kind /= k) cycle
@@ -119,7 +122,12 @@ contains
                effect%direction = ((-1)**k*norm2(effect%direction)/norm2(n))*n
             end select
          end if
-         call system%effects%add(effect)
+         select type (effect)
+         type is (wheel_t)
+            call add_wheel(system, effect, status)
+         class default
+            call system%effects%add(effect)
+         end select
       end do
    end subroutine add
 

@@ -148,7 +148,7 @@ contains
       type(columns_t) :: columns
       type(status_t) :: status
       real(wp), parameter :: half = sqrt(0.5_wp), inverse_j0 = 0.5_wp
-      real(wp) :: values(35), kinetic
+      real(wp) :: values(60), kinetic
       call set_up(system, state)
       call columns%choose(column_sets%name, status)
       call columns%start(system, state, inverse_j0)

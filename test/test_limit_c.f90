@@ -88,6 +88,7 @@ contains
       character(kind=c_char), target :: box(4)
       real(wp), target :: size_of_box(3)
       integer(c_size_t) :: room
+      type(setting_t) :: own
       room = size(buffer, kind=c_size_t)
       box = ['b', 'o', 'x', c_null_char]
       select case (merge(setting%key, repeat(' ', 24), setting%group == 'body'))
@@ -103,9 +104,12 @@ contains
          code = nutate_system_create_tensor(setting%values, 0.0_wp, about_center=0, system=c_loc(system), &
                                             message=c_loc(buffer), size=room)
       case default
-         code = nutate_system_create_moments(numbers_of(setting, 'inertia', spread(setting%inertia, 1, 3)), &
-                                             number_of(setting, 'mass', setting%mass), &
-                                             numbers_of(setting, 'center_of_mass', top), 0, c_loc(system), &
+         ! A wheel has an inertia too.
+         own = setting
+         if (setting%group /= 'body') own%key = ''
+         code = nutate_system_create_moments(numbers_of(own, 'inertia', spread(setting%inertia, 1, 3)), &
+                                             number_of(own, 'mass', setting%mass), &
+                                             numbers_of(own, 'center_of_mass', top), 0, c_loc(system), &
                                              c_loc(buffer), room)
       end select
    end function c_body

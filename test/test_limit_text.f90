@@ -156,7 +156,7 @@ contains
       is_effect = any([(kinds(i)%group%name == group, i=1, size(kinds))])
    end function is_effect
 
-   !> The group of an effect as in test/effect_samples.nml, but for the key of the setting.
+   !> The group of an effect as in test/effect_samples.nml, but for, or with, the key of the setting.
    function sample_text(setting, group) result(text)
       type(setting_t), intent(in) :: setting
       character(len=*), intent(in) :: group
@@ -169,6 +169,7 @@ contains
       if (.not. status%ok()) return
       do i = 1, size(scene%groups)
          if (scene%groups(i)%name /= group) cycle
+         if (.not. scene%groups(i)%has(trim(setting%key))) text = entry(setting, group, trim(setting%key), [0.0_wp])
          do k = 1, size(scene%groups(i)%settings)
             associate (known => scene%groups(i)%settings(k))
                text = text//entry(setting, group, trim(known%name), known%values%number)

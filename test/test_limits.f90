@@ -7,6 +7,8 @@ module test_limits
    use nutate_scene, only: scene_kinds
    use test_limit_c, only: c_takes, c_takes_direction, c_takes_every
    use test_limit_f77, only: f77_takes, f77_takes_direction, f77_takes_energy, f77_takes_every
+   use test_limit_promises, only: of_bodies, of_events, of_potentials, of_settings, of_starts, of_torques, of_wheels, &
+      promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
@@ -14,29 +16,11 @@ module test_limits
 
    public :: collect_limits
 
-   !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
-   type :: promise_t
-      type(setting_t) :: setting
-      !> Which of the numbers is tried; 0: all of them together.
-      integer :: which = 1
-      real(wp) :: least = 1e-300_wp, greatest = 1e100_wp
-      logical :: zero = .true., negative = .true., infinite = .false.
-      !> A program carries the number from call to call, so that it may have decayed to any size: C and FORTRAN 77 take
-      !> it below `least` too.
-      logical :: carried = .false.
-      !> C says by 0, FORTRAN 77 by 0 or a negative number, that it is not given.
-      logical :: c_leaves_out = .false., f77_leaves_out = .false.
-      !> C and FORTRAN 77 do not have it.
-      logical :: text_only = .false.
-      !> Without an end: C says so by infinity of this sign; 0: it has an end.
-      integer :: c_open_end = 0
-   end type promise_t
-
    !> Groups whose numbers text and C refuse in the same words.
-   character(len=16), parameter :: one_voice(9) = [ &
+   character(len=16), parameter :: one_voice(10) = [ &
                                    'body            ', 'gravity         ', 'dipole          ', 'gravity_gradient', &
                                    'spring          ', 'damping         ', 'torque          ', 'rotor           ', &
-                                   'integrator      ']
+                                   'wheel           ', 'integrator      ']
    !> Verdicts shown of those that are wrong.
    integer, parameter :: most_shown = 20
 
@@ -48,6 +32,7 @@ contains
                   new_unittest("bodies at their limits", bodies), &
                   new_unittest("potentials at their limits", potentials), &
                   new_unittest("torques and rotors at their limits", torques), &
+                  new_unittest("wheels at their limits", wheels), &
                   new_unittest("starts at their limits", starts), &
                   new_unittest("settings at their limits", settings), &
                   new_unittest("events and variations at their limits", events), &
@@ -59,198 +44,40 @@ contains
                   new_unittest("callbacks at their limits", callbacks)]
    end subroutine collect_limits
 
-   !> A key with the numbers that stay; one is any number.
-   pure type(promise_t) function any_number(group, key, values, which) result(promise)
-      character(len=*), intent(in) :: group, key
-      real(wp), intent(in) :: values(:)
-      integer, intent(in), optional :: which
-      promise%setting%group = group
-      promise%setting%key = key
-      promise%setting%n = size(values)
-      promise%setting%values(1:size(values)) = values
-      if (present(which)) promise%which = which
-   end function any_number
-
-   !> The same for one that is a size: positive, and not negligible.
-   pure type(promise_t) function positive(group, key, values, which, least, greatest) result(promise)
-      character(len=*), intent(in) :: group, key
-      real(wp), intent(in) :: values(:)
-      integer, intent(in), optional :: which
-      real(wp), intent(in), optional :: least, greatest
-      promise = any_number(group, key, values, which)
-      promise%zero = .false.
-      promise%negative = .false.
-      promise%least = 1e-100_wp
-      if (present(least)) promise%least = least
-      if (present(greatest)) promise%greatest = greatest
-   end function positive
-
    subroutine bodies(error)
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_bodies())
    end subroutine bodies
-
-   pure function of_bodies() result(promises)
-      type(promise_t) :: promises(9)
-      real(wp), parameter :: sphere(6) = [1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      promises(1) = positive('body', 'inertia', sphere(1:3), which=0)
-      promises(2) = any_number('body', 'inertia_tensor', sphere, which=4)
-      ! Beyond half of its moments no body has such a tensor.
-      promises(2)%greatest = 0.5_wp
-      promises(3) = any_number('body', 'inertia_tensor', sphere, which=6)
-      promises(3)%greatest = 0.5_wp
-      promises(4) = positive('body', 'mass', [1.0_wp])
-      promises(4)%c_leaves_out = .true.
-      promises(5) = any_number('body', 'center_of_mass', sphere(4:6), which=1)
-      promises(6) = any_number('body', 'center_of_mass', sphere(4:6), which=3)
-      promises(7) = positive('body', 'size', sphere(1:3), which=0, least=1e-30_wp, greatest=1e30_wp)
-      ! Small and large boxes, in which masses and moments stay within their own limits.
-      promises(8) = positive('body', 'density', [1.0_wp], greatest=1e85_wp)
-      promises(8)%setting%edge = 1e3_wp
-      promises(9) = positive('body', 'density', [1.0_wp], least=1e-94_wp)
-      promises(9)%setting%edge = 0.1_wp
-      promises%setting%omega(3) = 0.25_wp
-   end function of_bodies
 
    subroutine potentials(error)
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_potentials())
    end subroutine potentials
 
-   pure function of_potentials() result(promises)
-      type(promise_t) :: promises(12)
-      real(wp), parameter :: zero(3) = 0.0_wp, up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-      integer :: i
-      promises(1) = any_number('gravity', 'acceleration', zero, 1)
-      promises(2) = any_number('gravity', 'acceleration', zero, 3)
-      promises(3) = any_number('dipole', 'moment', zero, 2)
-      promises(4) = any_number('dipole', 'field', zero, 3)
-      ! A direction: one component must be there.
-      promises(5) = any_number('gravity_gradient', 'direction', up, 1)
-      promises(6) = any_number('gravity_gradient', 'direction', zero, 1)
-      promises(6)%least = 1e-100_wp
-      promises(6)%zero = .false.
-      promises(7) = any_number('gravity_gradient', 'strength', [1.0_wp])
-      promises(8) = any_number('spring', 'body_point', zero, 1)
-      promises(9) = any_number('spring', 'anchor', zero, 2)
-      promises(10) = any_number('spring', 'rest_length', zero(1:1))
-      promises(10)%negative = .false.
-      promises(11) = any_number('spring', 'stiffness', zero(1:1))
-      promises(12) = any_number('gravity_gradient', 'direction', zero, 0)
-      promises(12)%least = 1e-100_wp
-      promises(12)%zero = .false.
-      ! So weak that the longest spring has an energy within its limit.
-      do i = 8, 10
-         promises(i)%setting%stiffness = 1e-150_wp
-      end do
-   end function of_potentials
-
    subroutine torques(error)
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_torques())
    end subroutine torques
 
-   pure function of_torques() result(promises)
-      type(promise_t) :: promises(10)
-      real(wp), parameter :: zero(3) = 0.0_wp
-      promises(1) = any_number('damping', 'coefficient', zero, 3)
-      promises(2) = any_number('torque', 'body', zero, 1)
-      promises(3) = any_number('torque', 'space', zero, 2)
-      promises(4) = any_number('torque', 'frequency', zero(1:1))
-      promises(5) = any_number('torque', 'phase', zero(1:1))
-      promises(6) = any_number('torque', 'start', zero(1:1))
-      promises(7) = any_number('torque', 'stop', zero(1:1))
-      promises(6)%c_open_end = -1
-      promises(7)%c_open_end = 1
-      promises(8) = any_number('rotor', 'momentum', zero, 1)
-      ! |p| is twice the momentum.
-      promises(8)%greatest = 0.5e100_wp
-      promises(9) = any_number('rotating_frame', 'rate', zero, 2)
-      ! 1e8 rad in a step.
-      promises(9)%greatest = 1e58_wp
-      promises(9)%setting%time_step = 1e-50_wp
-      promises(10) = any_number('rotating_frame', 'latitude', zero(1:1))
-      promises(10)%greatest = 2*atan(1.0_wp)
-   end function of_torques
+   subroutine wheels(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_wheels())
+   end subroutine wheels
 
    subroutine starts(error)
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_starts())
    end subroutine starts
 
-   pure function of_starts() result(promises)
-      type(promise_t) :: promises(8)
-      real(wp), parameter :: zero(3) = 0.0_wp
-      promises(1) = any_number('initial', 'quaternion', [1.0_wp, zero], 1)
-      promises(1)%least = 1.0_wp - 1e-6_wp
-      promises(1)%greatest = 1.0_wp + 1e-6_wp
-      promises(1)%zero = .false.
-      promises(2) = any_number('initial', 'quaternion', [1.0_wp, zero], 3)
-      promises(2)%greatest = 1e-3_wp
-      promises(2)%carried = .true.
-      promises(3) = any_number('initial', 'axis', zero, 1)
-      promises(3)%least = 1e-100_wp
-      promises(3)%zero = .false.
-      promises(4) = any_number('initial', 'axis', [zero(1:2), 1.0_wp], 2)
-      promises(5) = any_number('initial', 'angle', zero(1:1))
-      promises(6) = any_number('initial', 'euler', zero, 2)
-      ! Beside another component: a momentum of nothing but denormal numbers has lost digits.
-      promises(7) = any_number('initial', 'euler_rates', [1.0_wp, zero(1:2)], 2)
-      promises(8) = any_number('initial', 'angular_velocity', [1.0_wp, zero(1:2)], 3)
-      promises(4:8)%carried = .true.
-      ! |p||Ω| = 2JΩ² is at the limit of energies; steps are short enough to follow.
-      promises(7:8)%greatest = sqrt(5.0_wp)*1e50_wp
-      promises(7:8)%setting%time_step = 1e-45_wp
-   end function of_starts
-
    subroutine settings(error)
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_settings())
    end subroutine settings
 
-   pure function of_settings() result(promises)
-      type(promise_t) :: promises(8)
-      real(wp), parameter :: below_one = nearest(1.0_wp, -1.0_wp)
-      promises(1) = any_number('integrator', 'time_step', [1.0_wp])
-      promises(1)%least = 1e-50_wp
-      promises(1)%greatest = 1e50_wp
-      promises(1)%zero = .false.
-      promises(1)%setting%omega(3) = 1e-50_wp
-      ! The first time is 0. Fewer than 9e15 steps of 0.01 s.
-      promises(2) = positive('integrator', 'end_time', [1.0_wp], greatest=9e13_wp)
-      promises(2)%carried = .true.
-      promises(2)%c_leaves_out = .true.
-      promises(3) = positive('integrator', 'accuracy', [1.0_wp], greatest=below_one)
-      promises(4) = positive('integrator', 'local_tolerance', [1.0_wp], greatest=below_one)
-      promises(5) = positive('integrator', 'tolerance', [1.0_wp], greatest=below_one)
-      promises(6) = positive('integrator', 'auxiliary_inertia', [1.0_wp])
-      promises(6)%infinite = .true.
-      promises(6)%f77_leaves_out = .true.
-      ! Fewer than 9e15 rows in 0.08 s.
-      promises(7) = positive('output', 'interval', [1.0_wp], least=1e-17_wp)
-      promises(7)%c_leaves_out = .true.
-      ! Times of the run, of 0.08 s.
-      promises(8) = any_number('output', 'times', [0.0_wp])
-      promises(8)%greatest = 0.08_wp
-      promises(8)%negative = .false.
-      promises(8)%text_only = .true.
-   end function of_settings
-
    subroutine events(error)
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_events())
    end subroutine events
-
-   pure function of_events() result(promises)
-      type(promise_t) :: promises(8)
-      promises(1:2) = [any_number('event', 'crosses', [0.0_wp]), any_number('event', 'weights', [1.0_wp])]
-      promises(3:4) = [positive('event', 'modulo', [1.0_wp]), any_number('vary', 'low', [0.0_wp])]
-      promises(5:6) = [any_number('vary', 'high', [0.0_wp]), any_number('vary', 'mean', [0.0_wp])]
-      promises(7:8) = [any_number('vary', 'sigma', [0.0_wp]), any_number('vary', 'covariance', [0.0_wp])]
-      promises(7:8)%negative = .false.
-      ! Only scenes have them.
-      promises%text_only = .true.
-   end function of_events
 
    !> A new key belongs into one of the tables above.
    subroutine all_keys(error)
@@ -258,7 +85,7 @@ contains
       type(promise_t), allocatable :: promises(:)
       type(group_kind_t), allocatable :: kinds(:)
       integer :: i, k
-      promises = [of_bodies(), of_potentials(), of_torques(), of_starts(), of_settings(), of_events()]
+      promises = [of_bodies(), of_potentials(), of_torques(), of_wheels(), of_starts(), of_settings(), of_events()]
       kinds = scene_kinds()
       do i = 1, size(kinds)
          do k = 1, size(kinds(i)%keys)

@@ -13,10 +13,13 @@ module test_problems
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_wheel, only: wheel_t
+   use nutate_wheel_mounting, only: add_wheel
    implicit none
    private
 
-   public :: problem_t, box, precessing_top, fast_top, bruls_top, simo_top, free_body, forced_body, march, solve
+   public :: problem_t, box, precessing_top, fast_top, bruls_top, simo_top, free_body, forced_body, march, &
+      solve, wheeled_body
 
    !> A system with the state it starts from.
    type :: problem_t
@@ -97,6 +100,20 @@ contains
       end associate
       problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [1.0_wp, -2.0_wp, 3.0_wp])
    end function forced_body
+
+   !> The same with two wheels: one that a motor drives from 0.103 to 0.257 s, and one that friction stops.
+   type(problem_t) function wheeled_body() result(problem)
+      type(wheel_t) :: wheel
+      type(status_t) :: status
+      problem = forced_body()
+      wheel = wheel_t(name='wheel', axis=[2.0_wp, -1.0_wp, 2.0_wp]/3, inertia=0.3_wp, speed=5.0_wp)
+      allocate (wheel%motor, source=applied_torque_t(amplitude=[1.5_wp, 0.0_wp, 0.0_wp], frequency=0.8_wp, &
+                                                     start=0.103_wp, stop=0.257_wp))
+      call add_wheel(problem%system, wheel, status)
+      call add_wheel(problem%system, wheel_t(name='wheel', axis=[0.0_wp, 0.6_wp, 0.8_wp], inertia=0.2_wp, &
+                                             speed=-20.0_wp, friction=0.15_wp), status)
+      problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [1.0_wp, -2.0_wp, 3.0_wp])
+   end function wheeled_body
 
    !> Takes `n` steps; on failure `status` says why and `state` is the last one reached.
    subroutine march(system, stepper, state, dt, n, status)

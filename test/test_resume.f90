@@ -17,7 +17,8 @@ module test_resume
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
-   public :: collect_resume
+
+   public :: collect_resume, check_run, check_stepper, label_of, settings_of
 
    !> Keeps all rows as bytes, and the last archive with the rows until then.
    type, extends(observer_t) :: recorder_t
@@ -71,6 +72,7 @@ contains
       a_record = record
       call archive%begin_writing()
       call a_state%transfer(archive)
+      call a_state%transfer_wheels(archive)
       call a_record%transfer(archive)
       bytes = archive%content()
    end function bytes_of
@@ -241,6 +243,7 @@ contains
       if (status%ok()) call a_run%go(problem%system, status, recorder)
       call account%begin_writing()
       call a_run%state%transfer(account)
+      call a_run%state%transfer_wheels(account)
       call a_run%summary%transfer(account)
       outcome = account%content()
       recorder%cut_steps = a_run%summary%cut_steps

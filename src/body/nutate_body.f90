@@ -9,7 +9,7 @@ module nutate_body
    implicit none
    private
 
-   public :: body_t, make_body, make_shape_body, diagonal, parallel_axis
+   public :: body_t, make_body, make_shape_body, diagonal, parallel_axis, without, whole_body
 
    !> How far a moment may exceed the sum of the other two, relative to the largest moment, before the body is
    !> called impossible: flat plates given with rounded numbers are valid.
@@ -17,7 +17,7 @@ module nutate_body
 
    !> A rigid body as the equations of motion need it. Made by `make_body` or `make_shape_body`.
    type :: body_t
-      !> J about the reference point, body axes, kg m².
+      !> J about the reference point, body axes, kg m²; of a body with wheels without what turns freely (`without`).
       real(wp) :: inertia(3, 3) = 0.0_wp
       !> J⁻¹, symmetric to the last digit.
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp
@@ -35,6 +35,8 @@ module nutate_body
       logical :: breaks_triangle = .false.
       !> The tensor about the centre of mass is that of no body: idealised tops.
       logical :: idealised = .false.
+      !> J with the wheels locked, kg m²: what gravity acts on. That of `inertia` where there are no wheels.
+      real(wp), private :: locked(3, 3) = 0.0_wp
    end type body_t
 
 contains
@@ -79,8 +81,38 @@ contains
       call check_moments(body, check, status)
       if (.not. status%ok()) return
       call invert_inertia(body)
+      body%locked = body%inertia
       if (body%has_mass) call judge_center_tensor(body)
    end subroutine make_body
+
+   !> The body without the inertia of wheels about their axes: what L - Σ s h turns. Errors: `NUTATE_BAD_BODY` where
+   !> less than nothing is left.
+   pure subroutine without(body, spinning, rest, status)
+      type(body_t), intent(in) :: body
+      !> Σ Jw ssᵀ, body axes, kg m².
+      real(wp), intent(in) :: spinning(3, 3)
+      type(body_t), intent(out) :: rest
+      type(status_t), intent(out) :: status
+      rest = body
+      rest%inertia = body%locked - spinning
+      call find_principal_axes(rest, status)
+      if (status%ok()) call check_moments(rest, .false., status)
+      if (.not. status%ok()) then
+         status = fail(NUTATE_BAD_BODY, 'the inertia of the wheels is that of the body with them, or more '// &
+                       '(expected that of the body with its wheels locked to be larger)', 'inertia')
+         return
+      end if
+      call invert_inertia(rest)
+   end subroutine without
+
+   !> The body with its wheels locked.
+   pure type(body_t) function whole_body(body) result(whole)
+      type(body_t), intent(in) :: body
+      type(status_t) :: status
+      real(wp), parameter :: nothing(3, 3) = 0.0_wp
+      whole = body
+      if (any(abs(body%locked - body%inertia) > 0.0_wp)) call without(body, nothing, whole, status)
+   end function whole_body
 
    !> A homogeneous body of a named shape, from its mass or its density.
    !>

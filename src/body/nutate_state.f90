@@ -3,6 +3,7 @@
 module nutate_state
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
+   use nutate_limits, only: most_wheels
    implicit none
    private
 
@@ -18,12 +19,37 @@ module nutate_state
       real(wp) :: p(4) = 0.0_wp
       !> What rounding took from q and p, added to the next increment (`add_increment`); shape (4).
       real(wp) :: q_compensation(4) = 0.0_wp, p_compensation(4) = 0.0_wp
+      !> Absolute momentum of each wheel about its axis, N m s, and what rounding took from it; shape (most_wheels).
+      real(wp) :: wheel_momentum(most_wheels) = 0.0_wp, wheel_compensation(most_wheels) = 0.0_wp
+      !> Work of the motor of each wheel, and of its friction, since the state was made, J; shape (2, most_wheels).
+      real(wp) :: wheel_work(2, most_wheels) = 0.0_wp
    contains
+      !> Becomes a copy of another one.
+      procedure :: take
       !> Shows its values to an archive.
       procedure :: transfer => transfer_state
+      !> The same of what belongs to wheels.
+      procedure :: transfer_wheels
    end type state_t
 
 contains
+
+   !> Becomes a copy of another one; without wheels that costs less than an assignment.
+   pure subroutine take(self, other, wheels)
+      class(state_t), intent(inout) :: self
+      type(state_t), intent(in) :: other
+      !> There are wheels; else what belongs to them stays.
+      logical, intent(in) :: wheels
+      self%t = other%t
+      self%q = other%q
+      self%p = other%p
+      self%q_compensation = other%q_compensation
+      self%p_compensation = other%p_compensation
+      if (.not. wheels) return
+      self%wheel_momentum = other%wheel_momentum
+      self%wheel_compensation = other%wheel_compensation
+      self%wheel_work = other%wheel_work
+   end subroutine take
 
    !> Shows its values to an archive.
    subroutine transfer_state(self, archive)
@@ -35,6 +61,18 @@ contains
       call archive%transfer(self%q_compensation)
       call archive%transfer(self%p_compensation)
    end subroutine transfer_state
+
+   !> Shows to an archive what belongs to wheels.
+   subroutine transfer_wheels(self, archive)
+      class(state_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: i
+      call archive%transfer(self%wheel_momentum)
+      call archive%transfer(self%wheel_compensation)
+      do i = 1, most_wheels
+         call archive%transfer(self%wheel_work(:, i))
+      end do
+   end subroutine transfer_wheels
 
    !> Compensated summation: adds an increment to a sum kept as `total + compensation`.
    !>

@@ -9,7 +9,7 @@ module nutate_limits
 
    public :: greatest_number, least_number, least_size, greatest_length, least_length, greatest_step, least_step, &
       greatest_turn, most_steps, same_time, whole_tolerance, attitude_tolerance, manifold_tolerance, greatest_norm, &
-      least_norm, least_momentum, greatest_power, least_power
+      least_norm, least_momentum, greatest_power, least_power, most_wheels
    public :: is_moderate, is_direction, is_unit, is_step, is_countable, in_words
 
    !> Any number that is given, and the momentum, energy and torque that follow: the square of such a number and the
@@ -49,6 +49,9 @@ module nutate_limits
    real(wp), parameter :: least_norm = 0.5_wp, greatest_norm = 2.0_wp
    !> Largest component of a momentum that is not zero, N m s: below it all of them are denormal and have lost digits.
    real(wp), parameter :: least_momentum = tiny(1.0_wp)
+   !> Wheels of a body: every state has room for so many, since nothing is allocated in a step. Spacecraft have three to
+   !> six.
+   integer, parameter :: most_wheels = 6
 
 contains
 

@@ -13,6 +13,7 @@ module nutate_effect_catalogue
    use nutate_spring, only: build_spring, spring_keys
    use nutate_status, only: status_t
    use nutate_tabulated_torque, only: build_tabulated_torque
+   use nutate_wheel, only: build_wheel, wheel_keys
    implicit none
    private
 
@@ -51,6 +52,7 @@ contains
       call add_kind(kinds, 'torque', applied_torque_keys, build_torque)
       call add_kind(kinds, 'rotor', rotor_keys, build_rotor)
       call add_kind(kinds, 'rotating_frame', rotating_frame_keys, build_rotating_frame, repeatable=.false.)
+      call add_kind(kinds, 'wheel', wheel_keys, build_wheel)
    end function effect_kinds
 
    !> A torque as a scene's group asks for it: harmonic in time, or by a table.

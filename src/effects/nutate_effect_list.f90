@@ -7,6 +7,7 @@ module nutate_effect_list
    use nutate_kinds, only: wp
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_wheel, only: wheel_t
    implicit none
    private
 
@@ -31,10 +32,13 @@ module nutate_effect_list
       integer :: n_off = 0
       !> Number of torques, on or off.
       integer :: n_torques = 0
-      !> Number of rotors added.
+      !> Number of rotors added, wheels among them.
       integer :: n_rotors = 0
+      !> Number of wheels, driven or not.
+      integer :: n_wheels = 0
       type(potential_slot_t), allocatable :: potentials(:)
       type(torque_slot_t), allocatable :: torques(:)
+      type(wheel_t), allocatable :: wheels(:)
       !> h: sum of the rotors' momenta, body axes, N m s; shape (3).
       real(wp) :: rotor_momentum(3) = 0.0_wp
       !> The space axes turn, and their rate ω, in these axes, rad/s; shape (3).
@@ -43,6 +47,11 @@ module nutate_effect_list
    contains
       !> Adds a copy of an effect.
       procedure :: add
+      !> How many there are that do work: torques, and of each wheel motor and friction.
+      procedure :: n_works
+      !> Momentum of rotors and wheels in the body, and what the wheels hold of the kinetic energy.
+      procedure :: inner_momentum
+      procedure :: wheel_energy
       !> Gives bounds to the potential, or torque, of one's own that was added last.
       procedure :: bound_potential
       procedure :: bound_torque
@@ -63,7 +72,7 @@ module nutate_effect_list
 contains
 
    !> Adds a copy of an effect: of a `potential_t`, `torque_t`, `rotor_t` or `rotating_frame_t`, or any extension of
-   !> these.
+   !> these. A wheel is for `add_wheel`, since the body changes with it.
    subroutine add(self, effect)
       class(effect_list_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -77,6 +86,8 @@ contains
          self%rotor_momentum = self%rotor_momentum + effect%momentum
       class is (rotating_frame_t)
          call turn_frame(self, effect%rate)
+      type is (wheel_t)
+         call add_wheel(self, effect)
       end select
    end subroutine add
 
@@ -88,6 +99,37 @@ contains
       self%frame_rate = self%frame_rate + rate
       self%frame_turns = any(abs(self%frame_rate) > 0.0_wp)
    end subroutine turn_frame
+
+   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on.
+   pure integer function n_works(self)
+      class(effect_list_t), intent(in) :: self
+      n_works = self%n_torques + 2*self%n_wheels
+   end function n_works
+
+   !> Momentum of rotors and wheels, body axes, N m s; shape (3).
+   pure function inner_momentum(self, momenta) result(momentum)
+      class(effect_list_t), intent(in) :: self
+      !> Absolute momentum of each wheel about its axis, N m s; shape (n_wheels or more).
+      real(wp), intent(in) :: momenta(:)
+      real(wp) :: momentum(3)
+      integer :: i
+      momentum = self%rotor_momentum
+      do i = 1, self%n_wheels
+         momentum = momentum + momenta(i)*self%wheels(i)%axis
+      end do
+   end function inner_momentum
+
+   !> Σ h²/2Jw, J.
+   pure real(wp) function wheel_energy(self, momenta) result(energy)
+      class(effect_list_t), intent(in) :: self
+      !> Absolute momentum of each wheel about its axis, N m s; shape (n_wheels or more).
+      real(wp), intent(in) :: momenta(:)
+      integer :: i
+      energy = 0.0_wp
+      do i = 1, self%n_wheels
+         energy = energy + 0.5_wp*(momenta(i)/self%wheels(i)%inertia)*momenta(i)
+      end do
+   end function wheel_energy
 
    !> Adds copies of all effects of another list, with the momentum of its rotors.
    subroutine append(self, other)
@@ -102,12 +144,15 @@ contains
       do i = 1, other%n_torques
          call self%add(other%torques(i)%item)
       end do
-      self%n_rotors = self%n_rotors + other%n_rotors
+      do i = 1, other%n_wheels
+         call self%add(other%wheels(i))
+      end do
+      self%n_rotors = self%n_rotors + (other%n_rotors - other%n_wheels)
       self%rotor_momentum = self%rotor_momentum + other%rotor_momentum
       call turn_frame(self, other%frame_rate)
    end subroutine append
 
-   !> True if there is a potential or a torque of a label.
+   !> True if there is a potential, a torque or a wheel of a label.
    pure logical function has(self, label)
       class(effect_list_t), intent(in) :: self
       character(len=*), intent(in) :: label
@@ -118,6 +163,9 @@ contains
       end do
       do i = 1, self%n_potentials + self%n_off
          has = has .or. self%potentials(i)%item%label == label
+      end do
+      do i = 1, self%n_wheels
+         has = has .or. self%wheels(i)%label == label
       end do
    end function has
 
@@ -133,6 +181,9 @@ contains
       end do
       do i = 1, self%n_potentials + self%n_off
          call switch_one(self%potentials(i)%item, label, on)
+      end do
+      do i = 1, self%n_wheels
+         call switch_one(self%wheels(i), label, on)
       end do
       if (self%n_potentials + self%n_off > 0) call sort_potentials(self)
    end subroutine switch
@@ -177,6 +228,9 @@ contains
       integer :: i, place
       do i = 1, self%n_torques
          call archive%transfer(self%torques(i)%item%on)
+      end do
+      do i = 1, self%n_wheels
+         call archive%transfer(self%wheels(i)%on)
       end do
       if (self%n_potentials + self%n_off == 0) return
       do place = 1, size(self%potentials)
@@ -276,8 +330,8 @@ contains
       end do
    end function needs_attitude
 
-   !> The next time at which a torque starts, stops or goes from one of its pieces to another, s; beyond all times where
-   !> there is none.
+   !> The next time at which a torque or a motor starts, stops or goes from one of its pieces to another, s; beyond all
+   !> times where there is none.
    pure real(wp) function next_break(self, t, sense) result(next)
       class(effect_list_t), intent(in) :: self
       !> s, and which way time goes: 1 or -1.
@@ -287,6 +341,11 @@ contains
       next = sense*huge(next)
       do i = 1, self%n_torques
          one = self%torques(i)%item%next_break(t, sense)
+         if (sense*one < sense*next) next = one
+      end do
+      do i = 1, self%n_wheels
+         if (.not. allocated(self%wheels(i)%motor)) cycle
+         one = self%wheels(i)%motor%next_break(t, sense)
          if (sense*one < sense*next) next = one
       end do
    end function next_break
@@ -307,6 +366,21 @@ contains
       call move_alloc(grown, self%potentials)
       call sort_potentials(self)
    end subroutine add_potential
+
+   subroutine add_wheel(self, wheel)
+      class(effect_list_t), intent(inout) :: self
+      type(wheel_t), intent(in) :: wheel
+      type(wheel_t), allocatable :: grown(:)
+      integer :: i
+      allocate (grown(self%n_wheels + 1))
+      do i = 1, self%n_wheels
+         grown(i) = self%wheels(i)
+      end do
+      grown(self%n_wheels + 1) = wheel
+      call move_alloc(grown, self%wheels)
+      self%n_wheels = self%n_wheels + 1
+      self%n_rotors = self%n_rotors + 1
+   end subroutine add_wheel
 
    subroutine add_torque(self, effect)
       class(effect_list_t), intent(inout) :: self

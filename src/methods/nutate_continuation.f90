@@ -86,7 +86,7 @@ contains
    pure subroutine set_up(self, system)
       class(root_judge_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      self%forced = system%effects%n_potentials + system%effects%n_torques > 0
+      self%forced = system%effects%n_potentials + system%effects%n_torques + system%effects%n_wheels > 0
       self%by_attitude = system%effects%needs_attitude()
    end subroutine set_up
 

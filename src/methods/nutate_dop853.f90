@@ -7,7 +7,8 @@
 module nutate_dop853
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
-   use nutate_rigid_rates, only: begin_step, end_step, get_rates, n_rates, prepare_rates, rigid_rates_t
+   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_rates, n_rates, prepare_rates, &
+      rigid_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -99,7 +100,7 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      call prepare_rates(self%rates, system, settings%attitude)
+      call prepare_rates(self%rates, system, settings%attitude, a)
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -117,6 +118,7 @@ contains
                + b(11)*k(:, 11) + b(12)*k(:, 12)
       call end_step(self%rates, y + change, state, status)
       if (status%code /= 0) return
+      if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       self%work(:) = self%rates%work
       self%error_estimate = estimate(k, change, y)
    end subroutine advance

@@ -266,7 +266,7 @@ contains
          end if
       end if
       verdict = BEYOND_PROOF
-      if (self%on_manifold) then
+      if (self%on_manifold .and. self%proof%applies) then
          call self%get_start_vector(system, start)
          if (self%proof%holds(system, dt, window_time, start, b, self%determinant)) return
          if (self%settings%max_iterations >= fewest) &

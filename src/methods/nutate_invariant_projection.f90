@@ -34,6 +34,7 @@ module nutate_invariant_projection
       set_gamma, set_rows, slope_t, take_attitude, take_momentum, times, write_state
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
+   use nutate_limits, only: most_wheels
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_exp, rotate_to_body
    use nutate_state, only: state_t, add_increment
@@ -75,7 +76,7 @@ module nutate_invariant_projection
       real(wp) :: first_momentum(3) = 0.0_wp, first_time = 0.0_wp
       !> H₀ + work at the last state, and before its step.
       type(account_t) :: now, before
-      !> q and p of the last state followed or projected: one that differs is compared with the targets; shape (4).
+      !> q and p of the last state seen, and `plan%wheels`: another one is compared with the targets.
       real(wp) :: last_q(4) = 0.0_wp, last_p(4) = 0.0_wp
       logical :: started = .false.
       !> What pilot runs add to every state before it is projected, and to its energy, as part of `size`.
@@ -184,6 +185,7 @@ contains
       logical :: on
       if (self%started) then
          difference = abs(state%q - self%last_q) + abs(state%p - self%last_p)
+         if (self%plan%has_wheels) difference(1) = difference(1) + sum(abs(state%wheel_momentum - self%plan%wheels))
          if ((difference(1) + difference(2)) + (difference(3) + difference(4)) == 0.0_wp) return
       end if
       if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
@@ -257,10 +259,10 @@ contains
       type(account_t) :: target
       real(wp) :: size, largest, to_order_one
       logical :: reached
-
       size = self%size
       largest = self%largest
       to_order_one = self%to_order_one
+      if (self%plan%has_wheels) call self%plan%take_wheels(system%effects, state)
       call take_attitude(state, point)
       if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
       if (self%noise%amplitude > 0.0_wp) call shake(self, point)
@@ -297,8 +299,9 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       type(account_t) :: now, before
-      real(wp) :: last_q(4), last_p(4), size, largest, to_order_one
+      real(wp) :: last_q(4), last_p(4), wheels(most_wheels), size, largest, to_order_one
       now = self%now
+      wheels = self%plan%wheels
       before = self%before
       last_q = self%last_q
       last_p = self%last_p
@@ -309,6 +312,7 @@ contains
       call self%project(system, state, work, status)
       self%now = now
       self%before = before
+      self%plan%wheels = wheels
       self%last_q = last_q
       self%last_p = last_p
       self%size = size
@@ -334,6 +338,7 @@ contains
       call archive%transfer(self%last_q)
       call archive%transfer(self%last_p)
       call archive%transfer(self%started)
+      if (self%plan%has_wheels) call archive%transfer(self%plan%wheels)
    end subroutine transfer
 
    !> Moves a point to the energy of an account.
@@ -347,7 +352,6 @@ contains
       type(slope_t) :: slope
       real(wp) :: excess, square, unit
       integer :: i
-
       reached = .true.
       unit = max(1.0_wp, self%noise%amplitude*noise_unit)
       do i = 1, most_moves
@@ -418,7 +422,7 @@ contains
       end if
    end subroutine move_little
 
-   !> a×b; here, so that it is compiled into its callers; shape (3).
+   !> a×b, in this file so that it is compiled into its callers.
    pure function across(a, b) result(c)
       real(wp), intent(in) :: a(3), b(3)
       real(wp) :: c(3)

@@ -85,6 +85,7 @@ contains
       end if
       call self%begin(system, settings, most_unknowns, slow, status)
       call self%equations%forces%prepare(system%effects, settings%projection)
+      call self%equations%wheels%prepare(system%effects)
       self%equations%scaled = .false.
    end subroutine set_up
 
@@ -104,6 +105,10 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the time is not finite')
       else
          if (maxval(abs(state%p)) > outgrown*self%equations%momentum_unit) self%kept_dt = 0.0_wp
+         if (self%equations%wheels%n > 0 .and. dt /= self%equations%wheels%dt) then
+            self%equations%dt = dt
+            self%equations%scaled = .false.
+         end if
          if (.not. self%equations%scaled) &
             call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, &
                                                    self%equations%momentum_unit)
@@ -142,8 +147,9 @@ contains
       old = self%equations%momentum_unit
       call self%equations%set_momentum_unit(system, self%settings%inverse_auxiliary_inertia, 2.0_wp**exponent(size))
       call self%equations%start(system, state, dt, window_time)
-      if (.not. max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
-                    maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest_turn) &
+      if (.not. (max(maxval(abs(self%equations%inverse_inertia)), self%equations%inverse_j0, &
+                    maxval(abs(self%equations%mean_rate(at_start))))*abs(dt) <= greatest_turn .and. &
+             self%equations%wheels%is_short)) &
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long to follow the motion')
       call self%predictor%change_unit(5, old/self%equations%momentum_unit)
       self%kept_dt = 0.0_wp
@@ -265,6 +271,8 @@ contains
       call add_turned(dq, excess, state%q, state%q_compensation)
       call self%equations%make_tangent(state%q, dp)
       call add_turned(dp, excess, state%p, state%p_compensation)
+      if (self%equations%wheels%n > 0) &
+         call self%equations%wheels%finish(system%effects, 0.5_wp*self%rate(2:4), state, self%work)
       state%t = state%t + dt
    end subroutine finish
 

@@ -21,6 +21,10 @@ module nutate_projected_stepper
       type(spaced_projection_t) :: projection
       !> Steps to a projection, unless every one is asked for.
       integer :: spacing = 1
+      !> There are wheels.
+      logical :: has_wheels = .false.
+      !> The state before the step under way.
+      type(state_t) :: kept = state_t()
    contains
       !> Takes the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
@@ -67,6 +71,7 @@ contains
       end if
       call self%base%prepare(system, settings, status)
       if (.not. status%ok()) return
+      self%has_wheels = system%effects%n_wheels > 0
       call self%projection%prepare(system, settings%attitude, merge(1, self%spacing, settings%project_each))
    end subroutine set_up
 
@@ -78,10 +83,9 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      type(state_t) :: first
       real(wp) :: work
       integer :: i
-      first = state
+      call self%kept%take(state, self%has_wheels)
       call self%projection%begin_step(system, state)
       call self%base%advance(system, state, dt, window_time, status)
       self%iterations = self%base%iterations
@@ -97,7 +101,7 @@ contains
          self%error_estimate = self%base%error_estimate
          call self%projection%end_step(system, state, .false., work, status)
       end if
-      if (status%code /= 0) state = first
+      if (status%code /= 0) call state%take(self%kept, self%has_wheels)
    end subroutine advance
 
    !> Projects a copy of the state that the last step left.

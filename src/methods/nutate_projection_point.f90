@@ -6,6 +6,7 @@ module nutate_projection_point
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
+   use nutate_limits, only: most_wheels
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross, times => quat_vector_product
    use nutate_small_products, only: times_vector
@@ -38,8 +39,14 @@ module nutate_projection_point
       !> The space axes turn; ω, rad/s; shape (3). The whole l of a free body then turns in them by -ω.
       logical :: turns = .false., turns_momentum = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
+      !> There are wheels, and h counts theirs. Of the state last taken their momenta, N m s, shape (most_wheels), and
+      !> energy, J.
+      logical :: has_wheels = .false.
+      real(wp) :: wheels(most_wheels) = 0.0_wp, wheel_energy = 0.0_wp
    contains
       procedure :: prepare
+      !> Takes the wheels of a state.
+      procedure :: take_wheels
    end type projection_plan_t
 
    !> A state as the projection sees it.
@@ -90,10 +97,23 @@ contains
       self%diagonal = .not. any(abs([self%inverse_inertia(1, 2), self%inverse_inertia(1, 3), &
                                      self%inverse_inertia(2, 3)]) > 0.0_wp)
       self%has_rotor = system%effects%n_rotors > 0
+      self%has_wheels = system%effects%n_wheels > 0
+      self%wheel_energy = 0.0_wp
       self%rotor = system%effects%rotor_momentum
       self%rotor_length = norm2(self%rotor)
       call sort_potentials(self, system%effects)
    end subroutine prepare
+
+   !> Takes the wheels of a state, before a point is made of it.
+   pure subroutine take_wheels(self, effects, state)
+      class(projection_plan_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(state_t), intent(in) :: state
+      self%wheels = state%wheel_momentum
+      self%rotor = effects%inner_momentum(state%wheel_momentum)
+      self%rotor_length = norm2(self%rotor)
+      self%wheel_energy = effects%wheel_energy(state%wheel_momentum)
+   end subroutine take_wheels
 
    !> Adds up the potentials that are linear in n, if l·n is conserved: they need no call and no γ of their own.
    pure subroutine sort_potentials(self, effects)
@@ -120,10 +140,11 @@ contains
 
    !> A state as a point, with its energy.
    pure subroutine read_point(self, effects, state, point)
-      class(projection_plan_t), intent(in) :: self
+      class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(out) :: point
+      if (self%has_wheels) call self%take_wheels(effects, state)
       call take_attitude(state, point)
       call take_momentum(state, point)
       call set_gamma(self, point)
@@ -206,7 +227,10 @@ contains
          point%size = point%energy
          if (.not. self%diagonal) point%size = 0.5_wp*sum(abs(x)*(abs(inverse(:, 1)*x(1)) + abs(inverse(:, 2)*x(2)) &
                                                                   + abs(inverse(:, 3)*x(3))))
-         if (self%has_rotor) point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3))
+         if (self%has_rotor) then
+            point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3)) + self%wheel_energy
+            point%energy = point%energy + self%wheel_energy
+         end if
          point%rate = cross(point%momentum, w)
       end associate
       if (self%turns) call add_frame(self%frame_rate, point)

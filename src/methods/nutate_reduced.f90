@@ -73,6 +73,7 @@ contains
       end if
       call self%begin(system, settings, 3, slow, status)
       call self%equations%forces%prepare(system%effects, .true.)
+      call self%equations%wheels%prepare(system%effects)
       self%equations%dt = 0.0_wp
    end subroutine set_up
 
@@ -146,7 +147,7 @@ contains
       increment%diverged = .not. increment%length <= farthest
       self%moved = self%moved + increment%size
       self%change = increment%size
-      ! Without effects F is a cubic polynomial: its second derivative bounds the next increment.
+      ! F is a cubic polynomial: its second derivative bounds the next increment.
       if (self%settings%tolerance <= 0.0_wp .and. self%equations%is_cubic) increment%is_last = &
          curvature*self%moved*increment%size <= (0.5_wp*eps)*increment%length*self%raw_determinant
    end subroutine correct
@@ -223,6 +224,8 @@ contains
       else
          call self%equations%finish(z(1:3), self%settings%attitude, state)
       end if
+      if (self%equations%wheels%n > 0) &
+         call self%equations%wheels%finish(system%effects, self%equations%mean_rate(z(1:3)), state, self%work)
    end subroutine finish
 
    !> The derivatives of the effects; what belongs to the length of the step is computed anew.

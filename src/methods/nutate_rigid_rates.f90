@@ -6,19 +6,22 @@
 !>
 !> A method sees `y = [q, L, 0]`, padded to a length that suits vector instructions, and `k = Δt ẏ`: with `Δt J⁻¹` in
 !> place of J⁻¹ no stage multiplies by the step.
+!>
+!> Wheels have rows of their own, ḣ = u - cω: a stage finds their momenta from the rates of the stages before, by the
+!> method's coefficients.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
-   use nutate_limits, only: manifold_tolerance
+   use nutate_limits, only: manifold_tolerance, most_wheels
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
-   use nutate_state, only: state_t
+   use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: rigid_rates_t, prepare_rates, begin_step, read_state, get_rates, end_step, n_rates
+   public :: rigid_rates_t, prepare_rates, begin_step, read_state, get_rates, end_step, end_wheels, n_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
@@ -32,14 +35,26 @@ module nutate_rigid_rates
       real(wp) :: t = 0.0_wp, dt = 0.0_wp
       !> Δt J⁻¹, s kg⁻¹ m⁻²; shape (3,3).
       real(wp) :: to_angle(3, 3) = 0.0_wp
-      !> h, body axes, N m s; shape (3).
+      !> h of the rotors and, in the present stage, of the wheels, body axes, N m s; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
+      !> Number of wheels; gain of each in the step, N m s, shape (most_wheels), and work of motor and friction, J,
+      !> shape (2, most_wheels).
+      integer :: n_wheels = 0
+      real(wp) :: gain(most_wheels) = 0.0_wp, wheel_work(2, most_wheels) = 0.0_wp
+      !> The motor acts in this step; when it may be asked, s; shapes (most_wheels), (2, most_wheels).
+      logical :: driven(most_wheels) = .false.
+      real(wp) :: drive_window(2, most_wheels) = 0.0_wp
+      !> aᵢⱼ of the method as a(j, i); Δtḣ of the stages so far, shape (most_wheels, stages); momentum at the start and
+      !> in the stage, N m s, shape (most_wheels); the stage.
+      real(wp), allocatable, private :: a(:, :), turns(:, :)
+      real(wp), private :: first_momentum(most_wheels) = 0.0_wp, momentum(most_wheels) = 0.0_wp
+      integer, private :: stage = 0
       !> Integrate the attitude; else its rates are zero.
       logical :: attitude = .true.
       !> The space axes turn: half their turn in the step, ½Δt ω, rad, in these axes; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_turn(3) = 0.0_wp
-      !> There is an effect that exerts a force, or the space axes turn.
+      !> There is an effect that exerts a force, or a wheel, or the space axes turn.
       logical :: forced = .false.
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
@@ -49,26 +64,34 @@ module nutate_rigid_rates
       real(wp), allocatable :: window(:, :)
       !> The torque is in pieces; shape (number of torques). Its window is then the piece of the step.
       logical, allocatable :: in_pieces(:)
-      !> ∫ Ω·τᵢ dt over the step, J; shape (number of torques).
+      !> ∫ Ω·τᵢ dt over the step, and the work of the wheels, J; shape (n_works).
       real(wp), allocatable :: work(:)
    end type rigid_rates_t
 
 contains
 
    !> Allocates for the effects of a system.
-   pure subroutine prepare_rates(self, system, attitude)
+   pure subroutine prepare_rates(self, system, attitude, a)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> Integrate the attitude.
       logical, intent(in) :: attitude
+      !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on.
+      real(wp), intent(in), optional :: a(:, :)
       integer :: i
       self%attitude = attitude
       self%frame_turns = system%effects%frame_turns
-      self%forced = system%effects%n_potentials + system%effects%n_torques > 0 .or. self%frame_turns
+      self%forced = system%effects%n_potentials + system%effects%n_works() > 0 .or. self%frame_turns
+      self%n_wheels = system%effects%n_wheels
+      if (allocated(self%a)) deallocate (self%a, self%turns)
+      if (self%n_wheels > 0 .and. present(a)) then
+         allocate (self%a, source=a)
+         allocate (self%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
+      end if
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), self%in_pieces(n), source=.false.)
-         allocate (self%window(2, n), self%work(n), source=0.0_wp)
+         allocate (self%window(2, n), self%work(system%effects%n_works()), source=0.0_wp)
          do i = 1, n
             call system%effects%torques(i)%item%piece(0.0_wp, self%window(1, i), self%window(2, i))
             self%in_pieces(i) = self%window(2, i) < huge(1.0_wp)
@@ -103,8 +126,35 @@ contains
          end associate
          self%work(i) = 0.0_wp
       end do
+      if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
    end subroutine begin_step
+
+   !> The wheels at the start of a step.
+   pure subroutine begin_wheels(self, system, state, window_time)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Time that decides which motors act, s.
+      real(wp), intent(in) :: window_time
+      real(wp) :: piece(2)
+      integer :: i
+      self%first_momentum = state%wheel_momentum
+      self%momentum = state%wheel_momentum
+      self%rotor = system%effects%inner_momentum(state%wheel_momentum)
+      self%gain = 0.0_wp
+      self%wheel_work = 0.0_wp
+      self%stage = 0
+      do i = 1, self%n_wheels
+         associate (wheel => system%effects%wheels(i), window => self%drive_window(:, i))
+            self%driven(i) = wheel%is_driven(window_time)
+            if (.not. self%driven(i)) cycle
+            call wheel%motor%window(window(1), window(2))
+            call wheel%motor%piece(window_time, piece(1), piece(2))
+            window = [max(window(1), piece(1)), min(window(2), piece(2))]
+         end associate
+      end do
+   end subroutine begin_wheels
 
    !> The same for a method with rates of its own, and no torques.
    pure subroutine read_state(self, state, dt, y)
@@ -205,13 +255,14 @@ contains
       real(wp), intent(inout) :: k(n_rates)
       real(wp) :: tau(3), square
       if (self%frame_turns .and. self%attitude) call add_frame(self%frame_turn, y, k)
-      if (system%effects%n_potentials + system%effects%n_torques == 0) return
+      if (system%effects%n_potentials + system%effects%n_works() == 0) return
       square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then
          if (system%effects%n_potentials > 0) call add_potentials(system, y, square, tau)
          if (system%effects%n_torques > 0) call add_torques(self, system, fraction, y, sqrt(square), weight, tau)
       end if
+      if (self%n_wheels > 0) call turn_wheels(self, system, fraction, y, square, weight)
       if (ieee_is_finite(tau(1)) .and. ieee_is_finite(tau(2)) .and. ieee_is_finite(tau(3))) then
          k(5) = k(5) + self%dt*tau(1)
          k(6) = k(6) + self%dt*tau(2)
@@ -220,6 +271,38 @@ contains
          self%failure = NUTATE_NOT_FINITE
       end if
    end subroutine add_forces
+
+   !> Rates and work of the wheels in a stage, and their momenta in the next.
+   pure subroutine turn_wheels(self, system, fraction, y, square, weight)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Of the step; [q, L, 0], |q|²; weight of the stage.
+      real(wp), intent(in) :: fraction, y(n_rates), square, weight
+      real(wp) :: q(4), omega(3), drive, speed, rate, t
+      integer :: i, j
+      q = y(1:4)/sqrt(max(square, tiny(1.0_wp)))
+      omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
+      self%stage = self%stage + 1
+      do i = 1, self%n_wheels
+         associate (wheel => system%effects%wheels(i))
+            speed = wheel%speed_of(self%momentum(i), omega)
+            drive = 0.0_wp
+            t = min(max(self%t + fraction*self%dt, self%drive_window(1, i)), self%drive_window(2, i))
+            if (self%driven(i)) drive = wheel%drive(t, q, omega)
+            rate = drive - wheel%friction*speed
+            self%turns(i, self%stage) = self%dt*rate
+            self%gain(i) = self%gain(i) + weight*self%dt*rate
+            self%wheel_work(1, i) = self%wheel_work(1, i) + weight*self%dt*drive*speed
+            self%wheel_work(2, i) = self%wheel_work(2, i) - weight*self%dt*(wheel%friction*speed)*speed
+         end associate
+      end do
+      if (self%stage > size(self%a, 2)) return
+      self%momentum = self%first_momentum
+      do j = 1, self%stage
+         self%momentum = self%momentum + self%a(j, self%stage)*self%turns(:, j)
+      end do
+      self%rotor = system%effects%inner_momentum(self%momentum)
+   end subroutine turn_wheels
 
    !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².
    pure subroutine add_potentials(system, y, square, tau)
@@ -273,8 +356,8 @@ contains
       end do
    end subroutine add_torques
 
-   !> Moves a state to the end of a step: q normalised, p = 2 q∘[0, L]. Errors, with the state as it was:
-   !> `NUTATE_OFF_BRANCH` where a stage ran away; `NUTATE_NOT_FINITE`; `NUTATE_BAD_ARGUMENT` for a state off the
+   !> Moves a state to the end of a step but for its wheels: q normalised, p = 2 q∘[0, L]. Errors, with the state as it
+   !> was: `NUTATE_OFF_BRANCH` where a stage ran away; `NUTATE_NOT_FINITE`; `NUTATE_BAD_ARGUMENT` for a state off the
    !> constraint manifold.
    pure subroutine end_step(self, y, state, status)
       type(rigid_rates_t), intent(inout) :: self
@@ -299,6 +382,20 @@ contains
       state%p_compensation = 0.0_wp
       state%t = self%t + self%dt
    end subroutine end_step
+
+   !> Moves the wheels of a state to the end of a step, after `end_step`, and shows their work with that of the torques.
+   pure subroutine end_wheels(self, state)
+      type(rigid_rates_t), intent(inout) :: self
+      type(state_t), intent(inout) :: state
+      integer :: i, last
+      last = size(self%work) - 2*self%n_wheels
+      do i = 1, self%n_wheels
+         call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), self%gain(i))
+         state%wheel_work(:, i) = state%wheel_work(:, i) + self%wheel_work(:, i)
+         self%work(last + 1:last + 2) = self%wheel_work(:, i)
+         last = last + 2
+      end do
+   end subroutine end_wheels
 
    !> Says why a step failed.
    pure subroutine explain(failure, status)

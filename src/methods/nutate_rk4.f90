@@ -3,7 +3,8 @@
 module nutate_rk4
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
-   use nutate_rigid_rates, only: begin_step, end_step, get_rates, n_rates, prepare_rates, rigid_rates_t
+   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_rates, n_rates, prepare_rates, &
+      rigid_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -15,6 +16,9 @@ module nutate_rk4
 
    !> Weights of the outer and the inner stages.
    real(wp), parameter :: outer = 1.0_wp/6, inner = 1.0_wp/3
+   !> aᵢⱼ as a(j, i - 1), i from the second stage on; shape (3,3).
+   real(wp), parameter :: a(3, 3) = reshape([0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], &
+                                            [3, 3])
 
    !> Kutta's method (1901). `step` allocates nothing.
    type, extends(stepper_t) :: rk4_t
@@ -34,7 +38,7 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      call prepare_rates(self%rates, system, settings%attitude)
+      call prepare_rates(self%rates, system, settings%attitude, a)
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -53,7 +57,9 @@ contains
       call get_rates(self%rates, system, 1.0_wp, y + k3, outer, k4)
       y = y + (outer*(k1 + k4) + inner*(k2 + k3))
       call end_step(self%rates, y, state, status)
-      if (status%code == 0) self%work(:) = self%rates%work
+      if (status%code /= 0) return
+      if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
+      self%work(:) = self%rates%work
    end subroutine advance
 
    !> A step remembers nothing of the ones before.

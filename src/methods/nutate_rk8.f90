@@ -5,10 +5,11 @@
 !> others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
 module nutate_rk8
    use nutate_archive, only: archive_t
-   use nutate_dop853, only: b, get_stages
+   use nutate_dop853, only: a, b, get_stages
    use nutate_kinds, only: wp
    use nutate_lean_motion, only: lean_motion_t
-   use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, read_state, rigid_rates_t
+   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, read_state, &
+      rigid_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -37,7 +38,7 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      call prepare_rates(self%rates, system, settings%attitude)
+      call prepare_rates(self%rates, system, settings%attitude, a)
       call self%lean%prepare(system)
       if (.not. settings%attitude) self%lean%possible = .false.
    end subroutine set_up
@@ -63,7 +64,9 @@ contains
          call take_stages(self%rates, system, y)
       end if
       call end_step(self%rates, y, state, status)
-      if (status%code == 0) self%work(:) = self%rates%work
+      if (status%code /= 0) return
+      if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
+      self%work(:) = self%rates%work
    end subroutine advance
 
    !> A step by the general equations.

@@ -32,6 +32,8 @@ module nutate_root_proof
       !> Length of a stage, s, and |b|² below which its root is the true one if the determinant of the Jacobian is
       !> positive: all that is asked in most steps.
       real(wp) :: length = 0.0_wp, near = 0.0_wp
+      !> There may be a proof: none has been derived for wheels.
+      logical :: applies = .true.
       !> Times between which they hold, s.
       real(wp) :: from = 0.0_wp, to = 0.0_wp
       !> Neither effects nor rotors, and moments of a rigid body.
@@ -57,6 +59,7 @@ contains
       type(system_t), intent(in) :: system
       self%is_free = system%effects%n_potentials + system%effects%n_torques + system%effects%n_rotors == 0 .and. &
                      .not. (system%body%breaks_triangle .or. system%effects%frame_turns)
+      self%applies = system%effects%n_wheels == 0
       call self%certificate%set_up(system)
       call self%equations%forces%prepare(system%effects, .true.)
       self%equations%dt = 0.0_wp

@@ -67,11 +67,11 @@ contains
       type(system_t), intent(in) :: system
       !> The attitude is integrated.
       logical, intent(in) :: attitude
-      !> Steps to a projection while errors are small. With torques every step is projected.
+      !> Steps to a projection while errors are small. With torques or wheels every step is projected.
       integer, intent(in) :: usual
       call self%projection%prepare(system, attitude)
       self%usual = usual
-      self%each = usual == 1 .or. system%effects%n_torques > 0
+      self%each = usual == 1 .or. system%effects%n_works() > 0
       self%begun = .false.
       self%seen = .false.
       self%remembers = .false.

@@ -62,7 +62,7 @@ module nutate_stepper
       integer :: unproved = 0
       !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
-      !> Work that each torque did in the last step, J; shape (number of torques).
+      !> Work that each torque did in the last step, and of each wheel motor and friction, J; shape (n_works).
       real(wp), allocatable :: work(:)
       !> What it was prepared with.
       type(integrator_settings_t) :: prepared_with = integrator_settings_t()
@@ -161,7 +161,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(out) :: status
       if (allocated(self%work)) deallocate (self%work)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+      allocate (self%work(system%effects%n_works()), source=0.0_wp)
       self%iterations = 0
       self%residual = 0.0_wp
       self%continued = 0

@@ -157,7 +157,7 @@ contains
       if (search%method%order < 1) progress%plan%goal%local_tolerance = search%accuracy
       if (search%method%order < 1) return
       search%behaviour = behaviour_of(search%method)
-      search%drifts = system%effects%n_torques > 0
+      search%drifts = system%effects%n_works() > 0
       associate (behaviour => search%behaviour)
          search%fine = max(finest, min(behaviour%coarsest_b, search%accuracy/behaviour%caution))
          search%coarse = min(behaviour%coarsest_a, behaviour%ratio*search%fine)

@@ -115,7 +115,7 @@ contains
       if ((progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) .and. .not. self%method%dense .and. &
           status%ok()) &
          call make_stepper(system, own, self%branch, status)
-      allocate (self%work(system%effects%n_torques), source=0.0_wp)
+      allocate (self%work(system%effects%n_works()), source=0.0_wp)
       self%power = self%method%order + 1
       if (self%method%estimate_power > 0) self%power = self%method%estimate_power
       self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**max(self%method%order, 1) - 1))

@@ -126,7 +126,7 @@ contains
       type(status_t), intent(inout) :: status
       integer :: i
       allocate (self%watched(events%count()), self%due(events%count()))
-      allocate (self%acts(system%effects%n_torques), source=.false.)
+      allocate (self%acts(system%effects%n_torques + system%effects%n_wheels), source=.false.)
       do i = 1, events%count()
          allocate (self%watched(i)%event, source=events%slots(i)%item)
          associate (event => self%watched(i)%event)
@@ -245,7 +245,11 @@ contains
       logical :: acts
       integer :: i
       do i = 1, size(self%acts)
-         acts = system%effects%torques(i)%item%acts_at(window_time)
+         if (i <= system%effects%n_torques) then
+            acts = system%effects%torques(i)%item%acts_at(window_time)
+         else
+            acts = system%effects%wheels(i - system%effects%n_torques)%is_driven(window_time)
+         end if
          if (acts .neqv. self%acts(i)) self%known = .false.
          self%acts(i) = acts
       end do
@@ -304,11 +308,14 @@ contains
          call archive%transfer(self%acts(i))
       end do
       call self%motion%state%transfer(archive)
+      call self%motion%state%transfer_wheels(archive)
       call archive%transfer(self%motion%omega)
       call archive%transfer(self%motion%momentum)
       call archive%transfer(self%motion%acceleration)
       call archive%transfer(self%motion%potential_torque)
       call archive%transfer(self%motion%torque)
+      call archive%transfer(self%motion%wheel_rate)
+      call archive%transfer(self%motion%inner_power)
       call self%system%effects%transfer_switches(archive)
       if (archive%is_reading()) self%bounds = bound_motion(self%system)
    end subroutine transfer

@@ -28,7 +28,7 @@ module nutate_progress
       integer :: most_iterations = 0
       !> Steps in which a root was taken for that of the true motion without a proof (`nutate_continuation`).
       integer(long) :: unproved_steps = 0
-      !> Work of each torque, J; shape (number of torques).
+      !> Work of each torque, and of each wheel motor and friction, J; shape (n_works).
       real(wp), allocatable :: work(:)
       !> What switching potentials on and off has changed the energy by, J.
       real(wp) :: world_work = 0.0_wp
@@ -68,7 +68,7 @@ module nutate_progress
       !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
       !> times where there is none.
       real(wp) :: next_break = huge(1.0_wp)
-      !> Digits of the work of each torque that its sum cannot hold, J.
+      !> Digits of these works that their sums cannot hold, J.
       real(wp), allocatable :: work_compensation(:)
       !> Steps that the run is going to take, where pilot runs have found it out; else 0.
       integer(long) :: expected_steps = 0
@@ -115,7 +115,7 @@ contains
       self%world_compensation = 0.0_wp
       if (allocated(self%events)) deallocate (self%events)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
-      allocate (self%summary%work(effects%n_torques), self%work_compensation(effects%n_torques), source=0.0_wp)
+      allocate (self%summary%work(effects%n_works()), self%work_compensation(effects%n_works()), source=0.0_wp)
       self%next_break = effects%next_break(state%t, sign(1.0_wp, plan%end_time - state%t))
    end subroutine start_run
 
@@ -192,6 +192,7 @@ contains
       type(progress_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call self%state%transfer(archive)
+      call self%state%transfer_wheels(archive)
       call self%summary%transfer(archive)
       call self%record%transfer(archive)
       call archive%transfer(self%plan%goal%local_tolerance)

@@ -28,6 +28,7 @@ module nutate_eight_equations
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
+   use nutate_wheel_steps, only: wheel_steps_t
    implicit none
    private
 
@@ -53,11 +54,12 @@ module nutate_eight_equations
       real(wp) :: x0(4) = 0.0_wp, y0(4) = 0.0_wp, w0(4) = 0.0_wp
       !> μ J⁻¹, 1/s; shape (3,3), and μ/J0, 1/s.
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp, inverse_j0 = 0.0_wp
-      !> 2h/μ; shape (3).
+      !> 2h/μ, h that of rotors and, with friction, a share of that of wheels; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       type(discrete_forces_t) :: forces
       !> Of space axes that turn.
       type(frame_turn_t) :: turn
+      type(wheel_steps_t) :: wheels
    contains
       !> Chooses the unit of momentum.
       procedure :: set_momentum_unit
@@ -89,7 +91,7 @@ module nutate_eight_equations
 
 contains
 
-   !> Takes a power of two as the unit of momentum, and the inertia in it.
+   !> Takes a power of two as the unit of momentum, and the inertia in it; for the step's length, where wheels rub.
    pure subroutine set_momentum_unit(self, system, inverse_j0, momentum_unit)
       class(eight_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -99,7 +101,12 @@ contains
       real(wp), intent(in) :: momentum_unit
       self%momentum_unit = momentum_unit
       self%scaled = .true.
-      self%inverse_inertia = momentum_unit*system%body%inverse_inertia
+      self%inverse_inertia = system%body%inverse_inertia
+      if (self%wheels%n > 0) then
+         call self%wheels%set_step(system%effects, self%dt)
+         call self%wheels%add_to_inverse(system%effects, self%inverse_inertia)
+      end if
+      self%inverse_inertia = momentum_unit*self%inverse_inertia
       self%inverse_j0 = momentum_unit*inverse_j0
       self%rotor = 2*system%effects%rotor_momentum/momentum_unit
       call self%turn%prepare(system%effects)
@@ -122,6 +129,10 @@ contains
       self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%momentum_unit
       self%w0 = norm*self%y0
       if (self%turn%there) call self%turn%begin(dt, self%frame)
+      if (self%wheels%n > 0) then
+         call self%wheels%start(system%effects, state, window_time)
+         self%rotor = 2*(system%effects%rotor_momentum + self%wheels%rotor)/self%momentum_unit
+      end if
       if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, window_time)
    end subroutine start
 
@@ -172,7 +183,8 @@ contains
       c(1) = -dot_product(c(2:4), c(2:4))
       z(1:4) = (2*self%x0(1)/(1 - c(1)))*c
       w(1) = self%w0(1)
-      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia, b) + 2*self%rotor - self%w0(2:4)
+      w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia + self%wheels%carried, b) &
+               + 2*self%rotor - self%w0(2:4)
       c = self%x0 + z(1:4)
       z(5:8) = quat_product(c, w)/dot_product(c, c) - self%y0
    end function increments_of

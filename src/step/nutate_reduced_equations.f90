@@ -24,6 +24,7 @@ module nutate_reduced_equations
    use nutate_small_products, only: times_columns, times_vector
    use nutate_state, only: add_increment, add_turned, state_t
    use nutate_system, only: system_t
+   use nutate_wheel_steps, only: wheel_steps_t
    implicit none
    private
 
@@ -48,9 +49,10 @@ module nutate_reduced_equations
       real(wp) :: square = 1.0_wp
       !> ½u*∘p0 = [round-off of q·p, L0], kg m²/s.
       real(wp) :: half_momentum(4) = 0.0_wp
-      !> Δt/4s, and L0 and h times it; shape (3).
+      !> Δt/4s, and L0 and h times it, h that of rotors and, with friction, a share of that of wheels; shape (3).
       real(wp) :: scale = 0.0_wp, momentum(3) = 0.0_wp, rotor(3) = 0.0_wp
-      !> J/s; shape (3,3), and its determinant, that of a very short step.
+      !> J/s, with what the friction of wheels adds to it; shape (3,3). And the determinant of J/s, that of a very short
+      !> step.
       real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
       !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
@@ -67,6 +69,7 @@ module nutate_reduced_equations
       !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in axes that stand still.
       logical :: is_cubic = .false.
       real(wp) :: b(3) = 0.0_wp, frame_middle(3) = 0.0_wp
+      type(wheel_steps_t) :: wheels
    contains
       !> Takes the step's length.
       procedure :: set_step
@@ -88,6 +91,8 @@ module nutate_reduced_equations
       procedure :: invert
       !> Work of the torques.
       procedure :: get_work
+      !> Ω̄ of a step.
+      procedure :: mean_rate
       !> Moves the state to the end of the step, and where the space axes turn.
       procedure :: finish
       procedure :: finish_in_frame
@@ -117,8 +122,11 @@ contains
       self%rotor = self%scale*system%effects%rotor_momentum
       call self%turn%prepare(system%effects)
       self%is_relative = self%turn%there .and. self%forces%active
-      self%is_cubic = .not. self%forces%active .and. &
+      self%is_cubic = .not. self%forces%active .and. self%wheels%n == 0 .and. &
                       (0.25_wp*dt)**2*dot_product(self%turn%rate, self%turn%rate) <= slow_frame
+      if (self%wheels%n == 0) return
+      call self%wheels%set_step(system%effects, dt)
+      self%inertia = self%inertia + self%wheels%carried/largest
    end subroutine set_step
 
    !> Starts a step from a state.
@@ -135,6 +143,10 @@ contains
       self%momentum = self%scale*self%half_momentum(2:4)
       self%too_strong = .false.
       if (self%turn%there) call self%turn%begin(self%dt, self%frame)
+      if (self%wheels%n > 0) then
+         call self%wheels%start(system%effects, state, window_time)
+         self%rotor = self%scale*(system%effects%rotor_momentum + self%wheels%rotor)
+      end if
       if (self%forces%active) &
          call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, window_time)
    end subroutine start
@@ -142,7 +154,7 @@ contains
    !> True if the momenta are of a size that a step can follow.
    pure logical function is_in_scale(self)
       class(reduced_equations_t), intent(in) :: self
-      is_in_scale = max(maxval(abs(self%momentum)), maxval(abs(self%rotor))) <= greatest
+      is_in_scale = max(maxval(abs(self%momentum)), maxval(abs(self%rotor))) <= greatest .and. self%wheels%is_short
    end function is_in_scale
 
    !> b = ¼Δt J⁻¹(L0 - h): the momentum of the start all through the step; shape (3).
@@ -151,7 +163,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp) :: b(3)
       b = (0.25_wp*self%dt)*times_vector(system%body%inverse_inertia, &
-                                         self%half_momentum(2:4) - system%effects%rotor_momentum)
+                                         self%half_momentum(2:4) - (system%effects%rotor_momentum + self%wheels%first))
    end function explicit_guess
 
    !> Computes the mean momentum of a turn, for F and its derivative.
@@ -343,6 +355,15 @@ contains
       determinant = dot_product(rows(:, 1), m(:, 1))
       if (abs(determinant) > tiny(1.0_wp)) rows = (1/determinant)*rows
    end subroutine invert
+
+   !> Ω̄ of the step whose root is b, or r, body axes, rad/s; shape (3).
+   pure function mean_rate(self, b) result(omega)
+      class(reduced_equations_t), intent(in) :: self
+      real(wp), intent(in) :: b(3)
+      real(wp) :: omega(3)
+      omega = self%rate*b
+      if (self%is_relative) omega = self%rate*(b + self%turn%middle(b, dot_product(b, b)))
+   end function mean_rate
 
    !> Work of each torque in the step whose root is b.
    pure subroutine get_work(self, system, b, work)

@@ -61,7 +61,7 @@ contains
       integer :: i
       associate (body => system%body, effects => system%effects)
          has_axis = is_symmetric_about(body%inverse_inertia, axis) .and. is_symmetric_about(body%inertia, axis) .and. &
-                    lies_along(effects%rotor_momentum, axis)
+                    lies_along(effects%rotor_momentum, axis) .and. effects%n_wheels == 0
          do i = 1, effects%n_potentials
             if (has_axis) has_axis = effects%potentials(i)%item%has_axis(axis)
          end do

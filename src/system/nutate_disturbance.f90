@@ -21,6 +21,7 @@ contains
       type(system_t), intent(inout) :: system
       type(state_t), intent(inout) :: state
       real(wp) :: turn(3), change(3), omega(3), q(4), part(3, 3)
+      type(state_t) :: wheels
       integer :: i
       call noise%vector(turn)
       call noise%vector(change)
@@ -30,7 +31,10 @@ contains
       omega = angular_velocity(system, state)
       omega = omega + (noise%amplitude*norm2(omega)/norm2(change))*change
       q = quat_product(state%q, [1.0_wp, 0.5_wp*turn])
-      state = make_state(system, q/quat_norm(q), omega, state%t)
+      wheels = state
+      state = make_state(system, q/quat_norm(q), omega, state%t, [(system%effects%wheels(i)%speed_of( &
+                         wheels%wheel_momentum(i), omega), i=1, system%effects%n_wheels)])
+      state%wheel_work = wheels%wheel_work
       part = 0.5_wp*(part + transpose(part))
       call keep_symmetry(system%body%inverse_inertia, part)
       system%body%inverse_inertia = (1 + part)*system%body%inverse_inertia

@@ -24,8 +24,8 @@ contains
 
    !> The state of a body that has an attitude and an angular velocity: p = 2 q∘[0, L], which is (4) on the constraint
    !> (5), qᵀp = 0. What is not finite or beyond 1e100 gives a momentum that every stepper refuses.
-   pure type(state_t) function make_state(system, q, omega, t) result(state)
-      !> Its inertia and rotors count.
+   pure type(state_t) function make_state(system, q, omega, t, speeds) result(state)
+      !> Its inertia, rotors and wheels count.
       type(system_t), intent(in) :: system
       !> Attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
@@ -33,11 +33,23 @@ contains
       real(wp), intent(in) :: omega(3)
       !> Time, s; default 0.
       real(wp), intent(in), optional :: t
+      !> Speeds of the wheels relative to the body, rad/s; shape (number of wheels); default: those they were given.
+      real(wp), intent(in), optional :: speeds(:)
+      integer :: i
       if (present(t)) state%t = t
       state%q = q
       state%p = huge(1.0_wp)
       if (.not. all(is_moderate([q, omega, system%effects%rotor_momentum]))) return
-      state%p = 2*quat_product(q, [0.0_wp, matmul(system%body%inertia, omega) + system%effects%rotor_momentum])
+      do i = 1, system%effects%n_wheels
+         associate (wheel => system%effects%wheels(i))
+            state%wheel_momentum(i) = wheel%speed
+            if (present(speeds)) state%wheel_momentum(i) = speeds(i)
+            if (.not. is_moderate(state%wheel_momentum(i))) return
+            state%wheel_momentum(i) = wheel%inertia*(state%wheel_momentum(i) + dot_product(wheel%axis, omega))
+         end associate
+      end do
+      state%p = 2*quat_product(q, [0.0_wp, matmul(system%body%inertia, omega) + &
+                                   system%effects%inner_momentum(state%wheel_momentum)])
    end function make_state
 
    !> w(q,p) = Q(q)ᵀp = q*∘p = [q·p, 2L], bilinear in q and p: the factor in both forms of T in (6); shape (4).
@@ -68,7 +80,8 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp) :: omega(3)
-      omega = times_vector(system%body%inverse_inertia, body_momentum(state) - system%effects%rotor_momentum)
+      omega = times_vector(system%body%inverse_inertia, &
+                           body_momentum(state) - system%effects%inner_momentum(state%wheel_momentum))
    end function angular_velocity
 
    !> Rᵀω: the rate of the space axes, body axes, rad/s; shape (3).
@@ -141,7 +154,8 @@ contains
       matrix = matmul(matmul(left, a), transpose(left))
    end function sandwich
 
-   !> T of (3) and (6) as ⅛ (w - 2h)ᵀ J⁻¹ (w - 2h), w = w(q,p), h the rotors' momentum, J.
+   !> T of (3) and (6) as ⅛ (w - 2h)ᵀ J⁻¹ (w - 2h), w = w(q,p), h the momentum of rotors and wheels, and Σ h²/2Jw of the
+   !> wheels, J.
    pure real(wp) function kinetic_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -149,8 +163,9 @@ contains
       real(wp), intent(in), optional :: inverse_j0
       real(wp) :: w(4), u(3)
       w = bilinear_form(state%q, state%p)
-      u = w(2:4) - 2*system%effects%rotor_momentum
+      u = w(2:4) - 2*system%effects%inner_momentum(state%wheel_momentum)
       energy = 0.125_wp*dot_product(u, times_vector(system%body%inverse_inertia, u))
+      if (system%effects%n_wheels > 0) energy = energy + system%effects%wheel_energy(state%wheel_momentum)
       if (present(inverse_j0)) energy = energy + 0.125_wp*inverse_j0*w(1)**2
    end function kinetic_energy
 
@@ -246,7 +261,7 @@ contains
       w = bilinear_form(state%q, state%p)
       a(1) = 0.0_wp
       if (present(inverse_j0)) a(1) = inverse_j0*w(1)
-      a(2:4) = times_vector(system%body%inverse_inertia, w(2:4) - 2*system%effects%rotor_momentum)
+      a(2:4) = times_vector(system%body%inverse_inertia, w(2:4) - 2*system%effects%inner_momentum(state%wheel_momentum))
       rate = 0.5_wp*a(2:4) - frame_rate_of(system%effects, state%q)
       tau = potential_torque(system%effects, state%q)
       do i = 1, system%effects%n_torques

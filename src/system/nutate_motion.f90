@@ -1,6 +1,7 @@
 !> The motion at an instant: a state, the rates at which it changes, and what drives it.
 module nutate_motion
    use nutate_kinds, only: wp
+   use nutate_limits, only: most_wheels
    use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
@@ -13,12 +14,14 @@ module nutate_motion
    !> A state and its rates. Body axes; vectors of shape (3).
    type :: motion_t
       type(state_t) :: state = state_t()
-      !> Ω, rad/s, and L = JΩ + h, N m s.
+      !> Ω, rad/s, and L = JΩ + h, N m s, h that of rotors and wheels.
       real(wp) :: omega(3) = 0.0_wp, momentum(3) = 0.0_wp
       !> Ω against the space axes, rad/s: less their own rate, where they turn.
       real(wp) :: relative(3) = 0.0_wp
       !> What `find_rates` adds: Ω̇, rad/s²; the torque of the potentials and that of the torques, N m.
       real(wp) :: acceleration(3) = 0.0_wp, potential_torque(3) = 0.0_wp, torque(3) = 0.0_wp
+      !> And of each wheel ḣ, N m; shape (most_wheels). What motors and friction do, W.
+      real(wp) :: wheel_rate(most_wheels) = 0.0_wp, inner_power = 0.0_wp
    end type motion_t
 
 contains
@@ -35,21 +38,22 @@ contains
          momentum(1) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
          momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
          momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
-         motion%omega = times_vector(system%body%inverse_inertia, momentum - system%effects%rotor_momentum)
+         motion%omega = times_vector(system%body%inverse_inertia, &
+                                     momentum - system%effects%inner_momentum(state%wheel_momentum))
          motion%relative = motion%omega
          if (system%effects%frame_turns) &
             motion%relative = motion%omega - (2*half)*rotate_to_body(q, system%effects%frame_rate)
       end associate
    end subroutine find_motion
 
-   !> The torques and the rates: J Ω̇ = L×Ω + τ.
+   !> The torques and the rates: J Ω̇ = L×Ω + τ - Σ s ḣ.
    pure subroutine find_rates(system, window_time, motion)
       type(system_t), intent(in) :: system
       !> Time that decides which torques act, s: inside the step that the state begins or ends.
       real(wp), intent(in) :: window_time
       !> Found by `find_motion`.
       type(motion_t), intent(inout) :: motion
-      real(wp) :: q(4), gamma(3), start, stop
+      real(wp) :: q(4), gamma(3), start, stop, inner(3)
       integer :: i
       motion%potential_torque = 0.0_wp
       motion%torque = 0.0_wp
@@ -68,11 +72,40 @@ contains
             motion%torque = motion%torque + torque%torque(min(max(motion%state%t, start), stop), q, motion%relative)
          end associate
       end do
+      inner = 0.0_wp
+      if (system%effects%n_wheels > 0) call turn_wheels(system, window_time, motion, inner)
       motion%acceleration = times_vector(system%body%inverse_inertia, cross(motion%momentum, motion%omega) + &
-                                         (motion%potential_torque + motion%torque))
+                                         (motion%potential_torque + motion%torque) - inner)
    end subroutine find_rates
 
-   !> The state that lies a time away along the tangent of a motion: q + q̇h, L + L̇h.
+   !> The wheels' rates ḣ = u - cω, and Σ s ḣ.
+   pure subroutine turn_wheels(system, window_time, motion, inner)
+      type(system_t), intent(in) :: system
+      !> Time that decides which motors act, s.
+      real(wp), intent(in) :: window_time
+      type(motion_t), intent(inout) :: motion
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: inner(3)
+      real(wp) :: speed, start, stop, q(4)
+      integer :: i
+      inner = 0.0_wp
+      motion%inner_power = 0.0_wp
+      q = (1/quat_norm(motion%state%q))*motion%state%q
+      do i = 1, system%effects%n_wheels
+         associate (wheel => system%effects%wheels(i), rate => motion%wheel_rate(i))
+            speed = wheel%speed_of(motion%state%wheel_momentum(i), motion%omega)
+            rate = -wheel%friction*speed
+            if (wheel%is_driven(window_time)) then
+               call wheel%motor%window(start, stop)
+               rate = rate + wheel%drive(min(max(motion%state%t, start), stop), q, motion%omega)
+            end if
+            inner = inner + rate*wheel%axis
+            motion%inner_power = motion%inner_power + rate*speed
+         end associate
+      end do
+   end subroutine turn_wheels
+
+   !> The state that lies a time away along the tangent of a motion: q + q̇h, L + L̇h, and the wheels likewise.
    pure type(state_t) function displaced(motion, h) result(state)
       !> With its rates.
       type(motion_t), intent(in) :: motion
@@ -81,6 +114,7 @@ contains
       real(wp) :: rate(3)
       rate = cross(motion%momentum, motion%omega) + (motion%potential_torque + motion%torque)
       state%t = motion%state%t + h
+      state%wheel_momentum = motion%state%wheel_momentum + h*motion%wheel_rate
       state%q = motion%state%q + (0.5_wp*h)*quat_product(motion%state%q, [0.0_wp, motion%relative])
       ! The first-order change of p = 2 q∘[0, L].
       state%p = quat_vector_product(state%q, 2*(motion%momentum + h*rate))

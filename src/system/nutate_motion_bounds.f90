@@ -16,7 +16,7 @@ module nutate_motion_bounds
 
    !> What is known of a system.
    type :: motion_bounds_t
-      !> All of its effects have bounds; the others are without meaning else.
+      !> All of its effects have bounds, and there are no wheels; the others are without meaning else.
       logical :: known = .false.
       !> Greatest torque of the potentials and of all effects but drag, N m; and drag over |Ω|, N m s.
       real(wp) :: potential_torque = 0.0_wp, torque = 0.0_wp, drag = 0.0_wp
@@ -75,7 +75,7 @@ contains
                bounds%frequency = max(bounds%frequency, sqrt(bound%change_rate/bound%force))
          end do
          ! What is seen from space axes that turn moves with them.
-         bounds%known = total%known .and. .not. effects%frame_turns
+         bounds%known = total%known .and. effects%n_wheels == 0 .and. .not. effects%frame_turns
          bounds%torque = total%force
          bounds%drag = total%drag_slope
          bounds%rotor = effects%rotor_momentum

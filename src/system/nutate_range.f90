@@ -11,6 +11,7 @@ module nutate_range
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    use nutate_system, only: system_t
+   use nutate_wheel_mounting, only: are_mounted
    implicit none
    private
 
@@ -37,6 +38,11 @@ contains
          end do
          if (status%ok() .and. .not. all(is_moderate(effects%rotor_momentum))) status = too_strong('rotor')
          if (status%ok() .and. .not. all(is_moderate(effects%frame_rate))) status = too_strong('rotating_frame')
+         do i = 1, effects%n_wheels
+            if (status%ok()) call check_strength(effects%wheels(i), status)
+         end do
+         if (status%ok() .and. .not. are_mounted(system)) &
+            status = fail(NUTATE_BAD_BODY, 'the wheels are not mounted (expected them from add_wheel)', 'wheel')
       end associate
    end subroutine check_system
 
@@ -88,6 +94,11 @@ contains
          ! |p||Ω| bounds the kinetic energy, whatever the rotors.
          if (.not. is_moderate(maxval(abs(state%p))*max(maxval(abs(omega)), maxval(abs(system%effects%frame_rate))))) &
             status = too_fast()
+         if (.not. all(is_moderate(state%wheel_momentum))) then
+            status = too_fast()
+         else if (.not. is_moderate(system%effects%wheel_energy(state%wheel_momentum))) then
+            status = too_fast()
+         end if
          do i = 1, system%effects%n_torques
             associate (torque => system%effects%torques(i)%item)
                drag = torque%series_drag()

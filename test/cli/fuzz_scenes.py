@@ -2,7 +2,7 @@
 
 import re
 
-from support import COLUMNS, METHODS, ROOT
+from support import COLUMNS, METHODS, ROOT, WHEEL_COLUMNS
 
 
 def read_effects():
@@ -155,7 +155,7 @@ def integrator(dice, scales, free):
 def output(dice, scales):
     lines = []
     if dice.random() < 0.8:
-        sets = list(COLUMNS)
+        sets = list(COLUMNS) + (list(WHEEL_COLUMNS)[:2] if dice.random() < 0.1 else [])
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
@@ -275,6 +275,20 @@ def rotating_frame(dice, scales):
     return group("rotating_frame", [f"rate = {scales.text(3, time=-1)}"])
 
 
+def wheel(dice, scales):
+    lines = [f"axis = {scales.text(3)}", f"inertia = {scales.text(length=2, mass=1, signed=False)}"]
+    if dice.random() < 0.7:
+        lines.append(f"speed = {scales.text(time=-1)}")
+    if dice.random() < 0.7:
+        lines.append(f"torque = {scales.text(length=2, mass=1, time=-2)}")
+    if dice.random() < 0.3:
+        lines += [f"frequency = {scales.text(time=-1)}", f"phase = {scales.text()}"]
+    if dice.random() < 0.5:
+        lines.append(f"friction = {scales.text(length=2, mass=1, time=-1, signed=False)}")
+    lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.3]
+    return group("wheel", lines)
+
+
 def from_samples(name, keys):
     """An effect of the samples without a function of its own: its numbers, each scaled at random."""
 
@@ -287,10 +301,11 @@ def from_samples(name, keys):
 
 
 EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3)), "omega_x", "L1", "l_z", "p0", "phi", "theta",
-                 "psi", "kinetic", "potential", "total", "jacobi"]
+                 "psi", "kinetic", "potential", "total", "jacobi", "wheel1_speed",
+                 "wheel2_momentum"]
 
 # In the units of a scene, and then those that have no function of their own.
-EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame]
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, wheel]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

@@ -41,6 +41,8 @@ COLUMNS = {
     "solver": ["iterations", "step_residual"],
     "jacobi": ["jacobi"],
 }
+WHEEL_COLUMNS = {f"wheel{i}": [f"wheel{i}_{name}" for name in ("speed", "momentum", "motor_work", "friction_work")]
+                 for i in range(1, 7)}
 
 
 def read_methods():

@@ -15,6 +15,7 @@ module nutate_c_groups
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
+   use nutate_wheel_mounting, only: mount_wheels
    implicit none
    private
 
@@ -197,7 +198,7 @@ contains
       type(status_t), intent(out) :: status
       type(group_t), allocatable :: groups(:)
       type(scene_error_t) :: error
-      type(system_t) :: built
+      type(system_t) :: built, grown
       character(len=:), allocatable :: shape
       integer :: i, last_line
       call read_groups(text, scene_kinds(), groups, last_line, error)
@@ -215,8 +216,11 @@ contains
          status = fail(NUTATE_BAD_SCENE, error%text)
          return
       end if
-      system%body = built%body
-      call system%effects%append(built%effects)
+      grown = system
+      grown%body = built%body
+      call grown%effects%append(built%effects)
+      call mount_wheels(grown, status)
+      if (status%ok()) system = grown
    end subroutine build_system
 
    !> Raises an error for a group that a scene has once at most, where the system has its effect already.

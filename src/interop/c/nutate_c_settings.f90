@@ -91,7 +91,7 @@ contains
       handle%ready = .true.
       handle%tested = .false.
       handle%calls_back = has_callbacks(handle%system%effects)
-      handle%bare = .not. handle%calls_back .and. handle%system%effects%n_torques == 0 .and. &
+      handle%bare = .not. handle%calls_back .and. handle%system%effects%n_works() == 0 .and. &
                     .not. handle%columns%follows_steps
    end subroutine prepare
 

@@ -1,12 +1,13 @@
 !> C interface: steppers, their settings and their state. What each function does stands in `include/nutate.h`.
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
+   use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
    use nutate_c_settings, only: prepare, set_key
    use nutate_c_text, only: lock_texts, take_text, unlock_texts
-   use nutate_hamiltonian, only: conserved_energy, make_state
+   use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, in_words, greatest_number
@@ -14,6 +15,7 @@ module nutate_c_stepper
    use nutate_range, only: check_attitude, check_motion
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_system, only: system_t
    implicit none
    private
 
@@ -172,9 +174,7 @@ contains
       else
          call check_numbers(t, q, p, status)
          if (status%ok()) then
-            state%t = t
-            state%q = q
-            state%p = p
+            state = state_of(handle%system, t, q, p)
             if (abs(dot_product(q, p)) > attitude_tolerance*maxval(abs(p))) then
                status = fail(NUTATE_BAD_ARGUMENT, 'q.p is not 0 to within '//in_words(attitude_tolerance)// &
                              ' of |p|', 'p')
@@ -185,6 +185,28 @@ contains
       end if
       code = conclude(handle, status)
    end function nutate_stepper_set_canonical
+
+   !> The state of a momentum, its wheels at the speeds that they were given: (Jᵣ + Σ Jw ssᵀ)Ω = L - h - Σ Jw ω s.
+   pure type(state_t) function state_of(system, t, q, p) result(state)
+      type(system_t), intent(in) :: system
+      !> s; attitude and conjugate momentum, kg m²/s; shape (4).
+      real(wp), intent(in) :: t, q(4), p(4)
+      type(body_t) :: whole
+      real(wp) :: omega(3)
+      integer :: i
+      state%t = t
+      state%q = q
+      state%p = p
+      if (system%effects%n_wheels == 0) return
+      whole = whole_body(system%body)
+      associate (wheels => system%effects%wheels)
+         omega = matmul(whole%inverse_inertia, body_momentum(state) - &
+                        system%effects%inner_momentum([(wheels(i)%inertia*wheels(i)%speed, i=1, size(wheels))]))
+         do i = 1, size(wheels)
+            state%wheel_momentum(i) = wheels(i)%inertia*(wheels(i)%speed + dot_product(wheels(i)%axis, omega))
+         end do
+      end associate
+   end function state_of
 
    !> Makes an empty stepper. Errors: `NUTATE_NO_MEMORY`.
    subroutine start_handle(handle, status)
@@ -238,7 +260,7 @@ contains
       type(status_t), intent(out) :: status
       handle%sets = sets
       call lock_texts()
-      call handle%columns%choose(handle%sets, status)
+      call handle%columns%choose(handle%sets, status, wheels=handle%system%effects%n_wheels)
       handle%names = handle%columns%header()
       call unlock_texts()
       if (status%ok()) call replace_state(handle, state, status)

@@ -3,6 +3,7 @@ module nutate_c_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr, c_size_t
    use nutate_admissible, only: admits, ANY_DIRECTION
+   use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: c_curved_potential_t, c_potential_t, c_torque_t
    use nutate_c_groups, only: add_groups, make_body_of, parse_system, put_numbers, put_text
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_system, null_argument, open_slot, report, &
@@ -124,12 +125,16 @@ contains
       type(c_ptr), intent(in), value :: system
       real(c_double), intent(inout), optional :: inertia(3, 3), mass, center_of_mass(3)
       type(system_handle_t), pointer :: handle
+      type(body_t) :: whole
       code = NUTATE_BAD_HANDLE
       handle => find_system(system)
       if (.not. associated(handle)) return
       code = NUTATE_OK
       ! Symmetric: rows are columns.
-      if (present(inertia)) inertia = handle%system%body%inertia
+      if (present(inertia)) then
+         whole = whole_body(handle%system%body)
+         inertia = whole%inertia
+      end if
       if (present(mass)) mass = handle%system%body%mass
       if (present(center_of_mass)) center_of_mass = handle%system%body%center_of_mass
    end function nutate_system_body

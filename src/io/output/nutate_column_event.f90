@@ -12,19 +12,22 @@ module nutate_column_event
    implicit none
    private
 
-   public :: column_event_t, event_columns, natural_period, needs_attitude
+   public :: column_event_t, event_columns, natural_period, needs_attitude, wheel_of
 
    !> Most columns of an event.
    integer, parameter, public :: most_columns = 3
 
    !> The columns that can be asked for, comma separated: those that are smooth functions of the state.
-   character(len=*), &
-      parameter :: event_columns = 'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
-                                                  'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total,jacobi'
+   character(len=*), parameter :: event_columns = &
+      'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
+      'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total,jacobi,'// &
+      'wheel1_speed,wheel1_momentum,wheel2_speed,wheel2_momentum,wheel3_speed,wheel3_momentum,'// &
+      'wheel4_speed,wheel4_momentum,wheel5_speed,wheel5_momentum,wheel6_speed,wheel6_momentum'
 
    !> Places in it.
    integer, parameter :: AT_Q0 = 1, AT_P0 = 5, AT_OMEGA1 = 9, AT_OMEGA_X = 12, AT_L1 = 15, AT_L_X = 18, AT_PHI = 21, &
-      AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25, AT_JACOBI = 27
+      AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25, AT_TOTAL = 26, AT_JACOBI = 27, &
+      AT_WHEEL = 28
 
    !> A sum of columns with weights.
    type, extends(event_t) :: column_event_t
@@ -93,7 +96,7 @@ contains
       integer :: i
       rate = 0.0_wp
       do i = 1, self%n
-         rate = rate + self%weights(i)*column_rate(self%places(i), motion)
+         rate = rate + self%weights(i)*column_rate(self%places(i), system, motion)
       end do
    end function rate_of_sum
 
@@ -122,19 +125,62 @@ contains
             x = v(column - AT_L_X + 1)
          case (AT_PHI:AT_PSI)
             x = angle_of(column, q)
+         case (AT_WHEEL:)
+            x = wheel_value(column - AT_WHEEL, system, motion)
          case default
             x = 0.0_wp
-            if (column /= AT_POTENTIAL) x = 0.5_wp*dot_product(omega, momentum - system%effects%rotor_momentum)
+            associate (effects => system%effects, wheels => motion%state%wheel_momentum)
+               if (column /= AT_POTENTIAL) x = 0.5_wp*dot_product(omega, momentum - effects%inner_momentum(wheels)) &
+                                               + effects%wheel_energy(wheels)
+            end associate
             if (column /= AT_KINETIC) x = x + potential_energy(system%effects, q)
             if (column == AT_JACOBI) x = x - dot_product(omega - motion%relative, momentum)
          end select
       end associate
    end function column_value
 
+   !> Speed or momentum of a wheel, rad/s or N m s.
+   pure real(wp) function wheel_value(place, system, motion) result(x)
+      !> 0: speed of the first, 1: its momentum, 2: speed of the second, ...
+      integer, intent(in) :: place
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      integer :: i
+      i = 1 + place/2
+      x = 0.0_wp
+      if (i > system%effects%n_wheels) return
+      x = motion%state%wheel_momentum(i)
+      if (mod(place, 2) == 0) x = system%effects%wheels(i)%speed_of(x, motion%omega)
+   end function wheel_value
+
    !> Its rate along the motion.
-   pure real(wp) function column_rate(column, motion) result(x)
+   pure real(wp) function wheel_rate(place, system, motion) result(x)
+      integer, intent(in) :: place
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      integer :: i
+      i = 1 + place/2
+      x = 0.0_wp
+      if (i > system%effects%n_wheels) return
+      x = motion%wheel_rate(i)
+      if (mod(place, 2) == 0) x = system%effects%wheels(i)%speed_of(x, motion%acceleration)
+   end function wheel_rate
+
+   !> The wheel that a column shows; 0: it is no wheel's.
+   pure integer function wheel_of(column) result(i)
+      character(len=*), intent(in) :: column
+      integer :: k
+      i = 0
+      do k = 1, size(column_sets)
+         if (index(','//trim(column_sets(k)%headers)//',', ','//trim(column)//',') > 0) i = column_sets(k)%wheel
+      end do
+   end function wheel_of
+
+   !> Its rate along the motion.
+   pure real(wp) function column_rate(column, system, motion) result(x)
       !> Place in the list.
       integer, intent(in) :: column
+      type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       real(wp) :: v(3), w(4), torque(3), momentum_rate(3), carried(3)
       torque = motion%potential_torque + motion%torque
@@ -163,13 +209,15 @@ contains
          case (AT_PHI:AT_PSI)
             x = rate_of_angle(column, q, relative)
          case (AT_KINETIC)
-            x = dot_product(omega, torque)
+            x = dot_product(omega, torque) + motion%inner_power
          case (AT_POTENTIAL)
             x = -dot_product(relative, motion%potential_torque)
          case (AT_JACOBI)
-            x = dot_product(relative, motion%torque)
+            x = dot_product(relative, motion%torque) + motion%inner_power
+         case (AT_TOTAL)
+            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + motion%inner_power
          case default
-            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque)
+            x = wheel_rate(column - AT_WHEEL, system, motion)
          end select
       end associate
    end function column_rate

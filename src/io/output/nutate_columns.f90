@@ -23,12 +23,14 @@ module nutate_columns
       !> Number of its columns.
       integer :: width = 0
       !> Their names, comma separated.
-      character(len=48) :: headers = ''
+      character(len=80) :: headers = ''
       !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
       logical :: attitude = .true.
       !> Its columns are angles, or their rates.
       logical :: angles = .false.
+      !> The wheel that it shows, 1 or more; 0: it is no wheel's.
+      integer :: wheel = 0
    end type column_set_t
 
    !> Positions in the table.
@@ -47,7 +49,19 @@ module nutate_columns
       column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual', attitude=.false.), &
       column_set_t('constraints', 2, 'norm_error,orthogonality'), &
       column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.), &
-      column_set_t('jacobi', 1, 'jacobi')]
+      column_set_t('jacobi', 1, 'jacobi'), &
+      column_set_t('wheel1', 4, 'wheel1_speed,wheel1_momentum,wheel1_motor_work,wheel1_friction_work', &
+                   attitude=.false., wheel=1), &
+      column_set_t('wheel2', 4, 'wheel2_speed,wheel2_momentum,wheel2_motor_work,wheel2_friction_work', &
+                   attitude=.false., wheel=2), &
+      column_set_t('wheel3', 4, 'wheel3_speed,wheel3_momentum,wheel3_motor_work,wheel3_friction_work', &
+                   attitude=.false., wheel=3), &
+      column_set_t('wheel4', 4, 'wheel4_speed,wheel4_momentum,wheel4_motor_work,wheel4_friction_work', &
+                   attitude=.false., wheel=4), &
+      column_set_t('wheel5', 4, 'wheel5_speed,wheel5_momentum,wheel5_motor_work,wheel5_friction_work', &
+                   attitude=.false., wheel=5), &
+      column_set_t('wheel6', 4, 'wheel6_speed,wheel6_momentum,wheel6_motor_work,wheel6_friction_work', &
+                   attitude=.false., wheel=6)]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -102,17 +116,26 @@ contains
       need_attitude = any([(any(names == column_sets(i)%name) .and. column_sets(i)%attitude, i=1, size(column_sets))])
    end function need_attitude
 
-   !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table.
-   subroutine choose(self, names, status, degrees)
+   !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, and
+   !> for a wheel that there is not.
+   subroutine choose(self, names, status, degrees, wheels)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
       type(status_t), intent(out) :: status
       !> Angles in degrees, rates in degrees per second, which the names of their columns say; default `.false.`.
       logical, intent(in), optional :: degrees
+      !> Number of wheels of the system; default: as many as columns ask for.
+      integer, intent(in), optional :: wheels
       integer :: i
 
       do i = 1, size(names)
-         if (any(column_sets%name == names(i))) cycle
+         if (any(column_sets%name == names(i))) then
+            if (.not. present(wheels)) cycle
+            if (column_sets(findloc(column_sets%name, names(i), dim=1))%wheel <= wheels) cycle
+            status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(names(i))//"' of a wheel that there is not "// &
+                          '(expected one group &wheel for each)', 'columns')
+            return
+         end if
          status = fail(NUTATE_BAD_ARGUMENT, "no set of columns is called '"//trim(names(i))//"' (nearest: "// &
                        nearest_name(names(i), column_sets%name)//')', 'columns')
          return
@@ -245,9 +268,23 @@ contains
       case (JACOBI)
          values = conserved_energy(system, state, shared%inverse_j0)
       case default
-         values = 0.0_wp
+         values = of_wheel(column_sets(set)%wheel, system, state)
       end select
    end subroutine write_set
+
+   !> Speed relative to the body, rad/s, absolute momentum about the axis, N m s, work of the motor and of the friction
+   !> so far, J; zeros for a wheel that there is not. Shape (4).
+   pure function of_wheel(i, system, state) result(values)
+      integer, intent(in) :: i
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: values(4)
+      values = 0.0_wp
+      if (i > system%effects%n_wheels) return
+      values(1) = system%effects%wheels(i)%speed_of(state%wheel_momentum(i), angular_velocity(system, state))
+      values(2) = state%wheel_momentum(i)
+      values(3:4) = state%wheel_work(:, i)
+   end function of_wheel
 
    !> Shows to an archive what is remembered from earlier states.
    subroutine transfer_columns(self, archive)

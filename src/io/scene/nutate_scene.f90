@@ -5,7 +5,7 @@
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
-   use nutate_columns, only: need_attitude
+   use nutate_columns, only: columns_t, need_attitude
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_event_tracker, only: event_list_t
@@ -190,6 +190,8 @@ contains
       call check_initial(scene%system, scene%initial, scene%plan, first_group(scene%groups, 'initial'), group, error)
       call read_times(scene%groups, path, error)
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
+      if (error%raised) return
+      call check_columns(first_group(scene%groups, 'output'), scene%output%columns, scene%system%effects, error)
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
       if (error%raised) return
       scene%choice = ''
@@ -220,6 +222,19 @@ contains
       type(run_plan_t), intent(out) :: plan
       type(output_settings_t), intent(out) :: output
    end subroutine forget
+
+   !> Raises an error for columns of a wheel that there is not.
+   subroutine check_columns(group, names, effects, error)
+      !> The group `&output`.
+      type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: names(:)
+      type(effect_list_t), intent(in) :: effects
+      type(scene_error_t), intent(inout) :: error
+      type(columns_t) :: columns
+      type(status_t) :: status
+      call columns%choose(names, status, wheels=effects%n_wheels)
+      if (.not. status%ok()) call error%take(group%line_of('columns'), status)
+   end subroutine check_columns
 
    !> Reads the times of rows where a file has them.
    subroutine read_times(groups, path, error)

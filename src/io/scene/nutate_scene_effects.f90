@@ -1,5 +1,6 @@
 !> The effects of a scene: every group that is not one of its fixed parts.
 module nutate_scene_effects
+   use nutate_body, only: body_t, whole_body
    use nutate_effect, only: effect_t, rotor_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_keys, only: group_t, group_kind_t
@@ -9,6 +10,8 @@ module nutate_scene_effects
    use nutate_scene_table, only: read_torque_table
    use nutate_status, only: status_t
    use nutate_system, only: system_t
+   use nutate_wheel, only: wheel_t
+   use nutate_wheel_mounting, only: add_wheel
    implicit none
    private
 
@@ -32,7 +35,8 @@ contains
       end do
    end subroutine add_effect_kinds
 
-   !> Adds the effects that the groups name, in their order, to a system.
+   !> Adds the effects that the groups name, in their order, to a system. What is made from a body is made from the
+   !> whole one, its wheels locked.
    subroutine build_effects(groups, system, error, folder)
       !> The tables that they name are read.
       type(group_t), intent(inout) :: groups(:)
@@ -43,10 +47,12 @@ contains
       character(len=*), intent(in), optional :: folder
       type(effect_kind_t), allocatable :: kinds(:)
       class(effect_t), allocatable :: effect
+      type(body_t) :: body
       type(status_t) :: status
       integer :: i, k
 
       kinds = effect_kinds()
+      body = whole_body(system%body)
       do i = 1, size(groups)
          do k = 1, size(kinds)
             if (kinds(k)%group%name /= groups(i)%name) cycle
@@ -56,7 +62,7 @@ contains
                call read_torque_table(groups(i), '', error)
             end if
             if (error%raised) return
-            call kinds(k)%build(groups(i), system%body, effect, status)
+            call kinds(k)%build(groups(i), body, effect, status)
             if (status%ok()) call check_strength(effect, status)
             if (.not. status%ok()) then
                call error%take(groups(i)%line_of(trim(status%subject)), status)
@@ -64,11 +70,9 @@ contains
             end if
             call take_switch(groups(i), effect, error)
             if (error%raised) return
-            if (effect%on) then
-               call system%effects%add(effect)
-            else
-               call add_idle(system, effect)
-            end if
+            call take_effect(system, effect, status)
+            if (.not. status%ok()) call error%take(groups(i)%line_of(trim(status%subject)), status)
+            if (error%raised) return
          end do
       end do
    end subroutine build_effects
@@ -88,18 +92,22 @@ contains
       effect%on = group%flag('on', .true.)
    end subroutine take_switch
 
-   !> Adds an effect that is off; a rotor or a rotating frame, which cannot be switched, is not there then.
-   subroutine add_idle(system, effect)
+   !> Adds an effect. A rotor or a rotating frame that is off, which cannot be switched, is not there then. Errors:
+   !> those of `add_wheel`.
+   subroutine take_effect(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
+      type(status_t), intent(out) :: status
       select type (effect)
       class is (rotor_t)
-         return
+         if (effect%on) call system%effects%add(effect)
       class is (rotating_frame_t)
-         return
+         if (effect%on) call system%effects%add(effect)
+      type is (wheel_t)
+         call add_wheel(system, effect, status)
       class default
          call system%effects%add(effect)
       end select
-   end subroutine add_idle
+   end subroutine take_effect
 
 end module nutate_scene_effects

@@ -1,7 +1,8 @@
 !> `&event`: what to look for in a run, and what to do then.
 module nutate_scene_events
    use nutate_admissible, only: POSITIVE
-   use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude
+   use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude, &
+      wheel_of
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
    use nutate_event_tracker, only: event_list_t
@@ -45,7 +46,7 @@ contains
       do i = 1, size(groups)
          if (groups(i)%name /= 'event' .or. error%raised) cycle
          event = column_event_t()
-         call take_quantity(groups(i), event, error)
+         call take_quantity(groups(i), effects, event, error)
          call take_kind(groups(i), event, error)
          call take_name(groups(i), event, error)
          event%stop = groups(i)%flag('stop', .false.)
@@ -69,14 +70,19 @@ contains
    end function events_need_attitude
 
    !> Columns, weights and period.
-   subroutine take_quantity(group, event, error)
+   subroutine take_quantity(group, effects, event, error)
       type(group_t), intent(in) :: group
+      type(effect_list_t), intent(in) :: effects
       type(column_event_t), intent(inout) :: event
       type(scene_error_t), intent(inout) :: error
       integer :: i, n
       n = group%count_of('when')
       do i = 1, n
          event%columns(i) = group%text_at('when', i)
+         if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
+         call error%raise(group%line_of('when'), "'"//trim(event%columns(i))//"' is of a wheel that there is not", &
+                          expected='one group &wheel for each')
+         return
       end do
       call event%place()
       if (group%has('weights')) then

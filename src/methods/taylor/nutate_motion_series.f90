@@ -26,6 +26,7 @@ module nutate_motion_series
    use nutate_series_tail, only: most_parts, series_tail_t
    use nutate_torque_series, only: torque_series_t
    use nutate_system, only: system_t
+   use nutate_wheel_series, only: wheel_series_t
    implicit none
    private
 
@@ -48,6 +49,8 @@ module nutate_motion_series
       type(torque_series_t) :: torques
       !> What comes after the highest coefficient.
       type(series_tail_t) :: tail
+      !> The momenta of the wheels.
+      type(wheel_series_t) :: wheels
       !> `TWO_PAIRS`, ...: of the system, and of the present series.
       integer, private :: best = TWO_PAIRS, equations = TWO_PAIRS
       !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
@@ -82,7 +85,7 @@ module nutate_motion_series
 
 contains
 
-   !> Finds out which equations do for a system, whose torques are prepared.
+   !> Finds out which equations do for a system, whose torques and wheels are prepared.
    pure subroutine prepare(self, system, attitude)
       class(motion_series_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -97,7 +100,7 @@ contains
       self%frame_rate = matmul(system%effects%frame_rate, self%torques%basis)
       self%places = 1 + modulo(self%axial%axis + [0, 1, 2], 3)
       self%best = TWO_PAIRS
-      if (self%frame_turns) return
+      if (self%frame_turns .or. self%wheels%n > 0) return
       if (.not. self%torques%has_more .and. self%torques%rank == 0) then
          self%best = ONE_PAIR
          if (diagonal) self%best = FREE_BODY
@@ -186,7 +189,7 @@ contains
       integer :: i
       self%equations = self%best
       associate (torques => self%torques, f => self%frame)
-         if (torques%has_more .or. torques%rank > 0) then
+         if (torques%has_more .or. torques%rank > 0 .or. self%wheels%n > 0) then
             do i = 1, 3
                f(:, i) = rotate_to_body(q, torques%basis(:, i))
             end do
@@ -229,14 +232,17 @@ contains
       b(1, :) = self%frame(:, 2)
       b(2, :) = self%frame(:, 3)
       w = self%momentum - system%effects%rotor_momentum
+      if (self%wheels%n > 0) call self%wheels%start(self%torques%start, self%time_unit)
       bound = steepest_growth
       converges = maxval(abs(turn)) <= bound
       if (.not. converges) return
       do k = 0, self%order
          self%lanes_1(:, :, k) = a
          self%lanes_2(:, :, k) = b
+         if (self%wheels%n > 0) w = w - self%wheels%term(k)
          w = to_omega(:, 1)*w(1) + to_omega(:, 2)*w(2) + to_omega(:, 3)*w(3)
          omega = w
+         if (self%wheels%n > 0) call self%wheels%add_term(system%effects, k, omega/self%time_unit)
          if (self%axial%axis > 0) then
             w = across*a(1, :)
             if (k < self%order) self%angle(k + 1) = inverses(k + 1)*(omega(self%axial%axis) - w(self%axial%axis))

@@ -9,7 +9,7 @@ module nutate_taylor_stepper
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_exp, quat_product
-   use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, rigid_rates_t
+   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, rigid_rates_t
    use nutate_motion_series, only: motion_series_t
    use nutate_power_series, only: highest_order
    use nutate_spaced_projection, only: spaced_projection_t
@@ -58,6 +58,8 @@ module nutate_taylor_stepper
       !> Rate of the space axes, rad/s; shape (3); they turn, and the series is that of axes which do not.
       real(wp) :: frame_rate(3) = 0.0_wp
       logical :: turns_free = .false.
+      !> The state that the step under way leads to.
+      type(state_t) :: next = state_t()
    contains
       procedure :: disturb
       procedure :: set_up
@@ -82,6 +84,8 @@ contains
          return
       end if
       call self%series%torques%prepare(system%effects, status)
+      if (.not. status%ok()) return
+      call self%series%wheels%prepare(system%effects, status)
       if (.not. status%ok()) return
       call self%series%prepare(system, settings%attitude)
       self%order = settings%series_order
@@ -114,34 +118,34 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates)
-      type(state_t) :: next
       logical :: chosen, converges
       integer :: i
       converges = .true.
-      next = state
-      if (self%conserve) call self%projection%find_origin(next)
-      chosen = is_expanded(self, system, next, dt, window_time)
+      call self%next%take(state, self%rates%n_wheels > 0)
+      if (self%conserve) call self%projection%find_origin(self%next)
+      chosen = is_expanded(self, system, self%next, dt, window_time)
       if (.not. chosen) then
-         call begin_step(self%rates, system, next, dt, window_time, y)
+         call begin_step(self%rates, system, self%next, dt, window_time, y)
          self%series%order = merge(self%order, fixed_step_order, self%order > 0)
-         if (self%rates%failure == 0) call expand_from(self, system, next, dt, y, converges)
+         if (self%rates%failure == 0) call expand_from(self, system, self%next, dt, y, converges)
          if (.not. converges) self%rates%failure = NUTATE_OFF_BRANCH
       end if
       if (self%rates%failure == 0) then
          call self%series%tail%use_in_step(dt/self%series%time_unit)
-         if (self%conserve) call self%projection%begin_step(system, next)
+         if (self%conserve) call self%projection%begin_step(system, self%next)
          call get_state(self, dt, y)
       end if
-      call end_step(self%rates, y, next, status)
+      call end_step(self%rates, y, self%next, status)
       if (status%code /= 0) return
+      if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
       do i = 1, size(self%work)
          self%work(i) = work_of(self, i, dt)
       end do
       if (self%conserve) then
-         call self%projection%end_step(system, next, chosen, sum(self%work), status)
+         call self%projection%end_step(system, self%next, chosen, sum(self%work), status)
          if (status%code /= 0) return
       end if
-      state = next
+      call state%take(self%next, self%rates%n_wheels > 0)
    end subroutine advance
 
    !> The length of the step that meets a goal.
@@ -242,6 +246,8 @@ contains
             is_expanded = .false.
       end do
       if (abs(state%t - self%first%t) > 0.0_wp) is_expanded = .false.
+      if (self%rates%n_wheels > 0 .and. is_expanded) is_expanded = self%series%wheels%is_start( &
+                                                    system%effects, state, window_time)
       do i = 1, size(self%acted)
          if (self%acted(i) .neqv. system%effects%torques(i)%item%acts_at(window_time)) &
             is_expanded = .false.
@@ -262,12 +268,17 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%time_unit = time_unit
+      if (self%rates%n_wheels > 0) call self%series%wheels%take(state, self%rates%driven)
       associate (start => self%series%torques%start)
          start = state%t
          ! On the end of a piece, or rounded beyond it, the step decides which it is.
          do i = 1, size(self%acted)
             if (self%rates%in_pieces(i) .and. self%rates%acts(i)) &
                start = min(max(start, self%rates%window(1, i)), self%rates%window(2, i))
+         end do
+         do i = 1, self%rates%n_wheels
+            if (self%rates%driven(i)) &
+               start = min(max(start, self%rates%drive_window(1, i)), self%rates%drive_window(2, i))
          end do
       end associate
       call self%series%expand(system, self%rates%acts, y(1:4), y(5:7), converges)
@@ -279,9 +290,9 @@ contains
       end do
    end subroutine expand_from
 
-   !> Attitude and momentum at a time from the start of the series.
+   !> Attitude and momentum at a time from the start of the series, and what the wheels gain until then.
    subroutine get_state(self, time, y)
-      class(taylor_t), intent(in) :: self
+      class(taylor_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: time
       !> [q, L, 0]; shape (n_rates).
@@ -292,17 +303,23 @@ contains
       if (self%attitude) y(1:4) = quat_product(self%first%q, rotation)
       if (self%turns_free) y(1:4) = quat_product(quat_exp((-0.5_wp*time)*self%frame_rate), y(1:4))
       y(8) = 0.0_wp
+      if (self%rates%n_wheels > 0) call self%series%wheels%evaluate( &
+         self%series%order, time/self%series%time_unit, self%series%tail, self%rates%gain, self%rates%wheel_work)
    end subroutine get_state
 
-   !> Work of a torque from the start of the series to a time after it, J.
+   !> Work of a torque from the start of the series to a time after it, J; of a wheel to the state last put together.
    pure real(wp) function work_of(self, i, time) result(work)
       class(taylor_t), intent(in) :: self
       integer, intent(in) :: i
       !> s.
       real(wp), intent(in) :: time
       work = 0.0_wp
-      if (self%acted(i)) work = self%series%torques%work_until(i, self%series%order, self%series%time_unit, &
-                                                               time/self%series%time_unit, self%series%tail)
+      if (i > size(self%acted)) then
+         work = self%rates%work(i)
+      else if (self%acted(i)) then
+         work = self%series%torques%work_until(i, self%series%order, self%series%time_unit, &
+                                               time/self%series%time_unit, self%series%tail)
+      end if
    end function work_of
 
    !> The state at a time inside the last step, by its series. Errors: `NUTATE_BAD_ARGUMENT` where there is none, or the
@@ -328,6 +345,7 @@ contains
       call get_state(self, time, y)
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
+      if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       do i = 1, size(self%work)
          work = work + work_of(self, i, time)
       end do

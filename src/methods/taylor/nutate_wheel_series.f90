@@ -1,0 +1,206 @@
+!> The momenta of wheels as power series in time: ḣ = u - cω, ω = h/Jw - s·Ω, beside those of the motion. All series are
+!> in `s = (t - t₀)/time_unit`.
+module nutate_wheel_series
+   use nutate_effect, only: LINEAR_SERIES, NO_SERIES, SPACE_SERIES
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: most_wheels
+   use nutate_power_series, only: highest_order, inverses
+   use nutate_series_tail, only: series_tail_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: wheel_series_t
+
+   !> The wheels of a system.
+   type :: wheel_series_t
+      !> Number of wheels.
+      integer :: n = 0
+      !> Start of the series for the motors, inside the piece of each, and unit of time, s.
+      real(wp), private :: t = 0.0_wp, time_unit = 1.0_wp
+      !> h at the start, N m s, and whether the motor acts; shape (most_wheels).
+      real(wp), private :: first(most_wheels) = 0.0_wp
+      logical, private :: driven(most_wheels) = .false.
+      !> Axes, body axes; shape (3, n). h, N m s, ω, rad/s, and u and -cω, N m; shapes (0:highest_order, n) and, of the
+      !> latter, (0:highest_order, 2, n).
+      real(wp), allocatable, private :: axes(:, :), momentum(:, :), speed(:, :), torque(:, :, :)
+      !> Auxiliary series of the motors, and the first and last of each; shapes (0:highest_order, any), (2, n).
+      real(wp), allocatable, private :: auxiliary(:, :)
+      integer, allocatable, private :: columns(:, :)
+      !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
+      real(wp), allocatable, private :: omega(:, :), gamma(:, :)
+   contains
+      !> Takes the wheels of a system.
+      procedure :: prepare
+      !> Takes the start of a series.
+      procedure :: take
+      !> The series starts from a state, with the same motors.
+      procedure :: is_start
+      !> Starts a series.
+      procedure :: start
+      !> A coefficient of Σ s h.
+      procedure :: term
+      !> Adds what follows from a coefficient of Ω.
+      procedure :: add_term
+      !> What the wheels gain up to a time.
+      procedure :: evaluate
+   end type wheel_series_t
+
+contains
+
+   !> Takes the wheels of a system. Errors: `NUTATE_BAD_ARGUMENT` for a motor without series.
+   subroutine prepare(self, effects, status)
+      class(wheel_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(status_t), intent(inout) :: status
+      integer :: i, last
+      self%n = effects%n_wheels
+      if (allocated(self%axes)) deallocate (self%axes, self%momentum, self%speed, self%torque, self%auxiliary, &
+                                            self%columns, self%omega, self%gamma)
+      if (self%n == 0) return
+      allocate (self%axes(3, self%n), self%momentum(0:highest_order, self%n), self%speed(0:highest_order, self%n), &
+                self%torque(0:highest_order, 2, self%n), self%omega(3, 0:highest_order), &
+                self%gamma(3, 0:highest_order), source=0.0_wp)
+      allocate (self%columns(2, self%n), source=0)
+      last = 0
+      do i = 1, self%n
+         associate (wheel => effects%wheels(i))
+            self%axes(:, i) = wheel%axis
+            self%columns(:, i) = [last + 1, last]
+            if (.not. allocated(wheel%motor)) cycle
+            if (any(wheel%motor%series_kind() == [NO_SERIES, LINEAR_SERIES, SPACE_SERIES])) then
+               status = fail(NUTATE_BAD_ARGUMENT, "the motor '"//trim(wheel%motor%name)// &
+                             "' has no series (expected method = 'dop853' with conserve = .true.)", 'method')
+               return
+            end if
+            last = last + wheel%motor%auxiliary_series()
+            self%columns(2, i) = last
+         end associate
+      end do
+      allocate (self%auxiliary(0:highest_order, last), source=0.0_wp)
+   end subroutine prepare
+
+   !> Takes the start of a series.
+   pure subroutine take(self, state, driven)
+      class(wheel_series_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      !> The motor acts; shape (most_wheels).
+      logical, intent(in) :: driven(most_wheels)
+      self%first = state%wheel_momentum
+      self%driven = driven
+   end subroutine take
+
+   !> True if the series starts from a state, with the same motors.
+   pure logical function is_start(self, effects, state, window_time)
+      class(wheel_series_t), intent(in) :: self
+      type(effect_list_t), intent(in) :: effects
+      type(state_t), intent(in) :: state
+      !> Time that decides which motors act, s.
+      real(wp), intent(in) :: window_time
+      integer :: i
+      is_start = .true.
+      do i = 1, self%n
+         if (abs(state%wheel_momentum(i) - self%first(i)) > 0.0_wp) is_start = .false.
+         if (self%driven(i) .neqv. effects%wheels(i)%is_driven(window_time)) is_start = .false.
+      end do
+   end function is_start
+
+   !> Starts a series from what was taken.
+   pure subroutine start(self, t, time_unit)
+      class(wheel_series_t), intent(inout) :: self
+      !> Start for the motors and unit of time, s.
+      real(wp), intent(in) :: t, time_unit
+      integer :: i
+      self%t = t
+      self%time_unit = time_unit
+      do i = 1, self%n
+         self%momentum(0, i) = self%first(i)
+      end do
+   end subroutine start
+
+   !> Coefficient k of Σ s h, N m s, body axes; shape (3).
+   pure function term(self, k)
+      class(wheel_series_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: term(3)
+      integer :: i
+      term = 0.0_wp
+      do i = 1, self%n
+         term = term + self%momentum(k, i)*self%axes(:, i)
+      end do
+   end function term
+
+   !> Adds coefficient k of speed and torques, and k + 1 of h, from coefficient k of Ω.
+   pure subroutine add_term(self, effects, k, omega)
+      class(wheel_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: k
+      !> Body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      real(wp) :: tau(3)
+      integer :: i
+      self%omega(:, k) = omega
+      do i = 1, self%n
+         associate (wheel => effects%wheels(i), columns => self%columns(:, i))
+            self%speed(k, i) = wheel%speed_of(self%momentum(k, i), omega)
+            tau = 0.0_wp
+            if (self%driven(i)) call wheel%motor%series_torque( &
+               k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
+               self%auxiliary(:, columns(1):columns(2)), tau)
+            self%torque(k, 1, i) = tau(1)
+            self%torque(k, 2, i) = -wheel%friction*self%speed(k, i)
+            if (k < highest_order) self%momentum(k + 1, i) = (self%time_unit*inverses(k + 1))* &
+                                                             (self%torque(k, 1, i) + self%torque(k, 2, i))
+         end associate
+      end do
+   end subroutine add_term
+
+   !> What the wheels gain from the start of the series to a time, and the work of motors and friction: term by term,
+   !> and the tail.
+   pure subroutine evaluate(self, order, s, tail, gain, work)
+      class(wheel_series_t), intent(in) :: self
+      !> Highest coefficient.
+      integer, intent(in) :: order
+      !> Time, in units.
+      real(wp), intent(in) :: s
+      !> Of the motion.
+      type(series_tail_t), intent(in) :: tail
+      !> N m s, shape (most_wheels), and J, shape (2, most_wheels).
+      real(wp), intent(inout) :: gain(most_wheels), work(2, most_wheels)
+      real(wp) :: power(0:highest_order), weights(2)
+      integer :: i, j, k, which
+      call tail%weights(order, s, weights(1), weights(2))
+      do i = 1, self%n
+         gain(i) = total(self%momentum(:, i))
+         do which = 1, 2
+            power = 0.0_wp
+            do j = 0, order - 1
+               do k = j, order - 1
+                  power(k) = power(k) + self%speed(j, i)*self%torque(k - j, which, i)
+               end do
+            end do
+            do k = order, 1, -1
+               power(k) = power(k - 1)*inverses(k)
+            end do
+            work(which, i) = self%time_unit*total(power)
+         end do
+      end do
+
+   contains
+
+      !> Σ xₖsᵏ from k = 1 on, and the tail.
+      pure real(wp) function total(x)
+         real(wp), intent(in) :: x(0:highest_order)
+         integer :: m
+         total = 0.0_wp
+         do m = order, 1, -1
+            total = s*(total + x(m))
+         end do
+         total = total + (weights(1)*x(order) + weights(2)*x(order - 1))
+      end function total
+
+   end subroutine evaluate
+
+end module nutate_wheel_series

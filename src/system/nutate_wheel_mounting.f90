@@ -1,0 +1,83 @@
+!> Wheels are a part of the body that they are mounted in: what is left to turn with it has less inertia about their
+!> axes.
+module nutate_wheel_mounting
+   use nutate_body, only: body_t, without
+   use nutate_kinds, only: wp
+   use nutate_limits, only: most_wheels
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_system, only: system_t
+   use nutate_wheel, only: wheel_t
+   implicit none
+   private
+
+   public :: add_wheel, mount_wheels, are_mounted
+
+contains
+
+   !> Adds a wheel to a system whose body was given with it, locked; from then on `system%body` is what turns without
+   !> it. Effects that are made from a body are made from the whole one (`whole_body`).
+   !>
+   !> Errors, with the system as it was: `NUTATE_BAD_ARGUMENT` for a wheel too many, or one that is none;
+   !> `NUTATE_BAD_BODY` where the wheels hold more inertia than the body with them.
+   subroutine add_wheel(system, wheel, status)
+      type(system_t), intent(inout) :: system
+      type(wheel_t), intent(in) :: wheel
+      type(status_t), intent(out) :: status
+      type(system_t) :: grown
+      if (.not. wheel%is_moderate()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the wheel is none (expected a unit vector as its axis, a positive '// &
+                       'inertia and friction >= 0, all up to 1e100 in SI units)', 'wheel')
+      else
+         grown = system
+         call grown%effects%add(wheel)
+         call mount_wheels(grown, status)
+         if (status%ok()) system = grown
+      end if
+   end subroutine add_wheel
+
+   !> Takes the inertia of all wheels of a system from its body. Errors, with the system as it was: as for `add_wheel`.
+   subroutine mount_wheels(system, status)
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      type(body_t) :: rest
+      character(len=4) :: most
+      if (system%effects%n_wheels == 0) return
+      if (system%effects%n_wheels > most_wheels) then
+         write (most, '(i0)') most_wheels
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are too many wheels (expected up to '//trim(most)//')', 'wheel')
+         return
+      end if
+      call without(system%body, spinning_inertia(system), rest, status)
+      if (status%ok()) system%body = rest
+   end subroutine mount_wheels
+
+   !> Σ Jw ssᵀ, body axes, kg m²; shape (3,3).
+   pure function spinning_inertia(system) result(inertia)
+      type(system_t), intent(in) :: system
+      real(wp) :: inertia(3, 3)
+      integer :: i, j, k
+      inertia = 0.0_wp
+      do i = 1, system%effects%n_wheels
+         associate (wheel => system%effects%wheels(i))
+            do k = 1, 3
+               do j = 1, 3
+                  inertia(j, k) = inertia(j, k) + wheel%inertia*(wheel%axis(j)*wheel%axis(k))
+               end do
+            end do
+         end associate
+      end do
+   end function spinning_inertia
+
+   !> True if the wheels of a system have been taken from its body: what every method asks.
+   pure logical function are_mounted(system)
+      type(system_t), intent(in) :: system
+      type(body_t) :: rest
+      type(status_t) :: status
+      are_mounted = system%effects%n_wheels == 0
+      if (are_mounted .or. system%effects%n_wheels > most_wheels) return
+      call without(system%body, spinning_inertia(system), rest, status)
+      are_mounted = status%ok()
+      if (are_mounted) are_mounted = .not. any(abs(rest%inertia - system%body%inertia) > 0.0_wp)
+   end function are_mounted
+
+end module nutate_wheel_mounting
