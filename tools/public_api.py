@@ -1,4 +1,4 @@
-"""Lists what programs can name: module `nutate`, the header, the FORTRAN 77 routines.
+"""Lists what programs can name: module `nutate`, the headers, the FORTRAN 77 routines.
 
     tools/public_api.py --write     puts the list into docs/public-api.txt
     tools/public_api.py --check     compares it with docs/public-api.txt; exit status 1 where they differ
@@ -144,8 +144,8 @@ def fortran_names():
 
 
 def c_names():
-    """The declarations of the header."""
-    text = open(f"{TOP}/include/nutate.h", encoding="utf-8").read()
+    """The declarations of the headers."""
+    text = "\n".join(open(path, encoding="utf-8").read() for path in sorted(glob.glob(f"{TOP}/include/*.h")))
     text = re.sub(r"/\*.*?\*/|//[^\n]*", " ", text, flags=re.DOTALL).replace("\\\n", " ")
     directives = [line.strip() for line in text.splitlines()
                   if re.match(r"\s*#\s*define \w+ +\S", line)]
@@ -167,7 +167,7 @@ def f77_names():
 
 
 def main():
-    text = "\n".join([HEADING, "Fortran: module nutate", *fortran_names(), "", "C: include/nutate.h", *c_names(), "",
+    text = "\n".join([HEADING, "Fortran: module nutate", *fortran_names(), "", "C: include/nutate.h and what it includes", *c_names(), "",
                       "FORTRAN 77", *f77_names(), ""])
     if sys.argv[1:] == ["--write"]:
         with open(LIST, "w", encoding="utf-8") as file:
