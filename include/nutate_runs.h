@@ -41,8 +41,8 @@ int nutate_scene_set_poll(nutate_scene *scene, nutate_poll poll, void *user);
 /* ---- Copies ------------------------------------------------------------------------------------------------------ */
 
 /* A stepper that goes on as the first would, to the last digit, and is independent of it; callbacks are shared.
- *   ==>  stepper   <==  copy, the new handle   <==  message, or NULL   ==>  size */
-int nutate_stepper_copy(const nutate_stepper *stepper, nutate_stepper **copy, char *message, size_t size);
+ *   ==>  stepper   is as it was   <==  copy, the new handle   <==  message, or NULL   ==>  size */
+int nutate_stepper_copy(nutate_stepper *stepper, nutate_stepper **copy, char *message, size_t size);
 
 /* All that changes in a stepper, as bytes that this version on this kind of machine can restore.
  *   ==>  stepper   is as it was

@@ -10,6 +10,7 @@ module nutate_c_copies
    use nutate_progress, only: start_run, transfer_progress
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
+   use nutate_stepper, only: stepper_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_TRUNCATED
    use nutate_version, only: version
    implicit none
@@ -24,6 +25,7 @@ contains
       integer(c_size_t), intent(in), value :: size
       type(c_ptr), pointer :: slot
       type(stepper_handle_t), pointer :: from, handle
+      class(stepper_t), allocatable :: method
       type(status_t) :: status
       integer :: failed
       slot => open_slot(copy)
@@ -33,10 +35,14 @@ contains
       else if (.not. associated(from)) then
          status = fail(NUTATE_BAD_HANDLE, 'stepper is not the handle of a stepper')
       else
+         if (allocated(from%stepper)) call move_alloc(from%stepper, method)
          allocate (handle, source=from, stat=failed)
-         if (failed /= 0) then
-            status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
-         else
+         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
+         if (allocated(method)) then
+            if (failed == 0) call method%copy(handle%stepper)
+            call move_alloc(method, from%stepper)
+         end if
+         if (failed == 0) then
             call report_failures_to(handle%system%effects, c_loc(handle%failure))
             handle%poll = poll_t()
             slot = c_loc(handle)
