@@ -10,6 +10,7 @@ program main
    use nutate_run_command, only: run_command
    use nutate_run_signals, only: end_by_signal
    use nutate_version, only: version
+   use nutate_view_command, only: view_command
    implicit none
    integer :: exit_code
 
@@ -43,6 +44,8 @@ contains
          call cost_command(command, exit_code)
       case ('plot')
          call plot_command(command, exit_code)
+      case ('view')
+         call view_command(command, exit_code)
       case ('help')
          call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
       case ('version')

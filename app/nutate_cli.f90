@@ -29,7 +29,8 @@ module nutate_cli
       verb_t('run', 'simulate a scene and write its history as CSV'), &
       verb_t('check', 'say what would be simulated; write nothing'), &
       verb_t('cost', 'say what accuracy costs in time on this scene, with every method'), &
-      verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv')]
+      verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv'), &
+      verb_t('view', 'run a scene and show the body turning, on a web page (with Python)')]
 
    !> One option.
    type :: option_t
@@ -43,10 +44,10 @@ module nutate_cli
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run,plot', 'where to write the history (- is standard output), or the picture'), &
-      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost', &
+      option_t('--output', 'FILE', 'run,plot,view', 'where to write the history (- is standard output), picture or page'), &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view', &
                'override a value of the scene; may be given several times'), &
-      option_t('--unset', 'GROUP.KEY', 'run,check,cost', &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view', &
                'take a key out of the scene; may be given several times'), &
       option_t('--plot', 'FILE.svg|png', 'run,cost', &
                'draw with gnuplot: of run the history, of cost errors against time'), &
@@ -57,7 +58,7 @@ module nutate_cli
       option_t('--checkpoint', 'FILE', 'run', 'note in FILE how to go on, should the run be interrupted'), &
       option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
       option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &
-      option_t('--help', '', 'run,check,cost,plot', 'show this help'), &
+      option_t('--help', '', 'run,check,cost,plot,view', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.
