@@ -44,7 +44,8 @@ module nutate_cli
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run,plot,view', 'where to write the history (- is standard output), picture or page'), &
+      option_t('--output', 'FILE', 'run,plot,view', &
+               'where to write the history (- is standard output), picture or page'), &
       option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view', &
                'override a value of the scene; may be given several times'), &
       option_t('--unset', 'GROUP.KEY', 'run,check,cost,view', &

@@ -21,14 +21,15 @@ contains
 
       exit_code = EXIT_OUTPUT
       if (.not. python_is_ready()) then
-         call say_error('nutate: cannot show '//printable_path(command%scene)//': python3 has not both nutate and plotly '// &
-                        '(expected python3 -m pip install ".[view]" in a checkout)')
+         call say_error('nutate: cannot show '//printable_path(command%scene)// &
+                        ': python3 has not both nutate and plotly (expected python3 -m pip install ".[view]" in a checkout)')
          return
       end if
       line = 'python3 -m nutate.view'
       if (allocated(command%output)) then
          if (same_file(command%output, command%scene)) then
-            call say_error('nutate: '//printable_path(command%output)//' is the scene itself and will not be written over')
+            call say_error('nutate: '//printable_path(command%output)// &
+                           ' is the scene itself and will not be written over')
             exit_code = EXIT_INPUT
             return
          end if

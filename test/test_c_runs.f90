@@ -1,4 +1,5 @@
-!> The C interface: runs into histories, runs that are asked to stop, copies of steppers. The tests are in `test_c_runs.c`.
+!> The C interface: runs into histories, runs that are asked to stop, copies of steppers. The tests are in
+!> `test_c_runs.c`.
 module test_c_runs
    use, intrinsic :: iso_c_binding, only: c_int
    use testdrive, only: check, error_type, new_unittest, unittest_type

@@ -104,8 +104,8 @@ class Scene(Recipe):
         self._conclude(status, message=message.value.decode("utf-8", "replace"))
 
 
-def take_history(handle: Any) -> tuple[dict[str, Array], int]:
-    """The columns of a history of the library, and its steps without a proof; the history is freed."""
+def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[dict[str, Array], int]:
+    """The columns of a history of the library, and its steps without a proof; the history is freed. Their names may be known."""
     if not handle:
         return {}, 0
     try:
@@ -114,7 +114,8 @@ def take_history(handle: Any) -> tuple[dict[str, Array], int]:
         values = np.empty((n_rows.value, n_columns.value))
         if values.size:
             check(library.nutate_history_values(handle, pointer(values), values.size))
-        names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
+        if names is None:
+            names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
         check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
     finally:
         library.nutate_history_destroy(ctypes.byref(handle))

@@ -20,6 +20,8 @@ SETS = ("quaternion", "conjugate_momentum", "angular_velocity", "angular_momentu
 STEPS_FAILED = (NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, STEP_LIMIT)
 # Turn between two looks for events, rad, and looks in a step at least.
 LOOK_TURN, LEAST_LOOKS = 0.2, 8
+# Steps to look through at a time: an event that ends the motion is found before those behind it are asked.
+STEPS_AT_A_TIME = 32
 
 Event = Callable[[float, Array, Array], float]
 
@@ -303,17 +305,25 @@ class Found:
         self.ended_by = -1
 
     def look(self, sol: Motion, ends: dict[str, Array]) -> None:
-        """Looks for them in all steps."""
-        if not self.events or len(ends["t"]) < 2:
-            return
-        times = look_times(ends)
-        q, omega = sol(times)
+        """Looks for them in all steps up to the end."""
+        seen = [Seen(event) for event in self.events]
+        for first in range(0, len(ends["t"]) - 1 if self.events else 0, STEPS_AT_A_TIME):
+            part = {name: ends[name][first:first + STEPS_AT_A_TIME + 1] for name in ("t", "omega1", "omega2", "omega3")}
+            times = look_times(part)
+            q, omega = sol(times)
+            for k, t in enumerate(times):
+                for i, each in enumerate(seen):
+                    self.times[i] += each.look(sol, float(t), q[k], omega[k])
+            self._find_end(sol)
+            if self.end is not None:
+                return
+
+    def _find_end(self, sol: Motion) -> None:
+        """Which event ends the motion first, if one does; what happens later does not count."""
         for i, event in enumerate(self.events):
-            values = np.array([float(event(t, q[k], omega[k])) for k, t in enumerate(times)])
-            self.times[i] = list(crossings(event, sol, times, values))
-            allowed = getattr(event, "terminal", None) or 0
-            if allowed and len(self.times[i]) >= int(allowed):
-                end = self.times[i][int(allowed) - 1]
+            allowed = int(getattr(event, "terminal", None) or 0)
+            if allowed and len(self.times[i]) >= allowed:
+                end = self.times[i][allowed - 1]
                 if self.end is None or sol._sense * end < sol._sense * self.end:
                     self.end, self.ended_by = end, i
         if self.end is not None:
@@ -336,17 +346,24 @@ def look_times(ends: dict[str, Array]) -> Array:
     return np.concatenate([*pieces, t[-1:]])
 
 
-def crossings(event: Event, sol: Motion, times: Array, values: Array) -> Iterator[float]:
-    """Times at which an event happens, in the order of the motion. That it is 0 at the start does not count."""
-    direction = getattr(event, "direction", 0)
-    before = None
-    for k in range(len(times)):
-        if before is not None and values[k] * values[before] <= 0 and direction * (values[k] - values[before]) >= 0:
-            yield root(lambda t: float(event(t, *sol(t))), times[before], times[k], values[before], values[k])
-        if values[k] != 0:
-            before = k
-        elif before is not None:
-            before = None  # the root is that of the look itself
+class Seen:
+    """An event, and its last look that was not 0."""
+
+    def __init__(self, event: Event) -> None:
+        self.event = event
+        self.direction = getattr(event, "direction", 0)
+        self.before: Optional[tuple[float, float]] = None
+
+    def look(self, sol: Motion, t: float, q: Array, omega: Array) -> list[float]:
+        """Looks at a time later than the last one: when the event happened in between. That it is 0 at the start does not
+        count."""
+        value = float(self.event(t, q, omega))
+        before, self.before = self.before, (t, value) if value != 0 else None
+        if before is None:
+            return []
+        if before[1] * value > 0 or self.direction * (value - before[1]) < 0 or np.isnan(value):
+            return []
+        return [root(lambda at: float(self.event(at, *sol(at))), before[0], t, before[1], value)]
 
 
 def root(function: Callable[[float], float], a: float, b: float, f_a: float, f_b: float) -> float:

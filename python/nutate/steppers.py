@@ -54,6 +54,7 @@ class Stepper(Owner):
         self._source = (type(source), source._given, tuple(source._additions))
         self._settings: dict[str, Any] = {}
         self._sets: Optional[tuple[str, ...]] = None
+        self._names: Optional[list[str]] = None
         self.set(**settings)
 
     def __repr__(self) -> str:
@@ -148,7 +149,7 @@ class Stepper(Owner):
         handle = ctypes.c_void_p()
         status = interruptible(library.nutate_stepper_run_history, self._handle, float(end_time), operator.index(every),
                                float(interval), pointer(wanted), 0 if wanted is None else wanted.size, ctypes.byref(handle))
-        history, _ = take_history(handle)
+        history, _ = take_history(handle, self.column_names)
         self._conclude(status, history)
         return history
 
@@ -166,14 +167,16 @@ class Stepper(Owner):
     def set_columns(self, *sets: str) -> None:
         """Chooses the sets of columns of `run`, as &output columns does."""
         self._call("nutate_stepper_set_columns", encoded(",".join(sets)))
-        self._sets = sets
+        self._sets, self._names = sets, None
 
     @property
     def column_names(self) -> list[str]:
         """Names of the columns of `run`."""
-        width = ctypes.c_size_t()
-        self._call("nutate_stepper_width", ctypes.byref(width))
-        return [text_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
+        if self._names is None or not self._handle:
+            width = ctypes.c_size_t()
+            self._call("nutate_stepper_width", ctypes.byref(width))
+            self._names = [text_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
+        return list(self._names)
 
     @property
     def row(self) -> dict[str, float]:

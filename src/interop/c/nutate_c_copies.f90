@@ -96,7 +96,7 @@ contains
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
       if (.not. c_associated(bytes) .or. size < 0 .or. size > huge(1)) then
-         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'the argument bytes is NULL, or size out of its range', 'bytes'))
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'bytes is NULL, or size out of its range', 'bytes'))
          return
       end if
       call c_f_pointer(bytes, given, [size])
@@ -109,8 +109,8 @@ contains
       call archive%begin_reading(content)
       call transfer_handle(handle, archive, status)
       if (status%ok() .and. archive%problem() /= '') &
-         status = fail(NUTATE_BAD_ARGUMENT, 'the bytes are not those of a stepper of this system, with these settings, '// &
-                       'saved by this version', 'bytes')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the bytes are not those of a stepper of this system, with these '// &
+                       'settings, saved by this version', 'bytes')
       if (.not. status%ok()) then
          content = before%content()
          call before%begin_reading(content)
@@ -119,8 +119,8 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_restore
 
-   !> Shows to an archive all that changes in a stepper: another one of the same system, settings and columns goes on in its
-   !> place. Errors: those of callbacks.
+   !> Shows to an archive all that changes in a stepper: another one of the same system, settings and columns goes on in
+   !> its place. Errors: those of callbacks.
    subroutine transfer_handle(handle, archive, status)
       type(stepper_handle_t), intent(inout) :: handle
       class(archive_t), intent(inout) :: archive

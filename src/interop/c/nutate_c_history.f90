@@ -226,8 +226,8 @@ contains
       if (.not. status%ok()) return
       state = from%scene%initial
       plan = from%scene%plan
-      call integrate_asking(from%poll, failure, system, from%scene%integrator, state, plan, status, collector, summary, &
-                            from%scene%events)
+      call integrate_asking(from%poll, failure, system, from%scene%integrator, state, plan, status, collector, &
+                            summary, from%scene%events)
       call add_failure(failure, status)
       handle%unproved_steps = summary%unproved_steps
    end subroutine collect

@@ -1,6 +1,7 @@
 !> Runs that can be asked to stop: what a C program wants to be asked while they go on.
 module nutate_c_polls
-   use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_funptr, c_int, c_null_funptr, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_funptr, c_int, c_null_funptr, c_null_ptr, &
+      c_ptr
    use nutate_c_effects, only: judge_failure
    use nutate_event_tracker, only: event_list_t
    use nutate_kinds, only: wp, long
@@ -48,7 +49,8 @@ module nutate_c_polls
       end function asked_function
    end interface
 
-   !> Time between two questions, s: a tenth of what a person notices, and a question to a program in Python takes 1e-6 s.
+   !> Time between two questions, s: a tenth of what a person notices, and a question to a program in Python takes 1e-6
+   !> s.
    real(wp), parameter :: patience = 0.02_wp
    !> Steps between two looks at the clock, which takes a tenth of the cheapest step.
    integer(long), parameter :: steps_between_looks = 64

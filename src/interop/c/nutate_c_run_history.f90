@@ -1,8 +1,8 @@
 !> C interface: runs of steppers into histories, and runs that can be asked to stop. What each function does stands in
 !> `include/nutate_runs.h`.
 module nutate_c_run_history
-   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, c_ptr, &
-      c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
+      c_ptr, c_size_t
    use nutate_c_handles, only: conclude, find_scene, find_stepper, history_handle_t, null_argument, open_slot, &
       scene_handle_t, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: poll_t
@@ -107,8 +107,8 @@ contains
          before = times(i)
       end do
       if (i <= n) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the times of the rows are not in order from the present time to end_time', &
-                       'times')
+         status = fail(NUTATE_BAD_ARGUMENT, 'the times of the rows are not in order from the present time '// &
+                       'to end_time', 'times')
          return
       end if
       plan%times = times

@@ -91,8 +91,8 @@ contains
       code = NUTATE_OK
    end function nutate_stepper_count_rows
 
-   !> Runs to the end time of a plan that says when rows are due: with nominal steps, or steps chosen by their error. Errors:
-   !> `NUTATE_BAD_ARGUMENT`, why a step failed, those of callbacks and rows.
+   !> Runs to the end time of a plan that says when rows are due: with nominal steps, or steps chosen by their error.
+   !> Errors: `NUTATE_BAD_ARGUMENT`, why a step failed, those of callbacks and rows.
    subroutine run_to(handle, plan, taker, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(run_plan_t), intent(inout) :: plan
@@ -275,8 +275,8 @@ contains
       if (mod(n, every) > 0) rows = rows + 1
    end function rows_of
 
-   !> Steps that the run itself chooses, to the end time of a plan. Errors: those of the method, of callbacks and rows; after
-   !> a failed callback the state is that before the run.
+   !> Steps that the run itself chooses, to the end time of a plan. Errors: those of the method, of callbacks and rows;
+   !> after a failed callback the state is that before the run.
    subroutine run_by_plan(handle, plan, taker, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(run_plan_t), intent(inout) :: plan
@@ -297,8 +297,8 @@ contains
       call keep_work(handle)
       handle%under_way = .false.
       if (abs(plan%end_time - state%t) > 0.0_wp) then
-         call integrate_asking(handle%poll, handle%failure, handle%system, handle%settings, state, plan, status, taker, &
-                               summary)
+         call integrate_asking(handle%poll, handle%failure, handle%system, handle%settings, state, plan, status, &
+                               taker, summary)
          handle%found_tolerance = plan%goal%local_tolerance
       else if (.not. allocated(plan%times)) then
          call write_row(handle, taker, status)

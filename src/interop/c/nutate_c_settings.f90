@@ -76,8 +76,8 @@ contains
       call move_alloc(kept, group%settings)
    end subroutine drop
 
-   !> What is in force for a key of `&integrator`: what was set, or else what was chosen for it. Errors: those of `prepare`;
-   !> `NUTATE_BAD_ARGUMENT` for a key that is not known here.
+   !> What is in force for a key of `&integrator`: what was set, or else what was chosen for it. Errors: those of
+   !> `prepare`; `NUTATE_BAD_ARGUMENT` for a key that is not known here.
    subroutine get_key(handle, key, value, status)
       type(stepper_handle_t), intent(inout) :: handle
       character(len=*), intent(in) :: key
@@ -107,8 +107,8 @@ contains
             write (value, '(es24.16e3)') merge(handle%found_tolerance, plan%goal%local_tolerance, &
                                                plan%goal%accuracy > 0.0_wp)
          case default
-            status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, linear_solver, order, series_order, conserve, '// &
-                          'time_step, accuracy, local_tolerance', 'key')
+            status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, linear_solver, order, series_order, '// &
+                          'conserve, time_step, accuracy, local_tolerance', 'key')
          end select
       end associate
       value = adjustl(value)
@@ -184,13 +184,14 @@ contains
          handle%chooses_method = handle%settings%method == AUTOMATIC_METHOD
          handle%chooses_order = handle%settings%order == 0
          if (handle%chooses_method) call choose_method(handle%system, handle%run%state, handle%duration, &
-                                                       max(goal%accuracy, goal%local_tolerance), handle%settings, reason)
+                                                       max(goal%accuracy, goal%local_tolerance), handle%settings, &
+                                                       reason)
          call choose_order(handle%system, handle%duration, goal%accuracy, handle%settings)
       end associate
    end subroutine choose
 
-   !> Chooses again where a run to a time has another duration than the choice was made for: fast tops and strong damping
-   !> are told by it.
+   !> Chooses again where a run to a time has another duration than the choice was made for: fast tops and strong
+   !> damping are told by it.
    subroutine choose_for(handle, end_time)
       !> Prepared.
       type(stepper_handle_t), intent(inout) :: handle
