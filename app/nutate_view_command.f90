@@ -22,7 +22,8 @@ contains
       exit_code = EXIT_OUTPUT
       if (.not. python_is_ready()) then
          call say_error('nutate: cannot show '//printable_path(command%scene)// &
-                        ': python3 has not both nutate and plotly (expected python3 -m pip install ".[view]" in a checkout)')
+                        ': python3 has not both nutate and plotly '// &
+                        '(expected python3 -m pip install ".[view]" in a checkout)')
          return
       end if
       line = 'python3 -m nutate.view'

@@ -148,7 +148,8 @@ contains
       type(status_t) :: status
       call make_body(diagonal(moments), problem%system%body, status, mass=1.0_wp, center_of_mass=center)
       call problem%system%effects%add(gravity_t(problem%system%body, field))
-      problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, -0.6_wp, 0.0_wp], 20*center + [0.5_wp, 0.4_wp, 0.3_wp])
+      problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, -0.6_wp, 0.0_wp], &
+                                 20*center + [0.5_wp, 0.4_wp, 0.3_wp])
       call go(error, problem, 'taylor', .true., 1e-2_wp, 300, exact)
       if (.not. allocated(error)) call go(error, problem, 'rk8', .true., 0.05_wp, 60, state)
       if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 1e-10_wp, "q")
