@@ -293,10 +293,12 @@ def note(number: int, frame: Any) -> None:
         waiting[-1](number, frame)
 
 
-@PollCallback
-def asked(_: Any) -> int:
+def wants_to_stop(_: Any) -> int:
     """The answer to a run that asks whether to stop."""
     return 1 if noted and threading.get_ident() == threading.main_thread().ident else 0
+
+
+asked = PollCallback(wants_to_stop)
 
 
 def interruptible(function: Any, *arguments: Any) -> int:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import html
+import importlib
 import json
 import os
 import re
@@ -135,7 +136,7 @@ def thinned(count: int, most: int) -> Any:
 
 def page_of(columns: Mapping[str, Array], system: System, surface: Surface, title: str, play: bool, begin: float) -> str:
     """The text of the page."""
-    import plotly.offline  # type: ignore[import-untyped,unused-ignore]
+    plotly = importlib.import_module("plotly.offline")
     chosen = thinned(len(columns["t"]), FRAMES)
     rows = {name: np.asarray(values)[chosen] for name, values in columns.items()}
     frames = Frames(rows, system, surface)
@@ -148,7 +149,7 @@ def page_of(columns: Mapping[str, Array], system: System, surface: Surface, titl
     figures = {"body": body_figure(frames, surface), "polhode": polhode_figure(frames, system.inertia), "curves": curves}
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page.js")
     with open(script, encoding="utf-8") as file:
-        return PAGE.format(title=html.escape(title), plotly=plotly.offline.get_plotlyjs(), motion=in_json(motion),
+        return PAGE.format(title=html.escape(title), plotly=plotly.get_plotlyjs(), motion=in_json(motion),
                            figures=in_json(figures), script=file.read())
 
 

@@ -43,7 +43,9 @@ class Surface:
 def box(edges: Array) -> Surface:
     """A box with its edges along the axes."""
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    points, corners, colours = [], [], []
+    points: list[Any] = []
+    corners: list[list[int]] = []
+    colours: list[str] = []
     for axis in range(3):
         for side in (-1, 1):
             face = signs[signs[:, axis] == side][[0, 1, 3, 2]]

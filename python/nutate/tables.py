@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from typing import Any, Iterator, Mapping, Union
 
@@ -57,7 +58,7 @@ class Columns(Mapping[str, Array]):
 def to_pandas(history: Union[Mapping[str, Array], Columns]) -> Any:
     """The columns of a run, of nutate.run, of a stepper or of nutate.solve, as a DataFrame of pandas with the time, s, as its
     index; attrs["units"] has their units."""
-    import pandas  # type: ignore[import-untyped,unused-ignore]
+    pandas = importlib.import_module("pandas")
     frame = pandas.DataFrame({name: values for name, values in history.items() if name != "t"},
                              index=pandas.Index(np.asarray(history["t"]), name="t"))
     frame.attrs["units"] = {name: unit_of(name) for name in history}
@@ -67,7 +68,7 @@ def to_pandas(history: Union[Mapping[str, Array], Columns]) -> Any:
 def to_xarray(history: Union[Mapping[str, Array], Columns]) -> Any:
     """The columns of a run as a Dataset of xarray over the time, s: attitude q, angular velocity omega and momenta with an axis
     of their own, all else column by column; each has its unit in attrs["units"]."""
-    import xarray  # type: ignore[import-untyped,unused-ignore]
+    xarray = importlib.import_module("xarray")
     rest = {name: values for name, values in history.items() if name != "t"}
     variables: dict[str, Any] = {}
     for name, names, axis, unit in VECTORS:
