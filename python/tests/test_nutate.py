@@ -1,6 +1,7 @@
 """The Python package: the numbers of the program bit for bit, callbacks, misuse. $NUTATE names the program."""
 
 import csv
+import gc
 import glob
 import os
 import subprocess
