@@ -223,8 +223,10 @@ def polhode_figure(frames: Frames, inertia: Array) -> dict[str, Any]:
     surface = {"type": "surface", "name": "inertia ellipsoid", "x": x, "y": y, "z": z, "showscale": False, "opacity": 0.55,
                "colorscale": [[0, "#9ecae1"], [1, "#9ecae1"]], "hoverinfo": "skip", "showlegend": True}
     # A little outside, so that the surface does not hide it.
-    path = line3d(1.01 * frames.polhode, "polhode", COLOURS["path"], 5)
+    # Where the body stands still for a moment, the path goes on from the other side.
     reach = 1.1 / np.sqrt(moments.min())
+    jumps = 1 + np.flatnonzero(np.linalg.norm(np.diff(frames.polhode, axis=0), axis=1) > 0.5 * reach)
+    path = line3d(1.01 * np.insert(frames.polhode, jumps, np.nan, axis=0), "polhode", COLOURS["path"], 5)
     layout = {"scene": axes3d(float(reach), ("1", "2", "3")), "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
               "legend": {"x": 0.02, "y": 0.98}, "uirevision": "kept"}
     return {"data": [point, surface, path], "layout": layout}
