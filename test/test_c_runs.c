@@ -81,9 +81,9 @@ int test_c_polls(void)
     CHECK(done == 64);
     EXPECT(NUTATE_OK, nutate_stepper_set_time_step(stepper, 0.01));
     asked = 2;
-    EXPECT(NUTATE_STOPPED, nutate_stepper_run_history(stepper, 1e7, 1000, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_STOPPED, nutate_stepper_run_history(stepper, 1e7, 1, 0.0, NULL, 0, &history));
     EXPECT(NUTATE_OK, nutate_history_size(history, &n, NULL));
-    CHECK(n > 1);
+    CHECK(n > 64);
     EXPECT(NUTATE_OK, nutate_history_destroy(&history));
     EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "method", "taylor"));
     EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "accuracy", "1e-8"));

@@ -83,8 +83,8 @@ module nutate_stepper
       procedure, non_overridable :: renew
       !> Moves a state by one step.
       procedure, non_overridable :: step => take_step
-      !> Makes a stepper that goes on as this one would.
-      procedure, non_overridable :: copy
+      !> Makes a stepper that goes on as this one would; one that has another inside, which keeps steps, copies that so.
+      procedure :: copy
       !> Keeps the starts of steps from now on, for `state_at`; to be called after `prepare`.
       procedure :: keep_steps
       !> The state at a time inside the last step (dense output), as good as the method: the step taken again with that
@@ -207,7 +207,7 @@ contains
 
    !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself: gfortran 12 does not
    !> copy a `class(*)` inside of another object.
-   subroutine copy(self, twin)
+   recursive subroutine copy(self, twin)
       !> As it was.
       class(stepper_t), intent(inout) :: self
       class(stepper_t), allocatable, intent(out) :: twin
