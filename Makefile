@@ -10,8 +10,10 @@ STRESS ?=
 FUZZ ?=
 ATTACK ?=
 CASE ?=
+# 1: with threads, which run the members of an ensemble: make OPENMP=1
+OPENMP ?=
 
-export FFLAGS
+export FFLAGS OPENMP
 
 .DEFAULT_GOAL := build
 .PHONY: help setup build run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs wheel install uninstall clean

@@ -2,6 +2,7 @@
 program main
    use nutate_check_command, only: check_command
    use nutate_cli, only: argument_t, command_t, get_arguments, parse_arguments
+   use nutate_contraction, only: arithmetic_in_words
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
    use nutate_cost_command, only: cost_command
    use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT, prepare_process
@@ -9,6 +10,8 @@ program main
    use nutate_plot_command, only: plot_command
    use nutate_run_command, only: run_command
    use nutate_run_signals, only: end_by_signal
+   use nutate_sweep, only: has_threads
+   use nutate_sweep_command, only: sweep_command
    use nutate_version, only: version
    use nutate_view_command, only: view_command
    implicit none
@@ -44,12 +47,15 @@ contains
          call cost_command(command, exit_code)
       case ('plot')
          call plot_command(command, exit_code)
+      case ('sweep')
+         call sweep_command(command, exit_code)
       case ('view')
          call view_command(command, exit_code)
       case ('help')
          call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
       case ('version')
          call page%line('nutate '//version)
+         call page%line(arithmetic_in_words()//trim(merge('; threads   ', '; one thread', has_threads())))
          call show_page(page, STANDARD_OUTPUT, exit_code)
       case default
          call show_page(help_page(''), STANDARD_ERROR, exit_code)

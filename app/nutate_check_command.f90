@@ -10,6 +10,7 @@ module nutate_check_command
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_ensemble_words, only: add_ensemble
    use nutate_event_words, only: event_text
    use nutate_files, only: STANDARD_OUTPUT
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, potential_energy, space_momentum
@@ -73,6 +74,7 @@ contains
       call add_method(page, scene)
       call add_invariants(page, scene)
       call add_output(page, scene)
+      if (scene%ensemble%active()) call add_ensemble(page, scene%ensemble)
       call add_notes(page, scene)
       call show_page(page, STANDARD_OUTPUT, exit_code)
    end subroutine check_command

@@ -29,6 +29,7 @@ module nutate_cli
       verb_t('run', 'simulate a scene and write its history as CSV'), &
       verb_t('check', 'say what would be simulated; write nothing'), &
       verb_t('cost', 'say what accuracy costs in time on this scene, with every method'), &
+      verb_t('sweep', 'run the members of an ensemble, and keep a row of each'), &
       verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv'), &
       verb_t('view', 'run a scene and show the body turning, on a web page (with Python)')]
 
@@ -38,28 +39,33 @@ module nutate_cli
       !> What its value stands for; blank for an option without value.
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
-      character(len=24) :: verbs
+      character(len=40) :: verbs
       character(len=80) :: purpose
    end type option_t
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run,plot,view', &
-               'where to write the history (- is standard output), picture or page'), &
-      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view', &
+      option_t('--output', 'FILE', 'run,plot,view,sweep', &
+               'where to write: history (- is standard output), picture, page, rows'), &
+      option_t('--members', 'A:B', 'sweep', 'run members A to B only, to a file of their own'), &
+      option_t('--member', 'K', 'sweep', 'run member K alone, with its whole history; its row to standard output'), &
+      option_t('--threads', 'N', 'sweep', 'run so many members at once; 1 unless given'), &
+      option_t('--merge', '', 'sweep', 'put the files of --members together'), &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep', &
                'override a value of the scene; may be given several times'), &
-      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view', &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep', &
                'take a key out of the scene; may be given several times'), &
       option_t('--plot', 'FILE.svg|png', 'run,cost', &
                'draw with gnuplot: of run the history, of cost errors against time'), &
-      option_t('--csv', 'FILE', 'cost', 'write one row for each run; - is standard output'), &
+      option_t('--csv', 'FILE', 'cost,sweep', 'write one row for each run, or member, as CSV; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
-      option_t('--quiet', '', 'run', 'no progress bar and no summary; errors are still shown'), &
+      option_t('--quiet', '', 'run,sweep', 'no progress bar and no summary; errors are still shown'), &
       option_t('--max-steps', 'N', 'run', 'end a run that needs more than N steps or rows, with exit status 3'), &
       option_t('--checkpoint', 'FILE', 'run', 'note in FILE how to go on, should the run be interrupted'), &
       option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
       option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &
-      option_t('--help', '', 'run,check,cost,plot,view', 'show this help'), &
+      option_t('--resume', '', 'sweep', 'go on with a sweep that was interrupted, if there is one'), &
+      option_t('--help', '', 'run,check,cost,plot,view,sweep', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.
@@ -75,6 +81,11 @@ module nutate_cli
       character(len=:), allocatable :: overrides(:)
       logical :: quiet = .false.
       integer(long) :: max_steps = huge(1_long)
+      !> Members of a sweep; 0: all, none alone.
+      integer(long) :: first = 0, last = 0, member = 0
+      integer :: threads = 1
+      !> Go on with a sweep; put the files of several together.
+      logical :: goes_on = .false., merges = .false.
       !> Where to write checkpoints, and the one to go on from; not allocated where not wanted.
       character(len=:), allocatable :: checkpoint, resume
       !> Time between checkpoints, s.
@@ -145,10 +156,19 @@ contains
    end function longest
 
    !> Position of an option in the table; 0 for one that is not there.
-   pure integer function option_number(name)
+   pure integer function option_number(name, verb)
       character(len=*), intent(in) :: name
+      !> The command, which decides between options of one name.
+      character(len=*), intent(in), optional :: verb
+      integer :: i
       option_number = 0
       if (len(name) <= len(options%name)) option_number = findloc(options%name, name, dim=1)
+      if (option_number == 0 .or. .not. present(verb)) return
+      do i = option_number, size(options)
+         if (options(i)%name /= name .or. .not. is_listed(verb, trim(options(i)%verbs))) cycle
+         option_number = i
+         return
+      end do
    end function option_number
 
    !> Takes an option, `--name=value` or `--name value`, and moves on over a value that stands apart.
@@ -170,7 +190,7 @@ contains
       if (has_value) value = name(equals + 1:)
       if (has_value) name = name(1:equals - 1)
       if (name == '-h') name = '--help'
-      n = option_number(name)
+      n = option_number(name, arguments(1)%text)
       if (n == 0) then
          command%error = 'unknown option '//quoted(name)//hint(nearest_name(name, options%name))
       else if (options(n)%value == '') then
@@ -187,14 +207,16 @@ contains
       if (given(n) .and. options(n)%value /= '' .and. all(name /= ['--set  ', '--unset'])) &
          command%error = name//' is given twice'
       given(n) = .true.
-      call take_value(name, value, command)
+      call take_value(name, value, options(n)%value /= '', command)
    end subroutine take_option
 
    !> Notes the value of an option.
-   subroutine take_value(name, value, command)
+   subroutine take_value(name, value, has_value, command)
       character(len=*), intent(in) :: name, value
+      !> The option takes one.
+      logical, intent(in) :: has_value
       type(command_t), intent(inout) :: command
-      integer :: iostat
+      integer(long) :: count
       select case (name)
       case ('--output')
          command%output = value
@@ -220,21 +242,60 @@ contains
       case ('--every-seconds')
          call take_seconds(name, value, 0.0_wp, '0', command%every_seconds, command%error)
       case ('--resume')
-         command%resume = value
-         if (value == '') command%error = '--resume needs the name of a file'
+         if (.not. has_value) then
+            command%goes_on = .true.
+         else
+            command%resume = value
+            if (value == '') command%error = '--resume needs the name of a file'
+         end if
+      case ('--members')
+         call take_members(value, command)
+      case ('--member')
+         call take_count(name, value, 'the number of a member', command%member, command%error)
+      case ('--threads')
+         call take_count(name, value, 'a number of threads', count, command%error)
+         command%threads = int(min(count, 4096_long))
+      case ('--merge')
+         command%merges = .true.
       case ('--quiet')
          command%quiet = .true.
       case ('--max-steps')
-         iostat = 1
-         if (verify(value, '0123456789') == 0 .and. value /= '' .and. len(value) <= 18) &
-            read (value, *, iostat=iostat) command%max_steps
-         if (iostat /= 0 .or. command%max_steps < 1) &
-            command%error = '--max-steps '//quoted(value)//' is not a number of steps (expected 1, 2, ...)'
+         call take_count(name, value, 'a number of steps', command%max_steps, command%error)
       case default
          ! An option whose mention is all there is to it.
          continue
       end select
    end subroutine take_value
+
+   !> Notes a number of something.
+   subroutine take_count(name, value, meaning, count, error)
+      !> The option and its value.
+      character(len=*), intent(in) :: name, value
+      !> What it is, in words.
+      character(len=*), intent(in) :: meaning
+      integer(long), intent(inout) :: count
+      character(len=:), allocatable, intent(inout) :: error
+      integer :: iostat
+      iostat = 1
+      if (verify(value, '0123456789') == 0 .and. value /= '' .and. len(value) <= 18) &
+         read (value, *, iostat=iostat) count
+      if (iostat == 0 .and. count > 0) return
+      count = 1
+      error = name//' '//quoted(value)//' is not '//meaning//' (expected 1, 2, ...)'
+   end subroutine take_count
+
+   !> Notes the members of a sweep, `A:B`.
+   subroutine take_members(value, command)
+      character(len=*), intent(in) :: value
+      type(command_t), intent(inout) :: command
+      character(len=:), allocatable :: error
+      integer :: colon
+      colon = index(value, ':')
+      call take_count('', value(:max(colon - 1, 0)), '', command%first, error)
+      call take_count('', value(colon + 1:), '', command%last, error)
+      if (colon == 0 .or. allocated(error) .or. command%first > command%last) &
+         command%error = '--members '//quoted(value)//' are no members (expected A:B, such as 1:1000)'
+   end subroutine take_members
 
    !> Notes a time.
    subroutine take_seconds(name, value, least, least_text, seconds, error)
@@ -330,6 +391,10 @@ contains
       end do
       if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
           allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
+      if (command%member > 0 .and. (command%first > 0 .or. command%merges .or. command%goes_on)) &
+         command%error = '--member is for one member alone'
+      if (command%merges .and. (command%first > 0 .or. command%goes_on)) &
+         command%error = '--merge runs no members'
    end subroutine check_options
 
    !> What to try instead of an unknown name.

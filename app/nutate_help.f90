@@ -36,6 +36,7 @@ contains
       if (topic == 'run') call add_run_notes(page)
       if (topic == 'cost') call add_cost_notes(page)
       if (topic == 'plot') call add_plot_notes(page)
+      if (topic == 'sweep') call add_sweep_notes(page)
       if (topic == 'view') call add_view_notes(page)
    end function help_page
 
@@ -99,6 +100,19 @@ contains
       call page%line('names another .svg or .png.')
       call add_exit_codes(page)
    end subroutine add_plot_notes
+
+   !> What a sweep is.
+   subroutine add_sweep_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('The members of &ensemble differ by what &vary groups or a table say. Their rows go to one file')
+      call page%line('of NumPy, FILE.npy, with FILE.npy.txt beside it that names fields and statuses. It is written')
+      call page%line('as FILE.npy.partial, chunk by chunk; --resume goes on after SIGINT, SIGKILL or loss of power, to')
+      call page%line('the same bytes, which depend on scene, seed and member alone: not on threads or chunks.')
+      call page%line('--members A:B writes FILE.A-B.npy; --merge puts such files together. --member K repeats a member')
+      call page%line('with its history in FILE.memberK.csv.')
+      call add_exit_codes(page)
+   end subroutine add_sweep_notes
 
    !> What the page shows and what it takes.
    subroutine add_view_notes(page)

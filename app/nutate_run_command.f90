@@ -264,13 +264,11 @@ contains
       character(len=:), allocatable :: name
       name = events_file(scene)
       watcher%events%file%stop_flag = signal_flag()
-      associate (j0 => scene%integrator%inverse_auxiliary_inertia, columns => scene%output%columns)
-         if (allocated(archive)) then
-            call watcher%events%reopen(name, columns, scene%system, scene%initial, j0, archive, status)
-         else
-            call watcher%events%open(name, columns, scene%system, scene%initial, j0, status)
-         end if
-      end associate
+      if (allocated(archive)) then
+         call watcher%events%reopen(name, watcher%history, archive, status)
+      else
+         call watcher%events%open(name, watcher%history, status)
+      end if
       if (status%ok()) return
       call watcher%history%abandon(closing)
       exit_code = EXIT_OUTPUT

@@ -152,7 +152,6 @@ contains
       class(run_watcher_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       call self%history%watch(state)
-      call self%events%watch(state)
    end subroutine watch_step
 
    !> Writes an event. Errors: those of the file.
@@ -166,7 +165,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       if (self%measures) call self%invariants%measure(system, state, record%work)
-      call self%events%write(system, trim(event%name), number, state, record, status)
+      call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
    end subroutine take_event
 
    !> Writes a checkpoint: the rows so far to the disk, then what is needed to go on. Errors: `NUTATE_IO`; for a method

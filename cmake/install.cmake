@@ -9,6 +9,13 @@ foreach(name IN LISTS CMAKE_Fortran_IMPLICIT_LINK_LIBRARIES)
 endforeach()
 list(JOIN fortran_runtime " " fortran_runtime)
 
+set(openmp_flags "")
+set(openmp_static_flags "")
+if(NUTATE_OPENMP)
+   set(openmp_flags " ${OpenMP_Fortran_FLAGS}")
+   # The runtime of gfortran calls these if there are threads, but does not ask for them: an archive would leave them out.
+   set(openmp_static_flags "${openmp_flags} -Wl,-u,pthread_mutex_destroy -Wl,-u,pthread_cond_destroy")
+endif()
 configure_file(cmake/nutate.pc.in nutate.pc @ONLY)
 configure_file(cmake/nutate-fortran.pc.in nutate-fortran.pc @ONLY)
 configure_file(cmake/nutate-static.pc.in nutate-static.pc @ONLY)

@@ -494,6 +494,7 @@ int nutate_exact_free_body(const nutate_system *system, const double q0[4], cons
 #ifdef __cplusplus
 }
 #endif
+#include "nutate_events.h"
 #include "nutate_runs.h"
 
 #endif

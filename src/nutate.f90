@@ -53,12 +53,14 @@ module nutate
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: long, pi, wp
    use nutate_methods, only: make_stepper
+   use nutate_member, only: member_t
    use nutate_motion, only: motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, run_summary_t
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
       quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
       rotate_to_space, rotation_matrix
+   use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, read_scene, scene_t
@@ -68,6 +70,7 @@ module nutate
       NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t
    use nutate_steady_top, only: sleeping_spin, steady_precession
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_sweep, only: run_members
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    implicit none

@@ -16,11 +16,13 @@ program unit
    use test_archive, only: collect_archive
    use test_attack, only: collect_attack
    use test_attack_report, only: repeat_case, report_attack
+   use test_event_attack, only: collect_event_attack, report_event_attack
    use test_attitude, only: collect_attitude
    use test_axial_frame, only: collect_axial_frame
    use test_baselines, only: collect_baselines
    use test_body, only: collect_body
    use test_bounds, only: collect_bounds
+   use test_c_events, only: collect_c_events
    use test_c_interface, only: collect_c_interface
    use test_c_runs, only: collect_c_runs
    use test_changed_states, only: collect_changed_states
@@ -37,6 +39,7 @@ program unit
    use test_effect_physics, only: collect_effect_physics
    use test_effect_reference, only: collect_effect_reference
    use test_effects, only: collect_effects
+   use test_ensemble, only: collect_ensemble
    use test_euler, only: collect_euler
    use test_event_switches, only: collect_event_switches
    use test_events, only: collect_events
@@ -58,6 +61,7 @@ program unit
    use test_plan, only: collect_plan
    use test_predictor, only: collect_predictor
    use test_quaternion, only: collect_quaternion
+   use test_random, only: collect_random
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
@@ -114,6 +118,7 @@ contains
       if (allocated(suite_name)) then
          if (suite_name == '--stress') call run_stress(test_name)
          if (suite_name == '--attack') call run_attack()
+         if (suite_name == '--attack-events') call run_event_attack()
          if (suite_name == '--accuracy') call run_accuracy(test_name)
       end if
       if (.not. allocated(suite_name)) then
@@ -137,14 +142,23 @@ contains
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
       type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), torques(:), others(:)
+      type(testsuite_type), allocatable :: ensembles(:)
       stability = stability_suites()
       inside = inside_suites()
       roots = root_suites()
       series = series_suites()
       torques = torque_suites()
+      ensembles = ensemble_suites()
       others = other_suites()
-      suites = [stability, roots, inside, series, torques, others]
+      suites = [stability, roots, inside, series, torques, ensembles, others]
    end subroutine list_suites
+
+   !> The suites of ensembles.
+   function ensemble_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [new_testsuite("ensemble", collect_ensemble), &
+                new_testsuite("random", collect_random)]
+   end function ensemble_suites
 
    !> The suites of the Taylor series.
    function series_suites() result(suites)
@@ -169,6 +183,7 @@ contains
          new_testsuite("rk8", collect_rk8), &
          new_testsuite("body", collect_body), &
          new_testsuite("c_interface", collect_c_interface), &
+         new_testsuite("c_events", collect_c_events), &
          new_testsuite("c_runs", collect_c_runs), &
          new_testsuite("changed_states", collect_changed_states), &
          new_testsuite("choice", collect_choice), &
@@ -242,6 +257,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("attack", collect_attack), &
+         new_testsuite("event_attack", collect_event_attack), &
          new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &
          new_testsuite("unproved", collect_unproved) &
@@ -310,6 +326,24 @@ contains
       if (.not. passed) call stop_with("the attack found what must not be")
       stop
    end subroutine run_attack
+
+   !> Runs the attack on events at full length, or one case of it; does not return.
+   subroutine run_event_attack()
+      character(len=:), allocatable :: text, what, which
+      integer :: seed, number, io
+      logical :: passed
+      call get_argument(2, text)
+      call get_argument(3, what)
+      call get_argument(4, which)
+      if (.not. (allocated(text) .and. allocated(what))) call stop_with("--attack-events SEED CASES | SEED case NUMBER")
+      if (.not. allocated(which)) which = what
+      read (text, *, iostat=io) seed
+      if (io == 0) read (which, *, iostat=io) number
+      if (io /= 0) call stop_with("the attack needs whole numbers")
+      call report_event_attack(seed, number, what == 'case', passed)
+      if (.not. passed) call stop_with("the attack found what must not be")
+      stop
+   end subroutine run_event_attack
 
    !> Runs the accuracy of random scenes in full, or a case of it again; does not return.
    subroutine run_accuracy(case)

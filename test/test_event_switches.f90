@@ -29,6 +29,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("a bang-bang torque keeps the order of the method", bang_bang), &
+                  new_unittest("switch times have the order of the method", switch_times_have_the_order), &
                   new_unittest("a potential that is switched books its energy", switched_potential), &
                   new_unittest("switches without end end the run", endless_switches)]
    end subroutine collect_event_switches
@@ -103,6 +104,61 @@ contains
          deallocate (keeper)
       end do
    end subroutine bang_bang
+
+   !> Thrusters that turn a tumbling body, so that no method is exact between switches: with half the step the error of
+   !> the last switch, against that of the series, falls by 2^order; the account is closed.
+   subroutine switch_times_have_the_order(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: orders(3) = [2, 4, 8]
+      real(wp) :: reference, times(2), account
+      integer :: i, k, n, switches
+      call switch_tumbling(default_settings('taylor'), 0.02_wp, reference, switches, account)
+      call check(error, switches == 3 .and. account <= 1e-13_wp, 'switches of the series')
+      do i = 1, size(orders)
+         do k = 1, 2
+            if (allocated(error)) return
+            call switch_tumbling(integrator_settings_t(order=orders(i)), merge(0.2_wp, 0.05_wp, orders(i) == 8)/k, &
+                                 times(k), n, account)
+            call check(error, n, switches, 'switches')
+            if (allocated(error)) return
+            call check_below(error, account, 1e-13_wp, 'account')
+         end do
+         if (allocated(error)) return
+         associate (errors => abs(times - reference))
+            call check(error, log(errors(1)/max(errors(2), eps))/log(2.0_wp) > orders(i) - 0.6_wp, 'order of the times')
+         end associate
+      end do
+   end subroutine switch_times_have_the_order
+
+   !> A tumbling body whose thruster goes over whenever a rate passes a value.
+   subroutine switch_tumbling(settings, dt, last_time, switches, account)
+      type(integrator_settings_t), intent(in) :: settings
+      real(wp), intent(in) :: dt
+      !> s.
+      real(wp), intent(out) :: last_time
+      integer, intent(out) :: switches
+      !> Energy less work, over the energy.
+      real(wp), intent(out) :: account
+      type(keeper_t), allocatable :: keeper
+      type(problem_t) :: problem
+      type(event_list_t) :: events
+      type(state_t) :: state
+      type(status_t) :: status
+      type(run_summary_t) :: summary
+      real(wp) :: energy
+      call make_body(diagonal([1.0_wp, 1.4_wp, 2.0_wp]), problem%system%body, status)
+      call problem%system%effects%add(applied_torque_t(name='torque', label='jet', amplitude=[0.3_wp, 0.1_wp, 0.6_wp]))
+      state = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.7_wp, 0.4_wp, 0.9_wp])
+      energy = total_energy(problem%system, state)
+      call events%add(rate_event_t(name='over', axis=1, level=0.2_wp, effect='jet', action=SWITCH_OVER))
+      allocate (keeper)
+      call integrate(problem%system, settings, state, run_plan_t(time_step=dt, end_time=10.0_wp), status, keeper, &
+                     summary, events)
+      switches = keeper%n
+      last_time = keeper%times(max(keeper%n, 1))
+      account = abs(total_energy(problem%system, state) - energy - sum(summary%work))/energy
+      if (.not. status%ok()) switches = -1
+   end subroutine switch_tumbling
 
    !> A field that is off while the needle points away: energy less what was booked is what it was.
    subroutine switched_potential(error)

@@ -204,6 +204,8 @@ contains
       case ('event')
          text = " when = 'omega1'"//entry(setting, group, 'crosses', [0.5_wp])
          if (setting%key /= 'crosses') text = text//entry(setting, group, trim(setting%key), [1.0_wp])
+      case ('vary')
+         text = variation_text(setting)
       case ('output')
          text = entry(setting, group, merge('times   ', 'interval', setting%key == 'times'), [0.5_wp])
       case default
@@ -211,7 +213,25 @@ contains
          if (is_effect(group)) text = sample_text(setting, group)
       end select
       if (text /= '') text = '&'//group//text//' /'//new_line('a')
+      if (group == 'vary') text = '&ensemble members = 2 / '//text
    end function effect_text
+
+   !> The keys of a group `&vary`, and an ensemble before it.
+   function variation_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      text = " key = 'initial.angular_velocity.1', distribution ="
+      select case (setting%key)
+      case ('low')
+         text = text//" 'uniform', high = 1e100"//entry(setting, 'vary', 'low', [0.0_wp])
+      case ('high')
+         text = text//" 'uniform', low = -1e100"//entry(setting, 'vary', 'high', [0.0_wp])
+      case ('mean')
+         text = text//" 'normal', sigma = 1.0"//entry(setting, 'vary', 'mean', [0.0_wp])
+      case default
+         text = text//" 'normal'"//entry(setting, 'vary', trim(setting%key), [0.0_wp])
+      end select
+   end function variation_text
 
    !> True if a scene takes so many steps between rows.
    logical function text_takes_every(every)

@@ -50,7 +50,7 @@ contains
                   new_unittest("torques and rotors at their limits", torques), &
                   new_unittest("starts at their limits", starts), &
                   new_unittest("settings at their limits", settings), &
-                  new_unittest("events at their limits", events), &
+                  new_unittest("events and variations at their limits", events), &
                   new_unittest("every key of a number is tried", all_keys), &
                   new_unittest("whole numbers at their limits", whole_numbers), &
                   new_unittest("motions and turns at their limits", motions), &
@@ -236,10 +236,16 @@ contains
    end subroutine events
 
    pure function of_events() result(promises)
-      type(promise_t) :: promises(3)
+      type(promise_t) :: promises(8)
       promises(1) = any_number('event', 'crosses', [0.0_wp])
       promises(2) = any_number('event', 'weights', [1.0_wp])
       promises(3) = positive('event', 'modulo', [1.0_wp])
+      promises(4) = any_number('vary', 'low', [0.0_wp])
+      promises(5) = any_number('vary', 'high', [0.0_wp])
+      promises(6) = any_number('vary', 'mean', [0.0_wp])
+      promises(7) = any_number('vary', 'sigma', [0.0_wp])
+      promises(8) = any_number('vary', 'covariance', [0.0_wp])
+      promises(7:8)%negative = .false.
       ! Only scenes have them.
       promises%text_only = .true.
    end function of_events

@@ -3,8 +3,9 @@ module test_rk8
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: make_state
+   use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp
+   use nutate_methods, only: default_settings
    use nutate_observer, only: observer_t, run_record_t
    use nutate_quaternion, only: attitude_distance
    use nutate_run, only: integrate
@@ -31,7 +32,7 @@ module test_rk8
    end type looker_t
 
    !> Those that are projected only now and then.
-   character(len=6), parameter :: spaced(3) = ['rk8   ', 'dop853', 'rk4   ']
+   character(len=6), parameter :: spaced(4) = ['rk8   ', 'dop853', 'rk4   ', 'taylor']
 
 contains
 
@@ -44,6 +45,7 @@ contains
                   new_unittest("every scene keeps its invariants", every_scene_keeps_its_invariants), &
                   new_unittest("nothing adds up over a million steps", nothing_adds_up), &
                   new_unittest("rows do not change the motion", rows_do_not_change_the_motion), &
+                  new_unittest("nor do they with chosen steps of a series", rows_do_not_change_chosen_steps), &
                   new_unittest("a state that was seen goes on as the one behind it", seen_states_go_on), &
                   new_unittest("there and back", there_and_back), &
                   new_unittest("a body at rest stays there", rest_stays), &
@@ -211,6 +213,32 @@ contains
          end do
       end do
    end subroutine rows_do_not_change_the_motion
+
+   !> Seen at every step, at times between, or at the end alone: the same bits, and the energy of the start.
+   subroutine rows_do_not_change_chosen_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_plan_t) :: plan
+      type(looker_t) :: looker
+      type(state_t) :: states(3)
+      type(status_t) :: status
+      integer :: k
+      problem = body_in_fields(3, .false.)
+      do k = 1, 3
+         plan = run_plan_t(end_time=7.0_wp)
+         plan%goal%local_tolerance = 1e-9_wp
+         if (k == 3) plan%interval = 0.03125_wp
+         states(k) = problem%start
+         if (k == 1) call integrate(problem%system, default_settings('taylor'), states(k), plan, status)
+         if (k > 1) call integrate(problem%system, default_settings('taylor'), states(k), plan, status, looker)
+         call check(error, status%ok(), trim(status%message))
+         if (.not. allocated(error)) call check_close(error, states(k)%q, states(1)%q, 0.0_wp, "q")
+         if (.not. allocated(error)) call check_close(error, states(k)%p, states(1)%p, 0.0_wp, "p")
+         if (allocated(error)) return
+      end do
+      call check_close(error, [total_energy(problem%system, states(1))], [total_energy(problem%system, problem%start)], &
+                       1e-14_wp*abs(total_energy(problem%system, problem%start)), "energy")
+   end subroutine rows_do_not_change_chosen_steps
 
    !> n steps by runs of 1, 2, 3, ... of them with one stepper.
    subroutine integrate_in_parts(problem, stepper, state, dt, n, status)

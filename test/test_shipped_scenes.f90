@@ -22,11 +22,12 @@ module test_shipped_scenes
 
    public :: collect_shipped_scenes, scene_names
 
-   !> Names of the scenes.
-   character(len=26), parameter :: scene_names(11) = [character(len=26) :: &
+   !> Names of the scenes, but for those of events: their method is the series, or switches exclude an accuracy.
+   character(len=26), parameter :: scene_names(12) = [character(len=26) :: &
                                                       'all_effects', 'box', 'compass', 'fast_top', &
                                                       'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
-                                                      'precessing_top', 'slowing_plate', 'spin_up', 'spring_gyroscope']
+                                                      'precessing_top', 'slowing_plate', 'spin_up', &
+                                                      'spring_gyroscope', 'thrust_profile']
 
    !> Keeps the largest departure of the invariants.
    type, extends(observer_t) :: guard_t

@@ -1,17 +1,21 @@
 #!/usr/bin/env bash
 # Tries to make the steppers accept another root than that of the true motion: 100 000 stages drawn at random, each judged by
 # an oracle of the tests. Without arguments the table goes into docs/stability.md. Fails if a wrong root counts as proved.
+# Then looks for events that are missed, or made up, in 100 000 motions drawn at random.
 #    tools/attack.sh [--seed S] [--stages N | --case K]      K repeats one case of a seed, stage by stage
+#    tools/attack.sh [--seed S] --events N | --event-case K  the motions alone
 set -u
 . "$(dirname "$0")/environment.sh"
 
-seed=1 stages=100000 case='' whole=yes
+seed=1 stages=100000 case='' events='' event_case='' whole=yes
 while [ $# -gt 0 ]; do
    [ $# -gt 1 ] || die "attack: $1 needs a value"
    case $1 in
       --seed) seed=$2 ;;
       --stages) stages=$2 ;;
       --case) case=$2 ;;
+      --events) events=$2 ;;
+      --event-case) event_case=$2 ;;
       *) die "attack: unknown argument '$1'" ;;
    esac
    whole=no
@@ -21,6 +25,8 @@ done
 quietly build-attack build build-attack --tests || exit 1
 path=$(fpm_path test unit)
 [ -n "$path" ] || die "fpm does not say where it put the tests"
+[ -z "$event_case" ] || exec "$path" --attack-events "$seed" case "$event_case"
+[ -z "$events" ] || exec "$path" --attack-events "$seed" "$events"
 [ -z "$case" ] || exec "$path" --attack "$seed" case "$case"
 [ "$whole" = yes ] || exec "$path" --attack "$seed" "$stages"
 
@@ -29,4 +35,5 @@ mkdir -p "$parts"
 status=0
 "$path" --attack "$seed" "$stages" >"$parts/attack.md" || status=1
 [ -s "$parts/attack.md" ] && insert_part attack docs/stability.md attack "$parts"
+"$path" --attack-events "$seed" 100000 || status=1
 exit $status

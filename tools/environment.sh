@@ -17,6 +17,8 @@ unfused=-ffp-contract=off
 case ${FPM_FC:-gfortran}-$(uname -m) in
    *gfortran*-x86_64) unfused="$unfused -mno-fma -mno-avx512f" ;;
 esac
+# OPENMP=1 builds with threads, which run the members of an ensemble.
+if [ "${OPENMP:-0}" = 1 ]; then unfused="$unfused -fopenmp"; fi
 # What finds faults at run time. Without array-temps, which is a remark on speed, and
 # recursion, which has one flag for all threads.
 checked='-std=f2018 -g -fcheck=all,no-array-temps,no-recursion -ffpe-trap=invalid,zero,overflow'
@@ -67,7 +69,7 @@ cmake_build() {
    shift
    quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
-      -DCMAKE_INSTALL_LIBDIR=lib &&
+      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="${OPENMP:-0}" &&
       quietly "$name" cmake --build "$cmake_folder" --parallel "$(nproc)" "$@"
 }
 

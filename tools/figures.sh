@@ -25,6 +25,12 @@ simulate box_short scenes/box.nml integrator.time_step=0.01
 simulate box_long scenes/box.nml integrator.time_step=0.1
 draw box_omega
 
+# Events: the flips of the box, and bang-bang control.
+simulate intermediate_axis scenes/intermediate_axis.nml
+draw flips
+simulate bang_bang scenes/bang_bang.nml
+draw bang_bang
+
 # The box at eight times.
 simulate box_attitudes scenes/box.nml integrator.end_time=2.8 output.every=40 "output.columns='quaternion'"
 awk -f tools/figures/box_edges.awk "$data/box_attitudes.csv" >"$data/box_edges.dat" || exit 1

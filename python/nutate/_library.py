@@ -34,6 +34,7 @@ PotentialCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles, Dou
 HessianCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles)
 PollCallback = ctypes.CFUNCTYPE(Int, ctypes.c_void_p)
 TorqueCallback = ctypes.CFUNCTYPE(Int, Double, Doubles, Doubles, ctypes.c_void_p, Doubles)
+QuantityCallback = TorqueCallback
 
 Array = npt.NDArray[np.float64]
 Textual = Union[str, bytes, "os.PathLike[str]"]
@@ -54,6 +55,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_system_add_user_torque": (Handle, TorqueCallback, ctypes.c_void_p),
     "nutate_system_bound_potential": (Handle, Double, Double, Double),
     "nutate_system_bound_torque": (Handle, Double, Double, Double, Double),
+    "nutate_system_add_table": (Handle, Size, Doubles, Doubles, Text),
     "nutate_scene_read": (Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size),
     "nutate_scene_parse": (Text, Text, ctypes.POINTER(Text), Size, HandlePointer, Text, Size),
     "nutate_scene_destroy": (HandlePointer,),
@@ -70,6 +72,8 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_history_name": (Handle, Size, Text, Size),
     "nutate_history_values": (Handle, Doubles, Size),
     "nutate_history_unproved": (Handle, ctypes.POINTER(Long)),
+    "nutate_history_event_count": (Handle, Sizes),
+    "nutate_history_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
     "nutate_history_destroy": (HandlePointer,),
     "nutate_stepper_create": (Handle, HandlePointer, Text, Size),
     "nutate_stepper_create_scene": (Handle, HandlePointer, Text, Size),
@@ -83,6 +87,10 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_stepper_state_at": (Handle, Double, Doubles, Doubles),
     "nutate_stepper_steps": (Handle, Double, Long, ctypes.POINTER(Long)),
     "nutate_stepper_run": (Handle, Long, Long, Doubles, Size, Sizes),
+    "nutate_stepper_add_events": (Handle, Text),
+    "nutate_stepper_add_event": (Handle, QuantityCallback, ctypes.c_void_p, Text),
+    "nutate_stepper_event_count": (Handle, Sizes),
+    "nutate_stepper_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
     "nutate_stepper_run_history": (Handle, Double, Long, Double, Doubles, Size, HandlePointer),
     "nutate_stepper_get": (Handle, Text, Text, Size),
     "nutate_stepper_set_poll": (Handle, PollCallback, ctypes.c_void_p),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ._library import (Array, MESSAGE_SIZE, Recipe, Text, Textual, asked, check, create, encoded, interruptible, library, pointer,
                        refusal, text_of)
+from .events import History, take_events
 from .systems import add_potential, add_user_torque
 
 
@@ -86,9 +87,9 @@ class Scene(Recipe):
         add_potential(self, "scene", direction, potential, hessian, bounds)
         self._add("add_potential", direction, potential, hessian, bounds)
 
-    def run(self) -> dict[str, Array]:
-        """Runs the scene: a dictionary of arrays, one for each column the scene asks for. A run that fails half-way, or is
-        ended by Ctrl-C, raises; the rows so far are then the attribute `history` of what it raised."""
+    def run(self) -> History:
+        """Runs the scene: a dictionary of arrays, one for each column the scene asks for; its attribute `events` lists
+        the events that the run found. A run that fails half-way, or is ended by Ctrl-C, raises; the rows so far are then the attribute `history` of what it raised."""
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
@@ -104,10 +105,10 @@ class Scene(Recipe):
         self._conclude(status, message=message.value.decode("utf-8", "replace"))
 
 
-def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[dict[str, Array], int]:
+def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[History, int]:
     """The columns of a history of the library, and its steps without a proof; the history is freed. Their names may be known."""
     if not handle:
-        return {}, 0
+        return History({}, []), 0
     try:
         n_rows, n_columns, steps = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_int64()
         check(library.nutate_history_size(handle, ctypes.byref(n_rows), ctypes.byref(n_columns)))
@@ -117,13 +118,15 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[dict[s
         if names is None:
             names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
         check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
+        events = take_events("history", handle)
     finally:
         library.nutate_history_destroy(ctypes.byref(handle))
-    return dict(zip(names, values.T)), steps.value
+    return History(dict(zip(names, values.T)), events), steps.value
 
 
-def run(path: Textual, *overrides: str) -> dict[str, Array]:
-    """Runs a scene file: a dictionary of arrays, one for each column of its output, "t" the first.
+def run(path: Textual, *overrides: str) -> History:
+    """Runs a scene file: a dictionary of arrays, one for each column of its output, "t" the first, with the events that
+    it found as the attribute `events`.
 
     `overrides` are texts "GROUP.KEY=VALUE" as after --set: run("box.nml", "integrator.time_step=0.005").
     """

@@ -6,7 +6,7 @@ import copy
 import ctypes
 import numbers
 import operator
-from typing import Any, Optional, Union
+from typing import Any, Callable, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ._library import (Array, MESSAGE_SIZE, Owner, asked, check, create, encoded, interruptible, library, make_again, pointer, quaternion,
                        refusal, text_of, vector)
 from .attitudes import rotate_to_body
+from .events import Event, History, event_group, quantity, take_events
 from .scenes import Scene, take_history
 from .systems import System
 
@@ -129,7 +130,8 @@ class Stepper(Owner):
         if every < 1 or n < 0:
             raise refusal(f"n is {n} and every is {every} (expected at least 0 and 1)")
         names = self.column_names
-        rows = np.empty((n // every + bool(initial), len(names)))
+        # One row more where an event ends the run.
+        rows = np.empty((n // every + 1 + bool(initial), len(names)))
         n_rows, first = ctypes.c_size_t(), rows[1:] if initial else rows
         if initial:
             self._call("nutate_stepper_row", pointer(rows[0]), len(names))
@@ -140,7 +142,7 @@ class Stepper(Owner):
         return history
 
     def run_to(self, end_time: float, every: int = 1, interval: float = 0.0,
-               times: Optional[npt.ArrayLike] = None) -> dict[str, Array]:
+               times: Optional[npt.ArrayLike] = None) -> History:
         """Runs to a time, s: with nominal steps of the setting time_step, the last one shortened to end there, or with steps
         chosen by their error where accuracy or local_tolerance is set. A dictionary of arrays, one for each column, as the
         history of a scene: the first state, a row after each `every` steps, or after each `interval` of time, s, where steps
@@ -152,6 +154,30 @@ class Stepper(Owner):
         history, _ = take_history(handle, self.column_names)
         self._conclude(status, history)
         return history
+
+    def add_event(self, when: Union[str, Sequence[str], Callable[..., float]], name: Optional[str] = None, *,
+                  crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
+                  modulo: Optional[float] = None, weights: Optional[Sequence[float]] = None, stop: Optional[bool] = None,
+                  count: Optional[int] = None, switch: Optional[str] = None) -> None:
+        """Looks for an event in every `run` from now on. `when` is a column, up to three of them, whose sum counts, or a
+        function of your own, when(t, q, omega), a smooth one of its arguments alone (omega in body axes, rad/s). The other
+        arguments are the keys of the group &event. A run that an event ends (stop, count) leaves the state there, and the
+        next one goes on behind it."""
+        keys = {"crosses": None if crosses is None else float(crosses), "extremum": extremum, "direction": direction,
+                "modulo": None if modulo is None else float(modulo), "stop": stop, "count": count, "switch": switch}
+        if callable(when):
+            if weights is not None:
+                raise refusal("weights have no place beside a function")
+            group = event_group("event" if name is None else name, None, **keys)
+            self._call("nutate_stepper_add_event", quantity(self._callbacks, when), None, encoded(group))
+        else:
+            given = None if weights is None else [float(weight) for weight in np.atleast_1d(weights)]
+            self._call("nutate_stepper_add_events", encoded(event_group(name, when, weights=given, **keys)))
+
+    @property
+    def events(self) -> list[Event]:
+        """The events that the last `run` found, in the order of time."""
+        return take_events("stepper", self._handle)
 
     def keep_steps(self) -> None:
         """Keeps the starts of steps from now on, for `state_at`."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ._library import Array, Owner, Recipe, bounds_of, create, encoded, library, pointer, refusal, vector
 
 
-def group(name: str, **values: Any) -> str:
+def group(name: str, /, **values: Any) -> str:
     """A group of a scene file with the values that are not None."""
 
     def text(value: Any) -> str:
@@ -82,7 +82,7 @@ class System(Recipe):
             return "<System, closed>"
         with np.printoptions(precision=6):
             inertia = np.array2string(self.inertia, separator=", ").replace("\n", "")
-        effects = ", ".join(arguments[0] if name == "_add_group" else name[len("add_"):]
+        effects = ", ".join(arguments[0] if name == "_add_group" else name.lstrip("_")[len("add_"):]
                             for name, arguments in self._additions)
         return f"<System inertia={inertia} mass={self.mass:g}{' with ' + effects if effects else ''}>"
 
@@ -111,6 +111,23 @@ class System(Recipe):
         """Adds a built-in effect with the keys of its group in a scene file:
         system.add("spring", body_point=(0, 0, 1), anchor=(0, 0, 2), stiffness=3)."""
         self._add_group(name, group(name, **keys))
+
+    def add_table(self, t: npt.ArrayLike, torque: npt.ArrayLike, *, interpolation: str = "linear", outside: str = "zero",
+                  axes: str = "body", start: Optional[float] = None, stop: Optional[float] = None,
+                  name: Optional[str] = None, on: bool = True) -> None:
+        """Adds a torque by a table: times, s, shape (n,), and components, N m, shape (n, 3); the keys are those of the group
+        &torque that go with a table."""
+        times, values = (np.ascontiguousarray(array, dtype=np.float64) for array in (t, torque))
+        if times.ndim != 1 or values.shape != (times.size, 3):
+            raise refusal(f"the table has times of shape {times.shape} and torques of shape {values.shape} (expected (n,) and (n, 3))")
+        given = {"interpolation": interpolation, "outside": outside, "axes": axes, "start": start, "stop": stop, "name": name}
+        # The group without its name and its end.
+        keys = group("torque", **given)[len("&torque "):-len(" /\n")] + (", on = .true." if on else ", on = .false.")
+        self._add_table(times.copy(), values.copy(), keys)
+
+    def _add_table(self, times: Array, values: Array, keys: str) -> None:
+        self._call("nutate_system_add_table", times.size, pointer(times), pointer(values), encoded(keys))
+        self._add("_add_table", times, values, keys)
 
     def _add_group(self, name: str, text: str) -> None:
         self._call("nutate_system_add_groups", encoded(text))

@@ -25,6 +25,7 @@
 module nutate_invariant_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
+   use nutate_disturbance, only: disturb_state
    use nutate_effect_list, only: effect_list_t
    use nutate_projection_point, only: projection_plan_t, evaluate, projection_point_t, read_point, set_gamma, &
       set_rows, take_attitude, take_momentum, times, write_state
@@ -91,14 +92,14 @@ module nutate_invariant_projection
       procedure :: start
       !> Takes the noise of a pilot run.
       procedure :: disturb
+      !> Adds it to a state that is not projected.
+      procedure :: shake_state
       !> Makes sure that the targets are those of the state from which a step starts.
       procedure :: follow
       !> Projects the state that the step reached.
       procedure :: project
-      !> Projects a state inside the last step.
-      procedure :: project_inside
-      !> Projects a copy of a state, for others to see.
-      procedure :: project_copy
+      !> Projects a state inside the last step, or a copy of one behind it, for others to see.
+      procedure :: project_aside
       !> Shows what it remembers from step to step to an archive.
       procedure :: transfer
    end type invariant_projection_t
@@ -158,6 +159,13 @@ contains
       end if
       if (self%plan%components /= ALL_COMPONENTS) point%momentum = point%momentum + norm2(point%momentum)*momentum
    end subroutine shake
+
+   !> Adds noise, if there is one, to a state that is not projected.
+   pure subroutine shake_state(self, state)
+      class(invariant_projection_t), intent(inout) :: self
+      type(state_t), intent(inout) :: state
+      if (self%noise%amplitude > 0.0_wp .and. self%plan%attitude) call disturb_state(self%noise, state)
+   end subroutine shake_state
 
    !> Makes sure that the targets are those of the state from which a step starts: the last one projected, another one
    !> on the same invariants, or a new one.
@@ -268,13 +276,15 @@ contains
       end if
    end subroutine project
 
-   !> Projects a state inside the step that was projected last, and leaves everything else as it is. Errors: those of
-   !> `project`.
-   pure subroutine project_inside(self, system, state, work, status)
+   !> Projects a state inside the step that was projected last, or some steps without work behind it, and leaves
+   !> everything else as it is. Errors: those of `project`.
+   pure subroutine project_aside(self, system, state, inside, work, status)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      !> Work of all torques from the start of the step to the state, J.
+      !> It is inside.
+      logical, intent(in) :: inside
+      !> Work of all torques up to the state, J.
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
@@ -287,7 +297,7 @@ contains
       size = self%size
       largest = self%largest
       to_order_one = self%to_order_one
-      self%now = before
+      if (inside) self%now = before
       call self%project(system, state, work, status)
       self%now = now
       self%before = before
@@ -296,32 +306,7 @@ contains
       self%size = size
       self%largest = largest
       self%to_order_one = to_order_one
-   end subroutine project_inside
-
-   !> Projects a copy of a state that lies some steps without work behind the last one projected, for others to see: all
-   !> that the projection remembers stays as it is. Errors: those of `project`.
-   pure subroutine project_copy(self, system, state, status)
-      class(invariant_projection_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(inout) :: state
-      !> Success on entry.
-      type(status_t), intent(inout) :: status
-      type(account_t) :: before
-      real(wp) :: last_q(4), last_p(4), size, largest, to_order_one
-      before = self%before
-      last_q = self%last_q
-      last_p = self%last_p
-      size = self%size
-      largest = self%largest
-      to_order_one = self%to_order_one
-      call self%project(system, state, 0.0_wp, status)
-      self%before = before
-      self%last_q = last_q
-      self%last_p = last_p
-      self%size = size
-      self%largest = largest
-      self%to_order_one = to_order_one
-   end subroutine project_copy
+   end subroutine project_aside
 
    !> Shows what it remembers from step to step to an archive.
    subroutine transfer(self, archive)

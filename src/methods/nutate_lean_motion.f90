@@ -16,25 +16,23 @@
 !> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that turns with L/J₁: κ = 0, and the body turns in
 !>   it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
 module nutate_lean_motion
-   use nutate_dop853, only: a, b
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
+   use nutate_lean_stages, only: free_stages, heavy_stages, lean_rates_t, take_field_stage, take_upright_stage
+   use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product
+   use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
    private
 
    public :: lean_motion_t
 
-   !> Stages.
-   integer, parameter :: n_stages = 12
    !> Largest product of w and the constants of the equations: a step as long follows no motion, and from 14 on stages
    !> could overflow, since each may square the one before.
    real(wp), parameter :: longest = 10.0_wp
-   !> Least 1 + u₀·u: S must stay away from half a turn, where it has no axis.
-   real(wp), parameter :: least_cosine = 0.1_wp
    !> Steps whose ½Δt/J is outside of these are left to the general equations: its reciprocal is a number in between.
    real(wp), parameter :: least_half = 1e-150_wp, greatest_half = 1e150_wp
 
@@ -53,10 +51,10 @@ module nutate_lean_motion
       real(wp) :: space(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> τᵢ = Σ torque(i, j, k) R(k, j), of the equations' axes, N m; shape (3,3,3).
       real(wp) :: torque(3, 3, 3) = 0.0_wp
-      !> κ; Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
-      real(wp) :: kappa(3) = 0.0_wp, dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
-      !> ½Δt² torque/J, for off-diagonal R(k, j) without their factor 2; shape (3,3,3).
-      real(wp) :: pull(3, 3, 3) = 0.0_wp
+      !> The constants of the rates.
+      type(lean_rates_t) :: rates
+      !> Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
+      real(wp) :: dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
       !> What |w| is multiplied by to see whether a step is too long; what the pull adds.
       real(wp) :: stiffness = 3.0_wp, pulled = 0.0_wp
    contains
@@ -99,9 +97,9 @@ contains
                        .not. any(abs(self%torque(:, 3, :)) > 0.0_wp)
       self%spin = 0.0_wp
       if (self%symmetric) self%spin = self%moments(1)/self%moments(3) - 1
-      self%kappa = 2*(cshift(self%moments, 1) - cshift(self%moments, 2))/self%moments
-      if (self%symmetric) self%kappa = 0.0_wp
-      self%stiffness = max(3.0_wp, maxval(abs(self%kappa)))
+      self%rates%kappa = 2*(cshift(self%moments, 1) - cshift(self%moments, 2))/self%moments
+      if (self%symmetric) self%rates%kappa = 0.0_wp
+      self%stiffness = max(3.0_wp, maxval(abs(self%rates%kappa)))
    end subroutine prepare
 
    !> True if all potentials are linear in a direction.
@@ -187,7 +185,7 @@ contains
       real(wp) :: inertia(3)
       integer :: j, k
       yes = self%possible
-      if (equal(dt, self%dt) .or. .not. yes) return
+      if (abs(dt - self%dt) <= 0.0_wp .or. .not. yes) return
       inertia = self%moments
       if (self%symmetric) inertia = self%moments(1)
       self%half = 0.5_wp*dt/inertia
@@ -197,145 +195,119 @@ contains
       self%back = 1/self%half
       do k = 1, 3
          do j = 1, 3
-            self%pull(:, j, k) = merge(1, 2, j == k)*((0.5_wp*dt*dt/inertia)*self%torque(:, j, k))
+            self%rates%pull(:, j, k) = merge(1, 2, j == k)*((0.5_wp*dt*dt/inertia)*self%torque(:, j, k))
          end do
       end do
-      self%pulled = sqrt(self%stiffness*maxval(abs(self%pull)))
+      self%pulled = sqrt(self%stiffness*maxval(abs(self%rates%pull)))
       self%dt = dt
    end subroutine fits
 
-   !> One step. A step too long to be followed leaves y as it is.
-   pure subroutine move(self, y, followed)
+   !> One step. False, with the state as it was, for one that is too long to be followed, and for states that are not
+   !> finite or off the constraint manifold.
+   pure subroutine move(self, state, moved)
       class(lean_motion_t), intent(in) :: self
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: moved
+      real(wp) :: y(8), square, length, product, half
+      associate (q => state%q, p => state%p)
+         square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
+         length = p(1)*p(1) + p(2)*p(2) + p(3)*p(3) + p(4)*p(4)
+         product = q(1)*p(1) + q(2)*p(2) + q(3)*p(3) + q(4)*p(4)
+         moved = abs(square - 1) <= manifold_tolerance .and. product**2 <= manifold_tolerance**2*length .and. &
+                 length <= huge(1.0_wp) .and. abs(state%t + self%dt) <= huge(1.0_wp)
+         if (.not. moved) return
+         ! 0.5/square, so near to 1.
+         half = 1 - 0.5_wp*square
+         y(5) = half*(q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3))
+         y(6) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
+         y(7) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
+         y(1:4) = q
+         y(8) = 0.0_wp
+      end associate
+      if (self%free) then
+         call move_free(self, y, moved)
+      else
+         call move_heavy(self, y, moved)
+      end if
+      if (moved) moved = abs(y(5)) + abs(y(6)) + abs(y(7)) <= huge(1.0_wp)
+      if (.not. moved) return
+      state%q = inverse_root(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4))*y(1:4)
+      state%p = quat_vector_product(state%q, 2*y(5:7))
+      state%q_compensation = 0.0_wp
+      state%p_compensation = 0.0_wp
+      state%t = state%t + self%dt
+   end subroutine move
+
+   !> 1/√x, from the first terms of its series where x is so near to 1 that the next is below ε: in steps that wait for
+   !> each other root and division take as long as a stage.
+   pure real(wp) function inverse_root(x)
+      real(wp), intent(in) :: x
+      real(wp) :: e
+      e = x - 1
+      if (abs(e) <= 1e-4_wp) then
+         inverse_root = 1 - 0.5_wp*e*(1 - 0.75_wp*e*(1 - e/1.2_wp))
+      else
+         inverse_root = 1/sqrt(x)
+      end if
+   end function inverse_root
+
+   !> A step of a free body.
+   pure subroutine move_free(self, y, followed)
+      type(lean_motion_t), intent(in) :: self
       !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
-      real(wp) :: w(3)
-      if (self%free) then
-         w(1) = self%half(1)*y(5)
-         w(2) = self%half(2)*y(6)
-         w(3) = self%half(3)*y(7)
-         followed = self%stiffness*max(abs(w(1)), abs(w(2)), abs(w(3))) <= longest
-         if (followed) call move_free(self, w, y, followed)
-      else
-         call move_heavy(self, y, followed)
-      end if
-   end subroutine move
-
-   !> A step of a free body.
-   pure subroutine move_free(self, w, y, followed)
-      type(lean_motion_t), intent(in) :: self
-      !> w at the start; shape (3).
-      real(wp), intent(in) :: w(3)
-      real(wp), intent(inout) :: y(8)
-      logical, intent(out) :: followed
-      real(wp) :: axis(3), along(3), last(3), change(4), turn(4), swing(4), length, angle
-      followed = .true.
-      length = sqrt(y(5)*y(5) + y(6)*y(6) + y(7)*y(7))
-      if (length <= 0.0_wp) return
-      axis = y(5:7)/length
-      along = self%back*(axis/length)
-      call free_stages(self%kappa, w, axis, along, change, followed)
+      real(wp) :: w(3), axis(3), along(3), last(3), change(4), turn(4), swing(4), angle, square, inverse
+      w(1) = self%half(1)*y(5)
+      w(2) = self%half(2)*y(6)
+      w(3) = self%half(3)*y(7)
+      followed = self%stiffness*max(abs(w(1)), abs(w(2)), abs(w(3))) <= longest
+      if (.not. followed) return
+      square = y(5)*y(5) + y(6)*y(6) + y(7)*y(7)
+      if (square <= tiny(1.0_wp)) return
+      inverse = 1/sqrt(square)
+      axis = inverse*y(5:7)
+      along = self%back*(inverse*axis)
+      call free_stages(self%rates%kappa, w, axis, along, change, angle, followed)
       if (.not. followed) return
       y(5:7) = y(5:7) + self%back*change(1:3)
-      length = sqrt(y(5)*y(5) + y(6)*y(6) + y(7)*y(7))
-      last = y(5:7)/length
+      last = inverse*y(5:7)
+      last = inverse_root(last(1)*last(1) + last(2)*last(2) + last(3)*last(3))*last
       swing(1) = 1 + (last(1)*axis(1) + last(2)*axis(2) + last(3)*axis(3))
       swing(2) = last(2)*axis(3) - last(3)*axis(2)
       swing(3) = last(3)*axis(1) - last(1)*axis(3)
       swing(4) = last(1)*axis(2) - last(2)*axis(1)
-      angle = change(4)
       turn(1) = cos(angle)
       turn(2:4) = sin(angle)*axis
       y(1:4) = quat_product(quat_product(y(1:4), turn), swing)
    end subroutine move_free
 
-   !> Increments of w and of φ/2 in a step.
-   pure subroutine free_stages(kappa, start, axis, along, change, followed)
-      !> κ, w at the start, u₀, and what makes u₀·u from w; shape (3).
-      real(wp), intent(in) :: kappa(3), start(3), axis(3), along(3)
-      real(wp), intent(out) :: change(4)
-      !> False where u comes near to -u₀.
-      logical, intent(out) :: followed
-      real(wp) :: y(4), k(4, n_stages), stage(4), rate(n_stages), cosine(n_stages), constant
-      integer :: i
-      y(1:3) = start
-      y(4) = 0.0_wp
-      constant = start(1)*axis(1) + start(2)*axis(2) + start(3)*axis(3)
-      stage = y
-      do i = 1, n_stages
-         k(1, i) = kappa(1)*stage(2)*stage(3)
-         k(2, i) = kappa(2)*stage(3)*stage(1)
-         k(3, i) = kappa(3)*stage(1)*stage(2)
-         k(4, i) = 0.0_wp
-         rate(i) = constant + (axis(1)*stage(1) + axis(2)*stage(2) + axis(3)*stage(3))
-         cosine(i) = 1 + (along(1)*stage(1) + along(2)*stage(2) + along(3)*stage(3))
-         select case (i)
-         case (1)
-            stage = y + a(1, 2)*k(:, 1)
-         case (2)
-            stage = y + a(1, 3)*k(:, 1) + a(2, 3)*k(:, 2)
-         case (3)
-            stage = y + a(1, 4)*k(:, 1) + a(3, 4)*k(:, 3)
-         case (4)
-            stage = y + a(1, 5)*k(:, 1) + a(3, 5)*k(:, 3) + a(4, 5)*k(:, 4)
-         case (5)
-            stage = y + a(1, 6)*k(:, 1) + a(4, 6)*k(:, 4) + a(5, 6)*k(:, 5)
-         case (6)
-            stage = y + a(1, 7)*k(:, 1) + a(4, 7)*k(:, 4) + a(5, 7)*k(:, 5) + a(6, 7)*k(:, 6)
-         case (7)
-            stage = y + a(1, 8)*k(:, 1) + a(4, 8)*k(:, 4) + a(5, 8)*k(:, 5) + a(6, 8)*k(:, 6) + a(7, 8)*k(:, 7)
-         case (8)
-            stage = y + a(1, 9)*k(:, 1) + a(4, 9)*k(:, 4) + a(5, 9)*k(:, 5) + a(6, 9)*k(:, 6) + a(7, 9)*k(:, 7) &
-                    + a(8, 9)*k(:, 8)
-         case (9)
-            stage = y + a(1, 10)*k(:, 1) + a(4, 10)*k(:, 4) + a(5, 10)*k(:, 5) + a(6, 10)*k(:, 6) + a(7, 10)*k(:, 7) &
-                    + a(8, 10)*k(:, 8) + a(9, 10)*k(:, 9)
-         case (10)
-            stage = y + a(1, 11)*k(:, 1) + a(4, 11)*k(:, 4) + a(5, 11)*k(:, 5) + a(6, 11)*k(:, 6) + a(7, 11)*k(:, 7) &
-                    + a(8, 11)*k(:, 8) + a(9, 11)*k(:, 9) + a(10, 11)*k(:, 10)
-         case (11)
-            stage = y + a(1, 12)*k(:, 1) + a(4, 12)*k(:, 4) + a(5, 12)*k(:, 5) + a(6, 12)*k(:, 6) + a(7, 12)*k(:, 7) &
-                    + a(8, 12)*k(:, 8) + a(9, 12)*k(:, 9) + a(10, 12)*k(:, 10) + a(11, 12)*k(:, 11)
-         case default
-            change = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
-                     + b(11)*k(:, 11) + b(12)*k(:, 12)
-         end select
-      end do
-      ! Stages 2 to 5 have no weight: what divides is 1 there, or that of the first.
-      rate(5) = rate(1)
-      cosine(5) = cosine(1)
-      followed = minval(cosine(5:)) >= least_cosine
-      if (.not. followed) return
-      rate(5:) = rate(5:)/cosine(5:)
-      change(4) = b(1)*rate(5) + b(6)*rate(6) + b(7)*rate(7) + b(8)*rate(8) + b(9)*rate(9) + b(10)*rate(10) &
-                  + b(11)*rate(11) + b(12)*rate(12)
-   end subroutine free_stages
-
    !> A step of a body in uniform fields.
    pure subroutine move_heavy(self, y, followed)
       type(lean_motion_t), intent(in) :: self
+      !> [q, L, 0], |q| nearly 1 before and not normalised afterwards; shape (8).
       real(wp), intent(inout) :: y(8)
       logical, intent(out) :: followed
-      real(wp) :: x(8), change(7), largest
-      x = y
-      if (self%first /= 1) call permute(self%first, x)
-      if (self%turned) x(1:4) = quat_product(self%space, x(1:4))
-      x(5) = self%half(1)*x(5)
-      x(6) = self%half(2)*x(6)
-      x(7) = self%half(3)*x(7)
-      largest = max(abs(x(5)), abs(x(6)), abs(x(7)))
-      followed = self%stiffness*largest + self%pulled <= longest
+      real(wp) :: change(8)
+      if (self%first /= 1) call permute(self%first, y)
+      if (self%turned) y(1:4) = quat_product(self%space, y(1:4))
+      y(5) = self%half(1)*y(5)
+      y(6) = self%half(2)*y(6)
+      y(7) = self%half(3)*y(7)
+      followed = self%stiffness*max(abs(y(5)), abs(y(6)), abs(y(7))) + self%pulled <= longest
       if (.not. followed) return
-      call heavy_stages(self, x(1:7), change)
-      x(1:7) = x(1:7) + change
-      if (self%turned) x(1:4) = quat_product(quat_conjugate(self%space), x(1:4))
-      x(5) = self%back(1)*x(5)
-      x(6) = self%back(2)*x(6)
-      x(7) = self%back(3)*x(7)
-      if (self%symmetric) call turn_body(self, x)
-      if (self%first /= 1) call permute(5 - self%first, x)
-      y = x
+      if (self%single) then
+         call heavy_stages(take_upright_stage, self%rates, y, change)
+      else
+         call heavy_stages(take_field_stage, self%rates, y, change)
+      end if
+      y = y + change
+      if (self%turned) y(1:4) = quat_product(quat_conjugate(self%space), y(1:4))
+      y(5) = self%back(1)*y(5)
+      y(6) = self%back(2)*y(6)
+      y(7) = self%back(3)*y(7)
+      if (self%symmetric) call turn_body(self, y)
+      if (self%first /= 1) call permute(5 - self%first, y)
    end subroutine move_heavy
 
    !> Axes in cyclic order from a first one on, of body and space alike: attitude and momentum only change places.
@@ -368,97 +340,5 @@ contains
       x(6) = double_c*x(6) - double_s*x(5)
       x(5) = first
    end subroutine turn_body
-
-   !> Increments of q and w in a step.
-   pure subroutine heavy_stages(self, y, change)
-      type(lean_motion_t), intent(in) :: self
-      !> [q, w]; shape (7).
-      real(wp), intent(in) :: y(7)
-      real(wp), intent(out) :: change(7)
-      real(wp) :: k(7, n_stages), stage(7), row(3)
-      integer :: i
-      stage = y
-      do i = 1, n_stages
-         if (self%single) then
-            k(1, i) = -(stage(2)*stage(5) + stage(3)*stage(6) + stage(4)*stage(7))
-            k(2, i) = stage(1)*stage(5) + stage(3)*stage(7) - stage(4)*stage(6)
-            k(3, i) = stage(1)*stage(6) + stage(4)*stage(5) - stage(2)*stage(7)
-            k(4, i) = stage(1)*stage(7) + stage(2)*stage(6) - stage(3)*stage(5)
-            row(1) = stage(2)*stage(4) - stage(1)*stage(3)
-            row(2) = stage(3)*stage(4) + stage(1)*stage(2)
-            row(3) = (stage(1)*stage(1) + stage(4)*stage(4)) - (stage(2)*stage(2) + stage(3)*stage(3))
-            associate (c => self%pull, kappa => self%kappa)
-               k(5, i) = kappa(1)*(stage(6)*stage(7)) + (c(1, 2, 3)*row(2) + c(1, 3, 3)*row(3))
-               k(6, i) = kappa(2)*(stage(7)*stage(5)) + (c(2, 1, 3)*row(1) + c(2, 3, 3)*row(3))
-               k(7, i) = kappa(3)*(stage(5)*stage(6)) + (c(3, 1, 3)*row(1) + c(3, 2, 3)*row(2))
-            end associate
-         else
-            call rates_in_fields(self, stage, k(:, i))
-         end if
-         select case (i)
-         case (1)
-            stage = y + a(1, 2)*k(:, 1)
-         case (2)
-            stage = y + a(1, 3)*k(:, 1) + a(2, 3)*k(:, 2)
-         case (3)
-            stage = y + a(1, 4)*k(:, 1) + a(3, 4)*k(:, 3)
-         case (4)
-            stage = y + a(1, 5)*k(:, 1) + a(3, 5)*k(:, 3) + a(4, 5)*k(:, 4)
-         case (5)
-            stage = y + a(1, 6)*k(:, 1) + a(4, 6)*k(:, 4) + a(5, 6)*k(:, 5)
-         case (6)
-            stage = y + a(1, 7)*k(:, 1) + a(4, 7)*k(:, 4) + a(5, 7)*k(:, 5) + a(6, 7)*k(:, 6)
-         case (7)
-            stage = y + a(1, 8)*k(:, 1) + a(4, 8)*k(:, 4) + a(5, 8)*k(:, 5) + a(6, 8)*k(:, 6) + a(7, 8)*k(:, 7)
-         case (8)
-            stage = y + a(1, 9)*k(:, 1) + a(4, 9)*k(:, 4) + a(5, 9)*k(:, 5) + a(6, 9)*k(:, 6) + a(7, 9)*k(:, 7) &
-                    + a(8, 9)*k(:, 8)
-         case (9)
-            stage = y + a(1, 10)*k(:, 1) + a(4, 10)*k(:, 4) + a(5, 10)*k(:, 5) + a(6, 10)*k(:, 6) + a(7, 10)*k(:, 7) &
-                    + a(8, 10)*k(:, 8) + a(9, 10)*k(:, 9)
-         case (10)
-            stage = y + a(1, 11)*k(:, 1) + a(4, 11)*k(:, 4) + a(5, 11)*k(:, 5) + a(6, 11)*k(:, 6) + a(7, 11)*k(:, 7) &
-                    + a(8, 11)*k(:, 8) + a(9, 11)*k(:, 9) + a(10, 11)*k(:, 10)
-         case (11)
-            stage = y + a(1, 12)*k(:, 1) + a(4, 12)*k(:, 4) + a(5, 12)*k(:, 5) + a(6, 12)*k(:, 6) + a(7, 12)*k(:, 7) &
-                    + a(8, 12)*k(:, 8) + a(9, 12)*k(:, 9) + a(10, 12)*k(:, 10) + a(11, 12)*k(:, 11)
-         case default
-            change = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
-                     + b(11)*k(:, 11) + b(12)*k(:, 12)
-         end select
-      end do
-   end subroutine heavy_stages
-
-   !> The rates of q and w where directions differ: all rows of R count.
-   pure subroutine rates_in_fields(self, y, rate)
-      type(lean_motion_t), intent(in) :: self
-      !> [q, w]; shape (7).
-      real(wp), intent(in) :: y(7)
-      real(wp), intent(out) :: rate(7)
-      real(wp) :: row(3, 3)
-      integer :: k
-      associate (q => y(1:4), w => y(5:7))
-         rate(1:4) = quat_vector_product(q, w)
-         rate(5) = self%kappa(1)*(w(2)*w(3))
-         rate(6) = self%kappa(2)*(w(3)*w(1))
-         rate(7) = self%kappa(3)*(w(1)*w(2))
-         row(1, 1) = (q(1)*q(1) + q(2)*q(2)) - (q(3)*q(3) + q(4)*q(4))
-         row(2, 1) = q(2)*q(3) - q(1)*q(4)
-         row(3, 1) = q(2)*q(4) + q(1)*q(3)
-         row(1, 2) = q(2)*q(3) + q(1)*q(4)
-         row(2, 2) = (q(1)*q(1) + q(3)*q(3)) - (q(2)*q(2) + q(4)*q(4))
-         row(3, 2) = q(3)*q(4) - q(1)*q(2)
-         row(1, 3) = q(2)*q(4) - q(1)*q(3)
-         row(2, 3) = q(3)*q(4) + q(1)*q(2)
-         row(3, 3) = (q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3))
-      end associate
-      do k = 1, 3
-         associate (c => self%pull)
-            rate(5) = rate(5) + (c(1, 2, k)*row(2, k) + c(1, 3, k)*row(3, k))
-            rate(6) = rate(6) + (c(2, 1, k)*row(1, k) + c(2, 3, k)*row(3, k))
-            rate(7) = rate(7) + (c(3, 1, k)*row(1, k) + c(3, 2, k)*row(2, k))
-         end associate
-      end do
-   end subroutine rates_in_fields
 
 end module nutate_lean_motion

@@ -2,6 +2,7 @@
 !>
 !> The rules are those of the tables in docs/accuracy.md, which `bench_choice` measures.
 module nutate_method_choice
+   use nutate_axial_frame, only: axial_frame_t
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, NO_SERIES
    use nutate_effect_list, only: effect_list_t
@@ -22,11 +23,13 @@ module nutate_method_choice
    !> What scenes call the choice.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
 
-   !> Accuracy from which on the series is the cheapest, rad: in general, and for a fast top, a body that rotates many
-   !> times under potentials that are linear in the directions. Read off the tables of `make bench BENCH=bench_choice`.
-   real(wp), parameter :: series_pays = 1e-8_wp, series_pays_for_tops = 1e-2_wp
-   !> Turn from start to end that makes a top fast, rad: in `bench_choice` the series wins at 280 to 400 rad, not at 50.
-   real(wp), parameter :: fast_turn = 100.0_wp
+   !> Accuracy from which on the series is the cheapest, rad: in general; where torques alone act, whose series cost
+   !> most against what they save; on long motions; and on long ones of symmetric bodies and under linear effects. Read
+   !> off the tables of `make bench BENCH=bench_choice`, and runs of the same scenes over up to ten times as long.
+   real(wp), parameter :: series_pays = 1e-8_wp, pays_for_torques = 1e-9_wp, pays_for_long = 1e-6_wp, &
+      pays_for_simple = 1e-3_wp
+   !> Turn from start to end that makes a motion long, rad: the series wins at 140 to 400 rad, not at 50.
+   real(wp), parameter :: long_turn = 100.0_wp
    !> An explicit step is at most some 6 times the time in which damping stops the body; steps of order 2 number about
    !> 60 over the root of the accuracy, and cost as much as 8 explicit ones (docs/accuracy.md). Damping is strong where
    !> its rate times the time of the run exceeds 6·8·60 over that root.
@@ -81,18 +84,41 @@ contains
          call take('dop853', settings)
          settings%conserve = .true.
          reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
-      else if (accuracy <= series_pays) then
+      else if (is_top(system)) then
          call take('taylor', settings)
-         reason = 'from 1e-8 rad on the series costs least'
-      else if (is_fast_top(system, state, duration) .and. accuracy <= series_pays_for_tops) then
+         reason = 'a symmetric body under linear effects takes the steps of its slow motion with the series'
+      else
+         call choose_by_accuracy(system, state, duration, accuracy, settings, reason)
+      end if
+   end subroutine choose_method
+
+   !> The series or dop853, whichever costs less for an accuracy.
+   subroutine choose_by_accuracy(system, state, duration, accuracy, settings, reason)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: duration, accuracy
+      type(integrator_settings_t), intent(inout) :: settings
+      character(len=:), allocatable, intent(out) :: reason
+      real(wp) :: pays
+      character(len=8) :: number
+      pays = series_pays
+      if (system%effects%n_potentials + system%effects%n_rotors == 0) then
+         if (system%effects%n_torques > 0) pays = pays_for_torques
+      else if (is_long(system, state, duration)) then
+         pays = pays_for_long
+         if (system%effects%n_potentials > 0 .and. (all_linear(system%effects) .or. is_axial(system))) &
+            pays = pays_for_simple
+      end if
+      write (number, '("1e",i0)') nint(log10(pays))
+      if (accuracy <= pays) then
          call take('taylor', settings)
-         reason = 'for many revolutions in a uniform field the series costs least'
+         reason = 'from '//trim(number)//' rad on the series costs least for such a motion'
       else
          call take('dop853', settings)
          settings%conserve = .true.
-         reason = 'above 1e-8 rad, with the projection onto the invariants, it costs less than the series'
+         reason = 'above '//trim(number)//' rad, with the projection onto the invariants, it costs less than the series'
       end if
-   end subroutine choose_method
+   end subroutine choose_by_accuracy
 
    !> Sets a method with its own order, solver and `conserve`.
    pure subroutine take(method, settings)
@@ -167,23 +193,59 @@ contains
                                                  log(strong_damping)
    end function damping_is_strong
 
-   !> True where all effects are linear potentials and the rate of the start makes the body a fast top.
-   pure logical function is_fast_top(system, state, duration)
+   !> True for a symmetric body under linear potentials and torques: gravity, dipoles, damping.
+   pure logical function is_top(system)
+      type(system_t), intent(in) :: system
+      is_top = system%effects%n_potentials > 0 .and. system%effects%n_rotors == 0 .and. all_linear(system%effects) &
+               .and. is_axial(system)
+   end function is_top
+
+   !> True where body and effects are symmetric about an axis.
+   pure logical function is_axial(system)
+      type(system_t), intent(in) :: system
+      type(axial_frame_t) :: frame
+      call frame%recognise(system)
+      is_axial = frame%axis > 0
+   end function is_axial
+
+   !> True where all potentials and torques have linear series.
+   pure logical function all_linear(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      all_linear = .true.
+      do i = 1, effects%n_potentials + effects%n_off
+         if (effects%potentials(i)%item%series_kind() /= LINEAR_SERIES) all_linear = .false.
+      end do
+      do i = 1, effects%n_torques
+         if (effects%torques(i)%item%series_kind() /= LINEAR_SERIES) all_linear = .false.
+      end do
+   end function all_linear
+
+   !> True where the body turns, or could swing under linear potentials, by more than `long_turn`.
+   pure logical function is_long(system, state, duration)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       !> s.
       real(wp), intent(in) :: duration
-      real(wp) :: rate
-      integer :: i
-      associate (effects => system%effects)
-         is_fast_top = effects%n_potentials > 0 .and. effects%n_torques + effects%n_rotors == 0
-         do i = 1, effects%n_potentials + effects%n_off
-            if (effects%potentials(i)%item%series_kind() /= LINEAR_SERIES) is_fast_top = .false.
-         end do
-      end associate
+      real(wp) :: rate, moment(3), length, arm
+      integer :: i, axis
+      is_long = .false.
+      if (.not. abs(duration) > 0.0_wp) return
+      ! Logarithms, since products of legal numbers could overflow.
       rate = quat_norm([0.0_wp, angular_velocity(system, state)])
-      is_fast_top = is_fast_top .and. rate > 0.0_wp .and. abs(duration) > 0.0_wp
-      if (is_fast_top) is_fast_top = log(rate) + log(abs(duration)) > log(fast_turn)
-   end function is_fast_top
+      if (rate > 0.0_wp) is_long = log(rate) + log(abs(duration)) > log(long_turn)
+      do i = 1, system%effects%n_potentials
+         if (system%effects%potentials(i)%item%series_kind() /= LINEAR_SERIES) cycle
+         moment = system%effects%potentials(i)%item%series_moment()
+         length = quat_norm([0.0_wp, system%effects%potentials(i)%item%direction])
+         if (.not. length > 0.0_wp) cycle
+         do axis = 1, 3
+            arm = quat_norm([0.0_wp, 0.0_wp, moment(mod(axis, 3) + 1), moment(mod(axis + 1, 3) + 1)])
+            if (.not. arm > 0.0_wp) cycle
+            rate = 0.5_wp*(log(length) + log(arm) + log(system%body%inverse_inertia(axis, axis)))
+            is_long = is_long .or. rate + log(abs(duration)) > log(long_turn)
+         end do
+      end do
+   end function is_long
 
 end module nutate_method_choice

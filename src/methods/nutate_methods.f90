@@ -38,6 +38,10 @@ module nutate_methods
       logical :: dense = .false.
       !> It keeps energy and conserved momentum to round-off at any step.
       logical :: conserving = .true.
+      !> Steps of one length to a projection, without torques and while errors are small. It takes 0.06 to 0.15 µs,
+      !> half of a lean step. With 8 energy and momentum are as good as with 1; at long steps on the unstable axis of a
+      !> box the attitude error is up to six times as large, with 4 hardly larger.
+      integer :: spacing = 4
    end type method_t
 
    character(len=*), parameter :: eight = '8 equations in q and p (LAPACK)', &
@@ -57,7 +61,7 @@ module nutate_methods
       method_t('nielsen_krenk', 'reduced', 8, 17, three), &
       method_t('rk4', '', 4, 4, explicit, conserving=.false.), &
       method_t('rk4', '', 4, 4, explicit, projected=.true.), &
-      method_t('rk8', '', 8, 12, explicit, projected=.true.), &
+      method_t('rk8', '', 8, 12, explicit, projected=.true., spacing=8), &
       method_t('rk8', '', 8, 12, explicit, conserving=.false.), &
       method_t('dop853', '', 8, 12, explicit, estimate_power=8, conserving=.false.), &
       method_t('dop853', '', 8, 12, explicit, projected=.true., estimate_power=8), &
@@ -144,7 +148,9 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       class(stepper_t), allocatable, intent(out) :: stepper
       type(status_t), intent(out) :: status
-      if (row_of(settings) == 0) then
+      integer :: row
+      row = row_of(settings)
+      if (row == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
                        "' of this order and solver, with or without conserve as asked for", 'method')
          return
@@ -168,16 +174,18 @@ contains
          end if
          if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
       end select
-      if (settings%conserve .and. settings%method /= 'taylor') call project_stepper(stepper)
+      if (settings%conserve .and. settings%method /= 'taylor') call project_stepper(methods(row)%spacing, stepper)
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
 
    !> Puts a stepper with the projection onto the invariants in its place.
-   subroutine project_stepper(stepper)
+   subroutine project_stepper(spacing, stepper)
+      !> Steps to a projection.
+      integer, intent(in) :: spacing
       class(stepper_t), allocatable, intent(inout) :: stepper
       type(projected_stepper_t), allocatable :: projected
       allocate (projected)
-      call projected%wrap(stepper)
+      call projected%wrap(stepper, spacing)
       call move_alloc(projected, stepper)
    end subroutine project_stepper
 

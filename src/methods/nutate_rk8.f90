@@ -51,13 +51,13 @@ contains
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates)
-      logical :: is_lean, followed
+      logical :: is_lean, moved
       call self%lean%fits(dt, is_lean)
       if (is_lean) then
+         call self%lean%move(state, moved)
+         if (moved) return
          call read_state(self%rates, state, dt, y)
-         followed = .true.
-         if (self%rates%failure == 0) call self%lean%move(y, followed)
-         if (.not. followed) self%rates%failure = NUTATE_OFF_BRANCH
+         if (self%rates%failure == 0) self%rates%failure = NUTATE_OFF_BRANCH
       else
          call begin_step(self%rates, system, state, dt, window_time, y)
          call take_stages(self%rates, system, y)

@@ -60,6 +60,7 @@ module nutate_error_control
       !> Adds noise to every step, for a pilot run.
       procedure :: disturb
       procedure :: advance
+      procedure :: show
       procedure :: state_inside
       procedure :: expect_events
       procedure :: look_inside
@@ -73,28 +74,24 @@ module nutate_error_control
    !> Part of the growth that the estimate allows which is taken. 0.7 costs 9 % more; 0.95 the same on average, but up
    !> to a third more where steps are then refused.
    real(wp), parameter :: safety = 0.85_wp
-   !> A step changes only if it can grow by the first or must shrink to less than the second: a step of another length
-   !> needs another Jacobian and has no predictor. To change it always costs 7 % on average and up to twice as much; to
-   !> wait for 1.5, up to 13 %.
+   !> A step changes only if it can grow by the first or must shrink to less than the second: another length needs
+   !> another Jacobian and has no predictor. To change it always costs 7 % on average, to wait for 1.5 up to 13 %.
    real(wp), parameter :: worth_while = 1.15_wp, still_fits = 0.95_wp
-   !> Bounds on the change of the step at a time, beyond which the estimate is extrapolated too far. They matter little:
-   !> 10 and 0.05 cost 1 % less on average and up to 16 % more.
+   !> Bounds on the change of the step at a time, beyond which the estimate is extrapolated too far.
    real(wp), parameter :: most_growth = 3.0_wp, most_shrinkage = 0.2_wp
    !> Largest turn in a step, rad: not quite half a turn, beyond which two wrong results could agree by chance. It is
-   !> known only after the step, which may have gone beyond by `turn_margin`; a step refused is shortened by
-   !> `sure_shrinkage` at least, which brings its turn below the largest again.
+   !> known only after the step, which may have gone beyond by `turn_margin`; `sure_shrinkage` brings it below again.
    real(wp), parameter :: largest_turn = 3.0_wp, turn_margin = 1.2_wp, sure_shrinkage = 0.8_wp
-   !> Turn in the first step, rad, and part of the run for a body that is all but at rest. A tenth of it costs 3 % more
-   !> and up to 20 % on short runs.
+   !> Turn in the first step, rad, and part of the run for a body that is all but at rest.
    real(wp), parameter :: first_turn = 0.1_wp, first_part = 0.1_wp
-   !> Differences between the whole and the halves below the first are noise, the rounding of two attitudes; and up to
-   !> the second may be, that of the steps that lead to them, rad.
+   !> Differences of the whole and the halves, rad: the rounding of two attitudes; of the steps that lead to them.
    real(wp), parameter :: noise = 2*eps, doubtful = 8*eps
-   !> Rows at intervals in a step of a method without an error: polls come between steps, and a request to stop is to be
-   !> heard soon.
+   !> Rows at intervals in a step of a method without an error: polls come between steps, and are to be heard soon.
    real(wp), parameter :: rows_in_a_step = 64.0_wp
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
    real(wp), parameter :: shortest = 1e-13_wp
+   !> Shortest step that equations divide by, s.
+   real(wp), parameter :: least_part = 1e-290_wp
 
 contains
 
@@ -181,6 +178,14 @@ contains
          self%t_compensation = 0.0_wp
       end if
    end subroutine advance
+
+   !> Makes the state that the last step left fit to be seen.
+   subroutine show(self, system, state)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      call self%half%show(system, state)
+   end subroutine show
 
    !> The goal of the next step.
    type(step_goal_t) function goal_of(progress, t_end, observer) result(goal)
@@ -407,6 +412,7 @@ contains
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
+      self%looks_cheaply = self%method%dense
       if (.not. self%method%dense) call make_stepper(system, self%half%prepared_with, self%probe, status)
    end subroutine expect_events
 
@@ -424,6 +430,8 @@ contains
       integer :: i
       work = 0.0_wp
       state = before
+      ! An event at the start of the step, or closer to it than a step can be short.
+      if (abs(t - before%t) < least_part) return
       select type (method => self%half)
       class is (dense_stepper_t)
          call method%state_at(system, t, state, work, status)

@@ -16,23 +16,17 @@ module nutate_event_following
    implicit none
    private
 
-   public :: mark_t, mark_progress, follow_events, make_switches
+   public :: hunt_t, mark_t, mark_progress, follow_events, make_switches
 
    !> Switches in a nominal step, beyond which they follow each other without end.
    integer, parameter :: most_switches = 1000
 
-   !> A run as it was before a step of the method.
-   type :: mark_t
-      type(state_t) :: state = state_t()
-      type(run_record_t) :: record = run_record_t()
-      type(way_t) :: way = way_t()
-      integer(long) :: steps = 0, cut_steps = 0, parts = 0, iterations = 0, unproved_steps = 0
-      !> s.
-      real(wp) :: next_break = 0.0_wp
-      !> J; shape (number of torques).
-      real(wp), allocatable :: work(:), work_compensation(:)
-      real(wp) :: total = 0.0_wp
-   end type mark_t
+   !> Phase of a torque in a step, rad, that counts like a turn of the body: what varies faster is searched as finely
+   !> as this, eight parts of a step.
+   real(wp), parameter :: most_phase = 8.0_wp
+
+   !> Round-off of a function, over its value.
+   real(wp), parameter :: noise = 16*eps
 
    !> The function of an event along the step.
    type, extends(curve_t) :: step_curve_t
@@ -53,9 +47,24 @@ module nutate_event_following
    type :: hunt_t
       type(step_curve_t) :: curve
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp
+      !> The function is zero all through the step but for round-off: there is nothing to find.
+      logical :: is_flat = .false.
       logical :: found = .false.
       type(node_t) :: root = node_t()
    end type hunt_t
+
+   !> A run as it was before a step of the method.
+   type :: mark_t
+      type(state_t) :: state = state_t()
+      type(run_record_t) :: record = run_record_t()
+      type(way_t) :: way = way_t()
+      integer(long) :: steps = 0, cut_steps = 0, parts = 0, iterations = 0, unproved_steps = 0
+      !> s.
+      real(wp) :: next_break = 0.0_wp
+      !> J; shape (number of torques).
+      real(wp), allocatable :: work(:), work_compensation(:)
+      real(wp) :: total = 0.0_wp
+   end type mark_t
 
 contains
 
@@ -100,15 +109,16 @@ contains
    !> run is taken back to there.
    !>
    !> Errors: those of the method and of the observer; `NUTATE_STEP_LIMIT` for switches without end.
-   subroutine follow_events(policy, system, progress, mark, observer, status)
+   subroutine follow_events(policy, system, progress, mark, hunts, observer, status)
       class(step_policy_t), intent(inout), target :: policy
       type(system_t), intent(in), target :: system
       type(progress_t), intent(inout), target :: progress
       !> The run before the step.
       type(mark_t), intent(in), target :: mark
+      !> Made in the first call, and kept for the next.
+      type(hunt_t), allocatable, intent(inout) :: hunts(:)
       class(observer_t), intent(inout), optional :: observer
       type(status_t), intent(inout) :: status
-      type(hunt_t), allocatable :: hunts(:)
       real(wp) :: length
       integer :: i
 
@@ -121,6 +131,7 @@ contains
          end do
          if (status%code == 0) call take_in_turn()
          if (status%code == 0) call keep_ends()
+         if (status%code == 0) call events%fall_asleep(progress%state%t, length)
       end associate
 
    contains
@@ -130,23 +141,26 @@ contains
          type(motion_t) :: motion
          real(wp) :: window_time, turn, f, slope, guess
          integer :: k
+         if (.not. allocated(hunts)) allocate (hunts(size(progress%events%watched)))
          associate (events => progress%events)
             window_time = 0.5_wp*(mark%state%t + progress%state%t)
             call events%open_step(system, mark%state, window_time)
             call find_motion(system, progress%state, motion)
             call find_rates(system, window_time, motion)
             turn = abs(length)/min(time_scale(events%motion), time_scale(motion))
-            allocate (hunts(size(events%watched)))
+            turn = max(turn, min(abs(length)*events%bounds%frequency, most_phase))
             do k = 1, size(hunts)
                associate (hunt => hunts(k), watched => events%watched(k))
+                  hunt%found = .false.
+                  hunt%curve%shift = 0.0_wp
                   hunt%curve%first = node_t(f=watched%f, slope=watched%slope*length)
                   ! By the slope of the start: that of the end is not known yet.
                   guess = watched%f + hunt%curve%first%slope
                   call events%ask(k, system, window_time, motion, guess, f, slope)
                   hunt%curve%last = node_t(s=1.0_wp, f=f, slope=slope*length)
-                  call set_sides(k, hunt)
                   hunt%turn = turn
                   hunt%scale = events%variation(k, hunt%curve%last, turn)
+                  call set_sides(k, hunt)
                   watched%lowest = min(watched%lowest, f)
                   watched%highest = max(watched%highest, f)
                   watched%seen = min(watched%seen + 1, 1000)
@@ -173,6 +187,9 @@ contains
             last%side = side_of(last, -1.0_wp)
             if (last%side == 0) last%side = first%side
             if (first%side == 0) first%side = last%side
+            hunt%is_flat = max(abs(first%f), abs(last%f), abs(first%slope), abs(last%slope)) <= &
+                           noise*(abs(watched%event%level) + hunt%scale)
+            if (hunt%is_flat) last%side = first%side
          end associate
       end subroutine set_sides
 
@@ -182,11 +199,13 @@ contains
          ! By value: it may be the root found last.
          type(node_t), value :: from
          associate (hunt => hunts(k), event => progress%events%watched(k)%event)
+            if (hunt%is_flat) return
             hunt%curve%policy => policy
             hunt%curve%system => system
             hunt%curve%progress => progress
             hunt%curve%mark => mark
             hunt%curve%event = k
+            hunt%curve%is_cheap = policy%looks_cheaply
             call find_first_root(hunt%curve, from, hunt%curve%last, hunt%turn, hunt%scale, event%wanted(), &
                                  spacing(max(abs(mark%state%t), abs(length)))/abs(length), hunt%found, hunt%root, &
                                  status)
@@ -378,7 +397,7 @@ contains
             end associate
          end do
          events%n_due = 0
-         events%known = .false.
+         call events%take_system(system)
          call add_increment(progress%summary%world_work, progress%world_compensation, &
                             potential_energy(system%effects, progress%state%q) - before)
       end associate

@@ -1,12 +1,15 @@
-!> Roots of a function along a step: isolated by a search that looks closer where one can be, then found by Newton's
-!> iteration in a bracket.
+!> Roots of a function along a step: isolated, then found by Newton's iteration in a bracket.
 !>
 !> A step is known at its ends, by the function and its derivative. Between them it is evaluated only where a root can
 !> be: the function can move away from its ends by about `|f'| + scale·turn²`, the turn of the body in the step in
-!> radians. What cannot be excluded so is halved, down to an eighth of the step and to a radian: there a change of sign
-!> is one root, and an extremum towards zero is looked at for a pair of them. A pair nearer to each other than that, off
-!> the extremum that the ends point to, can be missed.
+!> radians. What cannot be excluded so is evaluated at its quarters. Where the polynomial of fifth degree through both
+!> ends and the middle agrees with the quarters to 1e-6, that of ninth degree through all five places is the function to
+!> 1e-12, and all of its roots are isolated by Bernstein's bounds (`nutate_bernstein`). Where it does not, the part is
+!> halved: down to an eighth of the step and to a radian, or as far as a sixty-fourth where evaluation is cheap. There a
+!> change of sign is one root, and an extremum towards zero is looked at for a pair of them: a pair nearer to each other
+!> than that, off the extremum that the ends point to, can be missed.
 module nutate_event_roots
+   use nutate_bernstein, only: bernstein_t, degree, through_five, value_at
    use nutate_kinds, only: wp, eps
    use nutate_status, only: status_t
    implicit none
@@ -14,12 +17,19 @@ module nutate_event_roots
 
    public :: curve_t, node_t, find_first_root
 
-   !> Halvings: an eighth of a step, more while a part turns the body by over a radian, and fewer where it turns it by
-   !> less than the second, rad: with so little turn a quantity is no more than a parabola and a hundredth.
-   integer, parameter :: enough = 3, deepest = 30
-   real(wp), parameter :: great_turn = 1.0_wp, small_turn = 0.1_wp
+   !> Halvings: parts of a quarter of the step, which are evaluated at their quarters in turn; parts of a
+   !> sixty-fourth where evaluation is cheap; more while a part turns the body by over a radian.
+   integer, parameter :: enough = 2, enough_cheap = 6, deepest = 30
+   real(wp), parameter :: great_turn = 1.0_wp
    !> How far beyond the estimate a function may go.
    real(wp), parameter :: safety = 2.0_wp
+   !> Agreement of the quintic with the quarters, over the variation: the error of the polynomial of ninth degree is
+   !> then some 1e-12; and what is below round-off of the function.
+   real(wp), parameter :: agreement = 1e-6_wp, noise = 64*eps
+   !> Two roots that leave less of the polynomial between them, over its variation, are looked for in the function.
+   real(wp), parameter :: shallow = 1e-9_wp
+   !> Halvings of a polynomial: beyond, its roots are not told apart.
+   integer, parameter :: most_halvings = 40
    !> Evaluations at most, of a root and of an extremum; both take two to five.
    integer, parameter :: most_tries = 60, most_looks = 24
    !> An increment of Newton's iteration, in steps, the square of which is below round-off.
@@ -27,6 +37,8 @@ module nutate_event_roots
 
    !> A function of the time s from the start of a step, in steps.
    type, abstract :: curve_t
+      !> Evaluation costs much less than a step.
+      logical :: is_cheap = .false.
    contains
       !> The function and its derivative by s.
       procedure(evaluate_curve), deferred :: evaluate
@@ -49,6 +61,8 @@ module nutate_event_roots
       integer :: wanted = 0
       !> Round-off of s.
       real(wp) :: resolution = eps
+      !> Halvings of a part that no polynomial follows.
+      integer :: halvings = enough
       logical :: found = .false.
       type(node_t) :: root = node_t()
    end type search_t
@@ -83,37 +97,158 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       type(search_t) :: search
-      search = search_t(turn=turn, scale=scale, wanted=wanted, resolution=max(resolution, eps))
-      call search_part(curve, search, first, last, 0, status)
+      type(node_t) :: middle
+      found = .false.
+      search%turn = turn
+      search%scale = scale
+      if (is_excluded(search, first, last)) return
+      search%wanted = wanted
+      search%resolution = max(resolution, eps)
+      search%halvings = merge(enough_cheap, enough, curve%is_cheap)
+      if (last%s - first%s <= 8*search%resolution) then
+         call search_piece(curve, search, first, last, status)
+      else
+         middle%s = 0.5_wp*(first%s + last%s)
+         call evaluate(curve, middle, first%side, status)
+         if (status%code == 0) call search_part(curve, search, first, middle, last, 0, status)
+      end if
       found = search%found .and. status%code == 0
       root = search%root
    end subroutine find_first_root
 
-   !> Searches a part of the step.
-   recursive subroutine search_part(curve, search, a, b, depth, status)
+   !> True if there can be no root between two places: both are farther from zero than the function can go.
+   pure logical function is_excluded(search, a, b)
+      type(search_t), intent(in) :: search
+      type(node_t), intent(in) :: a, b
+      real(wp) :: width, turn, reach, defect
+      is_excluded = .false.
+      if (a%side /= b%side) return
+      width = b%s - a%s
+      turn = width*search%turn
+      ! What the mean slope does not explain.
+      defect = (b%f - a%f) - 0.5_wp*width*(a%slope + b%slope)
+      reach = max(abs(a%slope), abs(b%slope))*width + search%scale*turn*turn + 2*abs(defect)
+      is_excluded = min(abs(a%f), abs(b%f)) > safety*reach
+   end function is_excluded
+
+   !> Searches a part of the step, of which the ends and the middle are known.
+   recursive subroutine search_part(curve, search, a, middle, b, depth, status)
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(inout) :: search
+      type(node_t), intent(in) :: a, middle, b
+      integer, intent(in) :: depth
+      type(status_t), intent(inout) :: status
+      type(node_t) :: nodes(5)
+      type(bernstein_t) :: polynomial
+      real(wp) :: size
+      integer :: i
+      if (is_excluded(search, a, middle) .and. is_excluded(search, middle, b)) return
+      nodes(1) = a
+      nodes(3) = middle
+      nodes(5) = b
+      do i = 2, 4, 2
+         nodes(i)%s = 0.5_wp*(nodes(i - 1)%s + nodes(i + 1)%s)
+         call evaluate(curve, nodes(i), a%side, status)
+         if (status%code /= 0) return
+      end do
+      call fit(nodes, polynomial, size)
+      if (size > 0.0_wp) then
+         call search_polynomial(curve, search, polynomial, size, a, b, 0, status)
+      else if ((depth >= search%halvings .and. (b%s - a%s)*search%turn <= great_turn) .or. depth >= deepest) then
+         do i = 1, 4
+            if (.not. is_excluded(search, nodes(i), nodes(i + 1))) &
+               call search_piece(curve, search, nodes(i), nodes(i + 1), status)
+            if (search%found .or. status%code /= 0) return
+         end do
+      else
+         call search_part(curve, search, a, nodes(2), middle, depth + 1, status)
+         if (search%found .or. status%code /= 0) return
+         call search_part(curve, search, middle, nodes(4), b, depth + 1, status)
+      end if
+   end subroutine search_part
+
+   !> The polynomial of ninth degree through five places at equal distances.
+   pure subroutine fit(nodes, polynomial, size)
+      !> Shape (5).
+      type(node_t), intent(in) :: nodes(5)
+      !> From 0 at the first to 1 at the last place.
+      type(bernstein_t), intent(out) :: polynomial
+      !> Size of its variation; 0 if it does not follow the function.
+      real(wp), intent(out) :: size
+      type(bernstein_t) :: quintic
+      real(wp) :: width, worst, f, slope, greatest
+      integer :: i
+      width = nodes(5)%s - nodes(1)%s
+      quintic = through_five(nodes([1, 3, 5])%f, width*nodes([1, 3, 5])%slope)
+      greatest = maxval(abs(nodes%f))
+      size = maxval(nodes%f) - minval(nodes%f) + width*maxval(abs(nodes%slope))
+      worst = 0.0_wp
+      do i = 2, 4, 2
+         call value_at(quintic, 0.25_wp*(i - 1), f, slope)
+         worst = max(worst, abs(nodes(i)%f - f), 0.1_wp*abs(width*nodes(i)%slope - slope))
+      end do
+      if (worst > agreement*size + noise*greatest) then
+         size = 0.0_wp
+         return
+      end if
+      polynomial = through_five(nodes%f, width*nodes%slope)
+      ! At a root the side counts, whatever the sign that rounding leaves.
+      polynomial%c(0) = sign(max(abs(polynomial%c(0)), tiny(size)), real(nodes(1)%side, wp))
+      polynomial%c(polynomial%degree) = sign(max(abs(polynomial%c(polynomial%degree)), tiny(size)), &
+                                             real(nodes(5)%side, wp))
+      size = max(size, tiny(size))
+   end subroutine fit
+
+   !> Searches a polynomial for the first change of sign that is wanted: Bernstein's coefficients bound it, and have as
+   !> many changes of sign as it has roots, or an even number more.
+   recursive subroutine search_polynomial(curve, search, polynomial, size, a, b, depth, status)
+      class(curve_t), intent(inout) :: curve
+      type(search_t), intent(inout) :: search
+      type(bernstein_t), intent(in) :: polynomial
+      !> Of its variation.
+      real(wp), intent(in) :: size
+      !> Its ends; only place and side count.
       type(node_t), intent(in) :: a, b
       integer, intent(in) :: depth
       type(status_t), intent(inout) :: status
+      type(bernstein_t) :: left, right
       type(node_t) :: middle
-      real(wp) :: reach, turn
-      turn = (b%s - a%s)*search%turn
-      if (a%side == b%side) then
-         reach = max(abs(a%slope), abs(b%slope))*(b%s - a%s) + search%scale*turn*turn
-         if (min(abs(a%f), abs(b%f)) > safety*reach) return
-      end if
-      if (turn <= small_turn .or. (depth >= enough .and. turn <= great_turn) .or. depth >= deepest) then
-         call search_piece(curve, search, a, b, status)
+      integer :: changes
+      changes = polynomial%changes()
+      if (changes == 0) return
+      if (changes == 1 .or. depth >= most_halvings) then
+         if (a%side == b%side) return
+         if (search%wanted == 0 .or. search%wanted == b%side) &
+            call refine(curve, search, a, b, a%s + polynomial%root()*(b%s - a%s), status)
          return
       end if
+      if (a%side == b%side .and. polynomial%greatest() <= shallow*size) then
+         call search_closely(curve, search, a, b, status)
+         return
+      end if
+      call polynomial%halve(left, right)
       middle%s = 0.5_wp*(a%s + b%s)
-      call evaluate(curve, middle, a%side, status)
-      if (status%code /= 0) return
-      call search_part(curve, search, a, middle, depth + 1, status)
+      middle%side = nint(sign(1.0_wp, right%c(0)))
+      call search_polynomial(curve, search, left, size, a, middle, depth + 1, status)
       if (search%found .or. status%code /= 0) return
-      call search_part(curve, search, middle, b, depth + 1, status)
-   end subroutine search_part
+      call search_polynomial(curve, search, right, size, middle, b, depth + 1, status)
+   end subroutine search_polynomial
+
+   !> Searches a part in which the polynomial all but touches zero: there the function itself decides.
+   subroutine search_closely(curve, search, a, b, status)
+      class(curve_t), intent(inout) :: curve
+      type(search_t), intent(inout) :: search
+      type(node_t), intent(in) :: a, b
+      type(status_t), intent(inout) :: status
+      type(node_t) :: left, right
+      left%s = a%s
+      call evaluate(curve, left, a%side, status)
+      right%s = b%s
+      if (status%code == 0) call evaluate(curve, right, b%side, status)
+      left%side = a%side
+      right%side = b%side
+      if (status%code == 0) call search_piece(curve, search, left, right, status)
+   end subroutine search_closely
 
    !> Searches a part that is not halved any more: one root where the sign changes, else none or two.
    subroutine search_piece(curve, search, a, b, status)
@@ -124,14 +259,15 @@ contains
       type(node_t) :: beyond
       logical :: crosses
       if (a%side /= b%side) then
-         if (search%wanted == 0 .or. search%wanted == b%side) call refine(curve, search, a, b, status)
+         if (search%wanted == 0 .or. search%wanted == b%side) &
+            call refine(curve, search, a, b, cubic_root(a, b), status)
       else if (a%side*a%slope < 0.0_wp .and. b%side*b%slope > 0.0_wp) then
          call look_beyond(curve, search, a, b, beyond, crosses, status)
          if (status%code /= 0 .or. .not. crosses) return
          if (search%wanted == 0 .or. search%wanted == beyond%side) then
-            call refine(curve, search, a, beyond, status)
+            call refine(curve, search, a, beyond, cubic_root(a, beyond), status)
          else
-            call refine(curve, search, beyond, b, status)
+            call refine(curve, search, beyond, b, cubic_root(beyond, b), status)
          end if
       end if
    end subroutine search_piece
@@ -177,19 +313,21 @@ contains
       end do
    end subroutine look_beyond
 
-   !> The root between two places on different sides: Newton's iteration from the root of the cubic through both,
-   !> halving the bracket where it leaves it or is slow.
-   subroutine refine(curve, search, a, b, status)
+   !> The root between two places on different sides: Newton's iteration, halving the bracket where it leaves it or is
+   !> slow.
+   subroutine refine(curve, search, a, b, start, status)
       class(curve_t), intent(inout) :: curve
       type(search_t), intent(inout) :: search
       type(node_t), intent(in) :: a, b
+      !> Where the root is likely to be.
+      real(wp), intent(in) :: start
       type(status_t), intent(inout) :: status
       type(node_t) :: left, right, trial
       real(wp) :: next, width
       integer :: i
       left = a
       right = b
-      next = cubic_root(a, b)
+      next = start
       do i = 1, most_tries
          width = right%s - left%s
          trial%s = next

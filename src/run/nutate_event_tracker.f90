@@ -7,6 +7,7 @@ module nutate_event_tracker
    use nutate_event_roots, only: node_t
    use nutate_kinds, only: wp, eps, long
    use nutate_motion, only: find_motion, find_rates, motion_t
+   use nutate_motion_bounds, only: bound_motion, motion_bounds_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -17,6 +18,10 @@ module nutate_event_tracker
 
    !> Steps in which the variation of a function is not known yet.
    integer, parameter :: young = 32
+
+   !> Steps for which it is worth while not to look, and for which that is decided at a time: so few that what a motion
+   !> that does not keep its energy exactly gains in them is within the margins.
+   integer, parameter :: fewest_asleep = 2, most_asleep = 1024
 
    !> Holds one event.
    type :: event_slot_t
@@ -68,8 +73,20 @@ module nutate_event_tracker
       logical :: known = .false.
       !> What belongs to the system as it is now: with switches made.
       type(system_t) :: system
+      !> Nothing can happen up to a time, s; which bounds of the motion say.
+      logical :: asleep = .false.
+      !> Steps for which that was found last.
+      integer :: steps_asleep = 0
+      real(wp) :: wakes = 0.0_wp
+      type(motion_bounds_t) :: bounds = motion_bounds_t()
    contains
       procedure :: begin
+      !> True if nothing can happen up to a time.
+      procedure :: sleeps_until
+      !> Finds out for how long nothing can happen.
+      procedure :: fall_asleep
+      !> Takes a system with other effects on.
+      procedure :: take_system
       !> Function and slope of an event.
       procedure :: ask
       !> Makes functions and slopes known at the start of a step.
@@ -118,8 +135,79 @@ contains
                "no effect that can be switched is called '"//trim(event%effect)//"'", 'switch')
          end associate
       end do
-      self%system = system
+      call self%take_system(system)
    end subroutine begin
+
+   !> Takes a system with other effects on.
+   subroutine take_system(self, system)
+      class(event_tracker_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      self%system = system
+      self%known = .false.
+      self%asleep = .false.
+      self%bounds = bound_motion(system)
+   end subroutine take_system
+
+   !> True if nothing can happen up to a time.
+   pure logical function sleeps_until(self, t, sense)
+      class(event_tracker_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> 1: forward in time; -1: backward.
+      real(wp), intent(in) :: sense
+      sleeps_until = .false.
+      if (self%asleep) sleeps_until = sense*(self%wakes - t) >= 0.0_wp
+   end function sleeps_until
+
+   !> Finds out, at the end of a step, for how long nothing can happen, if that is worth while.
+   subroutine fall_asleep(self, t, step)
+      class(event_tracker_t), intent(inout) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> Length of the steps, s.
+      real(wp), intent(in) :: step
+      integer :: steps, longer
+      self%asleep = .false.
+      if (.not. self%known) return
+      if (.not. self%bounds%known) return
+      ! A time that was right once may be so again.
+      steps = max(self%steps_asleep, fewest_asleep)
+      if (all_stay_away(self, steps*abs(step))) then
+         longer = min(2*steps, most_asleep)
+         if (longer > steps) then
+            if (all_stay_away(self, longer*abs(step))) steps = longer
+         end if
+      else
+         steps = (2*steps)/3
+         if (steps >= fewest_asleep) then
+            if (.not. all_stay_away(self, steps*abs(step))) steps = steps/2
+         end if
+         self%steps_asleep = steps
+         if (steps < fewest_asleep) return
+         if (.not. all_stay_away(self, steps*abs(step))) return
+      end if
+      self%steps_asleep = steps
+      self%wakes = t + steps*step
+      self%asleep = .true.
+      self%known = .false.
+      self%watched%side = 0
+   end subroutine fall_asleep
+
+   !> True if no event can happen for a time.
+   pure logical function all_stay_away(self, time)
+      class(event_tracker_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: time
+      integer :: i
+      all_stay_away = .false.
+      associate (speeds => self%bounds%within(self%motion, time))
+         if (.not. speeds%known) return
+         do i = 1, size(self%watched)
+            if (.not. self%watched(i)%event%stays_away(speeds, self%watched(i)%f, time)) return
+         end do
+      end associate
+      all_stay_away = .true.
+   end function all_stay_away
 
    !> Function f of an event at a motion, and its derivative by time. A function with a period comes out as near to a
    !> prediction as that admits.
@@ -209,6 +297,9 @@ contains
       end do
       call archive%transfer(self%switches)
       call archive%transfer(self%known)
+      call archive%transfer(self%asleep)
+      call archive%transfer(self%wakes)
+      call archive%transfer(self%steps_asleep)
       do i = 1, size(self%acts)
          call archive%transfer(self%acts(i))
       end do
@@ -219,6 +310,7 @@ contains
       call archive%transfer(self%motion%potential_torque)
       call archive%transfer(self%motion%torque)
       call self%system%effects%transfer_switches(archive)
+      if (archive%is_reading()) self%bounds = bound_motion(self%system)
    end subroutine transfer
 
 end module nutate_event_tracker

@@ -11,7 +11,7 @@ module nutate_fixed_steps
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
-   use nutate_stepper, only: stepper_t
+   use nutate_stepper, only: dense_stepper_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -59,6 +59,8 @@ contains
             status = fail(NUTATE_BAD_ARGUMENT, 'the time step does not lead to the end time')
             return
          end if
+         ! A step may be told from this length by the rounding of times.
+         self%longest_step = 1.01_wp*abs(plan%time_step)
          progress%n_steps = plan%steps
          if (plan%steps < 0) progress%n_steps = count_steps(t, plan)
          if (.not. allocated(plan%times)) return
@@ -101,7 +103,7 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      if (allocated(progress%events)) then
+      if (progress%by_parts) then
          call take_one_part(self, system, progress, status)
       else if (associated(self%lent)) then
          call take_nominal_step(self%lent, system, progress, status, observer)
@@ -267,10 +269,22 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       if (associated(self%lent)) then
-         call self%lent%keep_steps()
+         call keep_steps(self%lent)
       else
-         call self%own%keep_steps()
+         call keep_steps(self%own)
       end if
+
+   contains
+
+      subroutine keep_steps(stepper)
+         class(stepper_t), intent(inout) :: stepper
+         call stepper%keep_steps()
+         select type (stepper)
+         class is (dense_stepper_t)
+            self%looks_cheaply = .true.
+         end select
+      end subroutine keep_steps
+
    end subroutine expect_events
 
    !> The state at a time inside the last step of the method.

@@ -76,8 +76,11 @@ module nutate_progress
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
       logical :: resumed = .false.
-      !> Events, where the run looks for any; it then goes part by part.
+      !> Events, where the run looks for any; it then goes part by part, unless nothing can happen in the next step.
       type(event_tracker_t), allocatable :: events
+      logical :: by_parts = .false.
+      !> Somebody may look inside the next step.
+      logical :: keeps_starts = .true.
       type(way_t) :: way
       !> Digits of `world_work` that its sum cannot hold, J.
       real(wp) :: world_compensation = 0.0_wp
@@ -107,6 +110,8 @@ contains
       self%rows = 0
       self%resumed = .false.
       self%way = way_t()
+      self%by_parts = .false.
+      self%keeps_starts = .true.
       self%world_compensation = 0.0_wp
       if (allocated(self%events)) deallocate (self%events)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)

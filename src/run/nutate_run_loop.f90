@@ -2,7 +2,7 @@
 module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_event_following, only: follow_events, make_switches, mark_progress, mark_t
+   use nutate_event_following, only: follow_events, hunt_t, make_switches, mark_progress, mark_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, long
    use nutate_limits, only: same_time
@@ -18,8 +18,8 @@ module nutate_run_loop
    public :: drive, find_row, transfer_run
 
    !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
-   !> Parts at most: beyond, attitudes have lost their digits.
-   real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 1e6_wp
+   !> Parts at most, some tenths of a millisecond: enough for every step that a method chooses (2000 rad).
+   real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 2e3_wp
 
 contains
 
@@ -58,7 +58,6 @@ contains
          call policy%show(system, progress%state)
          if (status%code /= 0 .or. progress%events%n_due == 0) exit
          call make_switches(policy, system, progress, status)
-         progress%events%system = system
          if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
       end do
    end subroutine drive_switched
@@ -71,12 +70,15 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       integer(long) :: steps, next_poll
-      real(wp) :: watched
-      logical :: over
+      real(wp) :: watched, sense
+      logical :: over, looks
       type(mark_t) :: mark
+      type(hunt_t), allocatable :: hunts(:)
 
       next_poll = (progress%summary%steps/policy%steps_per_poll + 1)*policy%steps_per_poll
       over = is_over(progress)
+      looks = .false.
+      sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
       do while (status%code == 0 .and. .not. over)
          steps = progress%summary%steps
          if (progress%summary%parts + progress%record%continued >= progress%plan%max_steps) then
@@ -87,13 +89,21 @@ contains
             return
          end if
          watched = progress%state%t
-         if (allocated(progress%events)) call mark_progress(progress, mark)
+         if (allocated(progress%events)) call see_ahead(progress, system, sense*policy%longest_step, mark, looks)
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
          over = is_over(progress)
          if (allocated(progress%events)) then
-            call finish_part(progress, policy, system, mark, watched, status, observer)
-            over = progress%events%stopped .or. is_over(progress)
+            if (looks) looks = .not. progress%events%sleeps_until(progress%state%t, sense)
+            if (looks) then
+               call follow_events(policy, system, progress, mark, hunts, observer, status)
+               if (status%code /= 0) return
+               over = progress%events%stopped .or. is_over(progress)
+            else if (progress%summary%steps /= steps) then
+               progress%events%switches = 0
+            end if
+            if (present(observer) .and. progress%summary%steps == steps .and. .not. progress%events%stopped) &
+               call finish_part(progress, policy, system, watched, observer, status)
             if (status%code /= 0) return
          end if
          if (present(observer) .and. (progress%summary%steps /= steps .or. over)) then
@@ -109,6 +119,33 @@ contains
          end if
       end do
    end subroutine take_steps
+
+   !> Finds out if anything can happen in the next step.
+   subroutine see_ahead(progress, system, step, mark, looks)
+      type(progress_t), intent(inout) :: progress
+      type(system_t), intent(in) :: system
+      !> The longest that it can be, s.
+      real(wp), intent(in) :: step
+      !> The run as it is, if something can.
+      type(mark_t), intent(inout) :: mark
+      logical, intent(out) :: looks
+      real(wp) :: sense
+      looks = .true.
+      associate (events => progress%events, state => progress%state)
+         if (abs(step) < huge(step)) then
+            sense = sign(1.0_wp, step)
+            looks = .not. events%sleeps_until(state%t + step, sense)
+            if (looks .and. .not. events%known) then
+               call events%open_step(system, state, state%t + 0.5_wp*step)
+               call events%fall_asleep(state%t, step)
+               looks = .not. events%sleeps_until(state%t + step, sense)
+            end if
+         end if
+      end associate
+      if (looks) call mark_progress(progress, mark)
+      progress%by_parts = looks .or. progress%way%begun
+      progress%keeps_starts = progress%by_parts .or. allocated(progress%plan%times)
+   end subroutine see_ahead
 
    !> Shows the rows that belong to a step of the run.
    subroutine finish_step(progress, policy, system, watched, over, observer, status)
@@ -141,19 +178,15 @@ contains
       call observer%observe(system, seen, progress%record, status)
    end subroutine finish_step
 
-   !> Looks for events in a step of the method; where that was a part of a nominal step, shows what lies in it.
-   subroutine finish_part(progress, policy, system, mark, watched, status, observer)
+   !> Shows what lies in a part of a nominal step.
+   subroutine finish_part(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
-      type(mark_t), intent(in) :: mark
       !> Time up to which the observer watched, s.
       real(wp), intent(inout) :: watched
+      class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      call follow_events(policy, system, progress, mark, observer, status)
-      if (status%code /= 0 .or. .not. present(observer) .or. progress%summary%steps /= mark%steps .or. &
-          progress%events%stopped) return
       if (progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) &
          call show_inside(progress, policy, system, watched, observer, status)
       if (observer%sees_every_step) &

@@ -85,7 +85,8 @@ contains
       real(wp), intent(in) :: length
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      if (stepper%keeps_steps) call stepper%mark_step(progress%state, length, progress%state%t + 0.5_wp*length)
+      if (stepper%keeps_steps .and. progress%keeps_starts) &
+         call stepper%mark_step(progress%state, length, progress%state%t + 0.5_wp*length)
       call stepper%advance(system, progress%state, length, progress%state%t + 0.5_wp*length, status)
       progress%record%continued = progress%record%continued + stepper%continued
    end subroutine try

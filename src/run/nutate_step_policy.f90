@@ -19,6 +19,10 @@ module nutate_step_policy
       integer(long) :: steps_per_poll = 1
       !> `state_inside` can be asked at all times of a step: by dense output.
       logical :: is_dense = .false.
+      !> `look_inside` costs much less than a step.
+      logical :: looks_cheaply = .false.
+      !> No step is longer, s.
+      real(wp) :: longest_step = huge(1.0_wp)
    contains
       !> Moves a run by one step.
       procedure(move_on), deferred :: advance

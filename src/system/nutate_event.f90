@@ -5,6 +5,7 @@
 module nutate_event
    use nutate_kinds, only: wp, long, eps
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
+   use nutate_motion_bounds, only: speed_bounds_t
    use nutate_small_products, only: vector_length
    use nutate_system, only: system_t
    implicit none
@@ -44,6 +45,9 @@ module nutate_event
       procedure(event_value), deferred :: value
       !> ġ along the motion; by differences unless overridden.
       procedure :: rate => rate_by_differences
+      !> True if the quantity surely stays away from its value for a time: nothing is looked for then, which costs
+      !> nothing; `.false.` unless overridden.
+      procedure :: stays_away => not_known
       !> The change that counts: 1, -1 or 0, either.
       procedure, non_overridable :: wanted
    end type event_t
@@ -60,6 +64,17 @@ module nutate_event
    end interface
 
 contains
+
+   pure logical function not_known(self, speeds, f, time)
+      class(event_t), intent(in) :: self
+      !> What bounds the motion in that time.
+      type(speed_bounds_t), intent(in) :: speeds
+      !> How far the quantity is from its value at the start.
+      real(wp), intent(in) :: f
+      !> s, positive.
+      real(wp), intent(in) :: time
+      not_known = .false.
+   end function not_known
 
    !> ġ by central differences of sixth order along the tangent of the motion: 1e-13 of the size of g over the time of a
    !> radian.

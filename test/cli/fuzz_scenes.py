@@ -64,6 +64,8 @@ def write_scene(dice):
     parts += dict.fromkeys(effects)
     if dice.random() < 0.3:
         parts += [event(dice, scales) for _ in range(dice.choice((1, 1, 2, 4)))]
+    if dice.random() < 0.2:
+        parts += [ensemble(dice), *dict.fromkeys(vary(dice, scales) for _ in range(dice.choice((1, 1, 2))))]
     dice.shuffle(parts)
     return "".join(parts).encode()
 
@@ -184,6 +186,25 @@ def event(dice, scales):
             lines.append(f"modulo = {scales.text(signed=False)}")
     lines += dice.choice(([], [], ["stop = .true."], ["count = 3"]))
     return group("event", lines)
+
+
+def ensemble(dice):
+    lines = [f"members = {dice.choice((1, 3, 999999999))}"]
+    if dice.random() < 0.3:
+        lines += [f"seed = {dice.choice((0, 7, 999999999))}", f"sampling = '{dice.choice(('random', 'latin'))}'"]
+    if dice.random() < 0.2:
+        lines += ["histories = 1", f"rows = '{dice.choice(('final', 'none'))}'", "chunk = 2", "file = 'rows.npy'"]
+    return group("ensemble", lines)
+
+
+def vary(dice, scales):
+    key = dice.choice(("body.inertia.1", "body.mass", "initial.angular_velocity.3", "integrator.end_time", "torque.1.start",
+                       "event.crosses", "Body.Mass"))
+    way = dice.choice((f"'uniform', low = -{scales.text(signed=False)}, high = {scales.text(signed=False)}",
+                       f"'normal', mean = {scales.text()}, sigma = {scales.text(signed=False)}",
+                       f"'normal', covariance = {scales.text(signed=False)}",
+                       f"'grid', low = -{scales.text(signed=False)}, high = {scales.text(signed=False)}, points = 3"))
+    return group("vary", [f"key = '{key}', distribution = {way}"])
 
 
 def gravity(_, scales):

@@ -160,7 +160,7 @@ class Help(CommandLineTest):
                 self.assertLessEqual(len(line), 110)
 
     def test_version(self):
-        self.assertRegex(self.succeed("--version").stdout, r"^nutate \d+\.\d+\.\d+\n$")
+        self.assertRegex(self.succeed("--version").stdout, r"^nutate \d+\.\d+\.\d+\narithmetic as written, .*\n$")
 
     def test_no_arguments_show_the_usage_on_standard_error(self):
         done = self.nutate()

@@ -109,6 +109,39 @@ class Resumed(CheckpointTest):
             self.resumes_exactly(scene, (4,), *method_settings(*method), "--set", "output.interval=0.007")
             self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)
 
+    def test_events_that_cannot_happen_for_many_steps(self):
+        """A torque drives a rate to its value: until near there nothing is looked for."""
+        self.write("drive.nml", FORCED.replace("&gravity /", "").replace("anchor = 1.0, 1.0, 0.0, stiffness = 30.0",
+                   "anchor = 1.0, 1.0, 0.0, stiffness = 0.1").replace("end_time = 0.6", "end_time = 3") + "&torque name = 'drive', "
+                   "body = 0, 0, 30 /\n&event when = 'omega3', crosses = 25, direction = 1, count = 2 /\n"
+                   "&event when = 'omega3', crosses = 24.9, switch = 'drive over' /\n")
+        for method in [*CONSERVING[4:6], ("rk4", None, None), ("taylor", None, None)]:
+            self.resumes_exactly("drive.nml", (5, 60, 170, 280), *method_settings(*method))
+            self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)
+            self.assertGreaterEqual(self.read("whole.events.csv").count("\n"), 2)
+
+    def test_killed_between_events_and_switches(self):
+        moments = random.Random(7)
+        self.write("forced.nml", FORCED.replace("&gravity", "&gravity name = 'weight'").replace(
+            "coefficient = 0.05", "name = 'drag', on = .false., coefficient = 0.05") + EVENTS)
+        settings = ("--set", "integrator.end_time=60", "--set", "integrator.time_step=0.005", "--set",
+                    "output.columns='euler','energy'")
+        self.succeed("run", "forced.nml", "--output", "whole.csv", "--quiet", *settings)
+        arguments = ["--output", "part.csv", "--checkpoint", "ck"]
+        for _ in range(8):
+            command = [self.program, "run", "forced.nml", "--quiet", "--every-seconds", "0", *arguments, *settings]
+            with subprocess.Popen(command, cwd=self.folder) as run:
+                time.sleep(moments.uniform(0.02, 0.12))
+                run.kill()
+            if "part.csv" in self.names():
+                break
+            if "ck" in self.names():
+                arguments = ["--resume", "ck"]
+        if "part.csv" not in self.names():
+            self.succeed("run", "forced.nml", "--quiet", *arguments, *settings)
+        self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+        self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"))
+
     def test_every_method_with_a_table(self):
         self.write("table.csv", TABLE)
         self.write("tabulated.nml", TABULATED)

@@ -1,6 +1,7 @@
 """Events of scenes: their file, their lines in summary and check, and how they end a run or switch effects."""
 import csv
 import io
+import os
 import unittest
 
 from support import CommandLineTest
@@ -10,6 +11,7 @@ BOX = """&body inertia = 5.0, 20.0, 17.0 /
 &integrator method = 'taylor', time_step = 0.01, end_time = 10.0 /
 &output every = 100 /
 """
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
 # (2j+1) K/lambda of the box.
 QUARTER = 0.9664094834075236
 BANG = """&body inertia = 1.0, 1.0, 1.0 /
@@ -48,6 +50,32 @@ class Events(CommandLineTest):
         self.write("box.nml", BOX + "&event when = 'omega3', crosses = 0.0 /\n&event when = 'psi', extremum = 'both' /\n")
         self.succeed("run", "box.nml")
         self.assertEqual(plain, self.read("box.csv"))
+
+    def test_rows_have_the_units_and_the_digits_of_the_history(self):
+        self.write("box.nml", BOX.replace("&output", "&output degrees = .true., precision = 6, columns = 'euler', "
+                   "'angular_velocity'") + "&event name = 'flip', when = 'omega3', crosses = 0.0, count = 2 /\n")
+        self.succeed("run", "box.nml")
+        first, last = self.rows("box.events.csv")
+        self.assertEqual(list(first), ["t", "event", "number", "phi_deg", "theta_deg", "psi_deg", "omega1_deg", "omega2_deg",
+                                       "omega3_deg"])
+        self.assertEqual(first["t"], "0.966409")
+        self.assertEqual(first["omega1_deg"], "472.508")
+        rows = self.rows("box.csv")
+        for name in ("t", "phi_deg", "theta_deg", "psi_deg", "omega1_deg", "omega2_deg"):
+            self.assertEqual(last[name], rows[-1][name])
+
+    def test_scenes_of_events(self):
+        self.succeed("run", os.path.join(SCENES, "intermediate_axis.nml"), "--output", "flips.csv")
+        flips = [float(row["t"]) for row in self.rows("flips.events.csv") if row["event"] == "flip"]
+        self.assertEqual(len(flips), 10)
+        self.assertAlmostEqual(flips[0], QUARTER, delta=1e-12)
+        done = self.succeed("run", os.path.join(SCENES, "bang_bang.nml"), "--output", "cycle.csv")
+        switches = self.rows("cycle.events.csv")
+        self.assertEqual(len(switches), 31)
+        # The cycle: a coast to the other side, a pulse, and back.
+        self.assertEqual([row["event"] for row in switches[-4:]], ["minus on", "minus off", "plus on", "plus off"])
+        self.assertLess(abs(float(self.rows("cycle.csv")[-1]["energy_residual"])), 1e-14)
+        self.assertIn("31 rows", done.stderr)
 
     def test_stop_and_count(self):
         for key, end in (("stop = .true.", 1), ("count = 3", 5)):

@@ -3,28 +3,7 @@
  * `failure` belongs to the run: [0] its status, [1] what the callback returned. After a failure, and for results that
  * are not finite or exceed 1e100, zeros go back into the step: whoever started it looks at `failure` and takes the
  * step back. No result that could raise a floating-point exception reaches the arithmetic. */
-#ifndef _GNU_SOURCE
-#define _GNU_SOURCE
-#endif
-
-#include <pthread.h>
 #include "../../../include/nutate.h"
-
-/* Held while texts are read: see nutate_c_text.f90. */
-#if defined PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP
-static pthread_mutex_t text_lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
-#elif defined PTHREAD_RECURSIVE_MUTEX_INITIALIZER
-static pthread_mutex_t text_lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER;
-#else
-static pthread_mutex_t text_lock = PTHREAD_MUTEX_INITIALIZER;
-#endif
-
-void nutate_c_lock_texts(void);
-void nutate_c_unlock_texts(void);
-
-void nutate_c_lock_texts(void) { pthread_mutex_lock(&text_lock); }
-
-void nutate_c_unlock_texts(void) { pthread_mutex_unlock(&text_lock); }
 
 /* Not 0 if all numbers are finite and within the limits of the library. In nutate_c_effects.f90. */
 int nutate_c_are_moderate(int n, const double *numbers);
@@ -34,6 +13,9 @@ void nutate_c_call_potential(nutate_potential potential, const double *gamma, vo
 void nutate_c_call_hessian(nutate_hessian hessian, const double *gamma, void *user, int *failure, double *matrix);
 void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const double *omega, void *user,
                           int *failure, double *tau);
+
+void nutate_c_call_quantity(nutate_quantity quantity, double t, const double *q, const double *omega, void *user,
+                            int *failure, double *g);
 
 /* Keeps the first failure; zeros in place of results that are none. */
 static void judge(int returned, int *failure, int n, double *results)
@@ -76,4 +58,11 @@ void nutate_c_call_torque(nutate_torque torque, double t, const double *q, const
 {
     tau[0] = tau[1] = tau[2] = 0.0;
     if (!has_failed(failure)) judge(torque(t, q, omega, user, tau), failure, 3, tau);
+}
+
+void nutate_c_call_quantity(nutate_quantity quantity, double t, const double *q, const double *omega, void *user,
+                            int *failure, double *g)
+{
+    *g = 0.0;
+    if (!has_failed(failure)) judge(quantity(t, q, omega, user, g), failure, 1, g);
 }

@@ -6,6 +6,7 @@ module nutate_c_copies
    use nutate_c_effects, only: report_failures_to
    use nutate_c_handles, only: conclude, find_stepper, null_argument, open_slot, report, stepper_handle_t
    use nutate_c_polls, only: poll_t
+   use nutate_c_quantity, only: c_event_t
    use nutate_c_settings, only: prepare
    use nutate_progress, only: start_run, transfer_progress
    use nutate_run_plan, only: run_plan_t
@@ -44,6 +45,7 @@ contains
          end if
          if (failed == 0) then
             call report_failures_to(handle%system%effects, c_loc(handle%failure))
+            call point_events(handle)
             handle%poll = poll_t()
             slot = c_loc(handle)
          end if
@@ -119,6 +121,18 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_restore
 
+   !> Makes the events of the program report their failures to the stepper.
+   subroutine point_events(handle)
+      type(stepper_handle_t), intent(inout), target :: handle
+      integer :: i
+      do i = 1, handle%events%count()
+         select type (item => handle%events%slots(i)%item)
+         class is (c_event_t)
+            item%failure = c_loc(handle%failure)
+         end select
+      end do
+   end subroutine point_events
+
    !> Shows to an archive all that changes in a stepper: another one of the same system, settings and columns goes on in
    !> its place. Errors: those of callbacks.
    subroutine transfer_handle(handle, archive, status)
@@ -128,6 +142,7 @@ contains
       logical :: ready, stale
       call archive%expect('stepper '//version)
       call archive%expect(handle%names)
+      if (handle%events%count() > 0) call archive%refuse('a stepper with events cannot be saved (expected a copy)')
       ready = handle%ready
       stale = handle%stale
       call archive%transfer(stale)

@@ -1,20 +1,25 @@
 !> Arguments of C functions as the groups of a scene: what a scene's values must keep to, a program's must too.
 module nutate_c_groups
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_effect_list, only: effect_list_t
+   use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_kind_t, group_t, setting_t, KEY_REAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_body, only: body_keys, build_body
    use nutate_scene_check, only: check_complete, read_groups
    use nutate_scene_effects, only: build_effects
+   use nutate_scene_events, only: build_events, event_keys
    use nutate_scene, only: scene_kinds
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_values, only: check_values
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
    use nutate_system, only: system_t
+   use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    implicit none
    private
 
-   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, parse_system
+   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, parse_events, parse_system, &
+      parse_table_keys
 
 contains
 
@@ -102,6 +107,86 @@ contains
       type(status_t), intent(out) :: status
       call build_system(text, .true., system, status)
    end subroutine parse_system
+
+   !> The events that a text describes as a scene would, with columns or without. Errors: `NUTATE_BAD_SCENE`.
+   subroutine parse_events(text, with_columns, effects, accuracy, events, status)
+      character(len=*), intent(in) :: text
+      !> Each names its columns; else none does.
+      logical, intent(in) :: with_columns
+      !> What can be switched.
+      type(effect_list_t), intent(in) :: effects
+      !> Attitude error that runs promise, rad; 0: none.
+      real(wp), intent(in) :: accuracy
+      type(event_list_t), intent(inout) :: events
+      type(status_t), intent(out) :: status
+      type(group_kind_t) :: kinds(1)
+      type(group_t), allocatable :: groups(:)
+      type(scene_error_t) :: error
+      integer :: i, last_line
+      kinds(1)%name = 'event'
+      kinds(1)%keys = event_keys()
+      kinds(1)%repeatable = .true.
+      if (.not. with_columns) then
+         do i = 1, size(kinds(1)%keys)
+            kinds(1)%keys(i)%required = .false.
+         end do
+      end if
+      call read_groups(text, kinds, groups, last_line, error)
+      if (.not. error%raised) call check_complete(kinds, groups, 1, error)
+      if (.not. (error%raised .or. with_columns)) then
+         do i = 1, size(groups)
+            if (groups(i)%has('when')) call error%raise(groups(i)%line, 'when has no place here', &
+                                                        expected='a quantity of the program alone')
+            if (groups(i)%has('weights')) call error%raise(groups(i)%line, 'weights have no place here')
+         end do
+      end if
+      if (.not. error%raised) call build_events(groups, effects, accuracy, events, error)
+      if (error%raised) status = fail(NUTATE_BAD_SCENE, error%text)
+   end subroutine parse_events
+
+   !> A torque by a table in memory, with the keys of `&torque` that go with one. Errors: `NUTATE_BAD_SCENE`; those of
+   !> `make_tabulated_torque`.
+   subroutine parse_table_keys(text, times, values, torque, at, status)
+      !> The keys.
+      character(len=*), intent(in) :: text
+      !> s; shape (n). N m; shape (3, n).
+      real(wp), intent(in) :: times(:), values(:, :)
+      type(tabulated_torque_t), intent(inout) :: torque
+      !> The line that is at fault; 0 for none of them.
+      integer, intent(out) :: at
+      type(status_t), intent(out) :: status
+      type(group_t), allocatable :: groups(:)
+      type(scene_error_t) :: error
+      integer :: last_line
+      at = 0
+      call read_groups('&torque table = ''memory'' '//text//' /', scene_kinds(), groups, last_line, error)
+      if (.not. error%raised .and. size(groups) /= 1) call error%raise(1, 'more than the keys of one torque')
+      if (.not. error%raised) call check_alone(groups(1), error)
+      if (error%raised) then
+         status = fail(NUTATE_BAD_SCENE, error%text)
+         return
+      end if
+      associate (group => groups(1))
+         call make_tabulated_torque(times, values, torque, status, at, &
+                                    spline=group%text('interpolation', 'linear') == 'cubic', &
+                                    periodic=group%text('outside', 'zero') == 'periodic', &
+                                    in_space=group%text('axes', 'body') == 'space', &
+                                    start=group%number('start', -huge(1.0_wp)), stop=group%number('stop', huge(1.0_wp)))
+         torque%label = group%text('name', '')
+         torque%on = group%flag('on', .true.)
+      end associate
+   end subroutine parse_table_keys
+
+   !> Raises an error for a key of a torque that excludes a table.
+   subroutine check_alone(group, error)
+      type(group_t), intent(in) :: group
+      type(scene_error_t), intent(inout) :: error
+      character(len=9), parameter :: others(4) = [character(len=9) :: 'body', 'space', 'frequency', 'phase']
+      integer :: i
+      do i = 1, size(others)
+         if (group%has(trim(others(i)))) call error%raise(group%line, trim(others(i))//' excludes a table')
+      end do
+   end subroutine check_alone
 
    !> Adds what a text describes. Errors: `NUTATE_BAD_SCENE`, with no effect added.
    subroutine build_system(text, with_body, system, status)

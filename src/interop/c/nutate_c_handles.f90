@@ -5,9 +5,11 @@
 module nutate_c_handles
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: report_failures_to
+   use nutate_c_found, only: found_events_t
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: message_to_c
    use nutate_columns, only: columns_t
+   use nutate_event_tracker, only: event_list_t, event_tracker_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
    use nutate_progress, only: progress_t
@@ -63,6 +65,7 @@ module nutate_c_handles
       integer(long) :: unproved_steps = 0
       !> Shape (width, room for rows).
       real(wp), allocatable :: values(:, :)
+      type(found_events_t) :: found
    end type history_handle_t
 
    !> A method with its system and the present state.
@@ -114,6 +117,11 @@ module nutate_c_handles
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first
       real(wp) :: first_energy = 0.0_wp
+      !> What runs look for, what the last one found, how it left them, and where.
+      type(event_list_t) :: events
+      type(found_events_t) :: found
+      type(event_tracker_t), allocatable :: followed
+      type(state_t) :: last_state
       character(len=name_length), allocatable :: sets(:)
       type(columns_t) :: columns
       !> Names of the columns, comma separated.

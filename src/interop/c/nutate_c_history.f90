@@ -37,6 +37,7 @@ module nutate_c_history
    contains
       procedure :: observe => collect_row
       procedure :: poll => poll_collector
+      procedure :: show_event => collect_event
       procedure :: watch => follow_collector
    end type collector_t
 
@@ -46,7 +47,6 @@ module nutate_c_history
       type(event_history_t) :: events
       type(poll_t) :: whom
    contains
-      procedure :: watch => follow_writer
       procedure :: show_event => write_event
       procedure :: observe => write_row
       procedure :: poll => poll_writer
@@ -252,7 +252,7 @@ contains
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
                        from%scene%integrator%inverse_auxiliary_inertia, status, from%scene%output%degrees, &
                        from%scene%output%digits, backward=from%scene%plan%end_time < from%scene%initial%t)
-      if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, system, status)
+      if (status%ok() .and. from%scene%events%count() > 0) call open_events(writer, from, name, status)
       call unlock_texts()
       if (.not. status%ok()) return
       call add_failure(failure, status)
@@ -272,30 +272,20 @@ contains
    end subroutine write_file
 
    !> Opens the file of the events beside that of the rows. Errors: those of the file; the rows are not kept then.
-   subroutine open_events(writer, from, rows, system, status)
+   subroutine open_events(writer, from, rows, status)
       type(writer_t), intent(inout) :: writer
       type(scene_handle_t), intent(in) :: from
       !> Path of the rows.
       character(len=*), intent(in) :: rows
-      type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
       type(status_t) :: closing
       character(len=:), allocatable :: name
       name = from%scene%output%events
       if (name == '') name = events_name(rows)
       if (name == '') return
-      call writer%events%open(name, from%scene%output%columns, system, from%scene%initial, &
-                              from%scene%integrator%inverse_auxiliary_inertia, status)
+      call writer%events%open(name, writer%history_t, status)
       if (.not. status%ok()) call writer%abandon(closing)
    end subroutine open_events
-
-   !> Follows angles that must not lose turns.
-   subroutine follow_writer(self, state)
-      class(writer_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      call self%history_t%watch(state)
-      call self%events%watch(state)
-   end subroutine follow_writer
 
    !> Writes an event. Errors: those of callbacks and of the file.
    subroutine write_event(self, system, event, which, number, state, record, status)
@@ -308,7 +298,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       status = judge_failure(self%failure)
-      if (status%ok()) call self%events%write(system, trim(event%name), number, state, record, status)
+      if (status%ok()) call self%events%write(self%columns, system, trim(event%name), number, state, record, status)
    end subroutine write_event
 
    !> Keeps a row. Errors: those of callbacks, `NUTATE_NOT_FINITE`, `NUTATE_NO_MEMORY`.
@@ -329,6 +319,20 @@ contains
       call add_failure(self%failure, status)
       if (status%ok()) self%history%rows = self%history%rows + 1
    end subroutine collect_row
+
+   !> Keeps an event. Errors: those of callbacks, `NUTATE_NO_MEMORY`.
+   subroutine collect_event(self, system, event, which, number, state, record, status)
+      class(collector_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      integer, intent(in) :: which
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      status = judge_failure(self%failure)
+      if (status%ok()) call self%history%found%put(system, event, number, state, status)
+   end subroutine collect_event
 
    !> Ends the run where a callback has failed, or the program wants it.
    subroutine poll_collector(self, fraction, status)

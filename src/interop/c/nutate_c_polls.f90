@@ -16,7 +16,7 @@ module nutate_c_polls
    implicit none
    private
 
-   public :: poll_t, integrate_asking, steps_between_looks
+   public :: poll_t, integrate_asking, find_steps_asking, steps_between_looks
 
    !> Whom to ask, and when that was done last.
    type :: poll_t
@@ -94,17 +94,29 @@ contains
       class(observer_t), intent(inout) :: observer
       type(run_summary_t), intent(out), optional :: summary
       type(event_list_t), intent(in), optional :: events
-      type(pilot_observer_t) :: pilots
       type(run_t) :: run
-      pilots%whom = whom
-      pilots%failure => failure
       call run%begin(system, settings, state, plan, status)
       if (present(events) .and. status%ok()) call run%expect(events, system, status)
-      if (status%ok()) call run%find_steps(system, status, pilots)
+      if (status%ok()) call find_steps_asking(run, whom, failure, system, status)
       if (status%ok()) call run%go(system, status, observer)
       plan%goal%local_tolerance = run%plan%goal%local_tolerance
       call conclude_run(run%progress_t, state, summary)
    end subroutine integrate_asking
+
+   !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in pilot runs. Errors: those of pilot
+   !> runs and of callbacks, and `NUTATE_STOPPED`.
+   subroutine find_steps_asking(run, whom, failure, system, status)
+      type(run_t), intent(inout) :: run
+      type(poll_t), intent(in) :: whom
+      !> Status and what the callback returned, of a callback that failed; shape (2).
+      integer(c_int), intent(in), target :: failure(:)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      type(pilot_observer_t) :: pilots
+      pilots%whom = whom
+      pilots%failure => failure
+      call run%find_steps(system, status, pilots)
+   end subroutine find_steps_asking
 
    !> Ends a pilot run where a callback has failed.
    subroutine observe_pilot(self, system, state, record, status)

@@ -4,6 +4,7 @@ module nutate_c_rows
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: history_handle_t, make_room, stepper_handle_t
+   use nutate_event, only: event_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_state, only: state_t
@@ -27,6 +28,10 @@ module nutate_c_rows
       integer(c_size_t) :: rows = 0
       !> Shape (width, room for rows).
       real(wp), pointer, contiguous :: values(:, :) => null()
+      !> Where positive: of a run of so many steps between rows, which begins without a row, and ends without one at
+      !> this time, s, unless it is due.
+      integer(long) :: every = 0
+      real(wp) :: end_time = 0.0_wp
       !> The stepper whose run it is; only where steps are chosen by their error.
       type(stepper_handle_t), pointer :: handle => null()
    contains
@@ -34,6 +39,7 @@ module nutate_c_rows
       procedure :: take
       procedure :: observe => take_row
       procedure :: poll => ask_callbacks
+      procedure :: show_event => take_event
       procedure :: watch => follow_state
    end type row_taker_t
 
@@ -90,13 +96,15 @@ contains
       if (.not. taker%wants_rows) return
       record = handle%run%record
       record%work = work_done(handle)
-      call put_row(handle, taker, handle%run%state, record, status)
+      call put_row(handle, taker, handle%system, handle%run%state, record, status)
    end subroutine write_row
 
    !> Puts a row behind the others. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` where there is no room.
-   subroutine put_row(handle, taker, state, record, status)
+   subroutine put_row(handle, taker, system, state, record, status)
       type(stepper_handle_t), intent(inout) :: handle
       class(row_taker_t), intent(inout) :: taker
+      !> With what is switched on now.
+      type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
@@ -109,7 +117,7 @@ contains
          return
       end if
       associate (row => taker%values(:, taker%rows + 1))
-         call handle%columns%evaluate(handle%system, state, record, row)
+         call handle%columns%evaluate(system, state, record, row)
          if (.not. all(ieee_is_finite(row))) status = fail(NUTATE_NOT_FINITE, 'a value of a row is not finite')
       end associate
       call add_failure(handle%failure, status)
@@ -127,10 +135,28 @@ contains
       type(run_record_t) :: own
       status = judge_failure(self%handle%failure)
       if (status%code /= 0 .or. .not. self%wants_rows) return
+      if (self%every > 0) then
+         if (.not. abs(state%t - self%handle%run%state%t) > 0.0_wp) return
+         if (mod(record%step, self%every) /= 0 .and. .not. abs(state%t - self%end_time) > 0.0_wp) return
+      end if
       own = record
       own%work = self%handle%work + record%work
-      call put_row(self%handle, self, state, own, status)
+      call put_row(self%handle, self, system, state, own, status)
    end subroutine take_row
+
+   !> Keeps an event of a run.
+   subroutine take_event(self, system, event, which, number, state, record, status)
+      class(row_taker_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      integer, intent(in) :: which
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      status = judge_failure(self%handle%failure)
+      if (status%code == 0) call self%handle%found%put(system, event, number, state, status)
+   end subroutine take_event
 
    !> Ends the run where a callback has failed, or the program wants it.
    subroutine ask_callbacks(self, fraction, status)

@@ -53,6 +53,7 @@ contains
          taker%history => rows
          call run_to(handle, plan, taker, status)
          rows%unproved_steps = handle%unproved_steps
+         rows%found = handle%found
       end if
       code = conclude(handle, status)
    end function nutate_stepper_run_history

@@ -2,6 +2,7 @@
 module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_admissible, only: admits, POSITIVE
+   use nutate_c_event_runs, only: run_with_events
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
    use nutate_c_polls, only: integrate_asking, steps_between_looks
    use nutate_c_rows, only: row_taker_t, write_row
@@ -40,7 +41,11 @@ contains
       if (status%ok() .and. (n < 0 .or. every < 1)) &
          status = fail(NUTATE_BAD_ARGUMENT, 'n is negative, or every not positive', 'n')
       if (status%ok()) call taker%take(handle%columns%width, n/every, status)
-      if (status%ok()) then
+      if (status%ok() .and. handle%events%count() > 0) then
+         taker%every = every
+         taker%end_time = handle%run%state%t + n*handle%plan%time_step
+         call look_for_events(handle, run_plan_t(end_time=taker%end_time, every=every, steps=n), taker, status)
+      else if (status%ok()) then
          handle%run%plan%end_time = handle%run%state%t
          handle%run%n_steps = huge(n)
          call continue_run(handle, n, every, taker, status)
@@ -240,6 +245,10 @@ contains
       end if
       call taker%take(handle%columns%width, rows_of(n, plan%every), status)
       handle%failure = 0
+      if (status%ok() .and. handle%events%count() > 0) then
+         call look_for_events(handle, plan, taker, status)
+         return
+      end if
       if (status%ok() .and. taker%wants_rows) call write_row(handle, taker, status)
       if (.not. status%ok()) return
       handle%run%plan%end_time = plan%end_time
@@ -275,6 +284,21 @@ contains
       if (mod(n, every) > 0) rows = rows + 1
    end function rows_of
 
+   !> A run that looks for events, from the present state.
+   subroutine look_for_events(handle, plan, taker, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      !> The nominal step may be missing.
+      type(run_plan_t), intent(in) :: plan
+      type(row_taker_t), intent(inout) :: taker
+      type(status_t), intent(inout) :: status
+      type(run_plan_t) :: whole
+      call keep_work(handle)
+      handle%under_way = .false.
+      whole = plan
+      if (.not. plan%goal%active()) whole%time_step = handle%plan%time_step
+      call run_with_events(handle, whole, taker, status)
+   end subroutine look_for_events
+
    !> Steps that the run itself chooses, to the end time of a plan. Errors: those of the method, of callbacks and rows;
    !> after a failed callback the state is that before the run.
    subroutine run_by_plan(handle, plan, taker, status)
@@ -287,7 +311,8 @@ contains
       integer :: i
 
       call taker%take(handle%columns%width, 0_long, status)
-      if (.not. status%ok()) return
+      if (status%ok() .and. handle%events%count() > 0) call look_for_events(handle, plan, taker, status)
+      if (.not. status%ok() .or. handle%events%count() > 0) return
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
       handle%failure = 0

@@ -239,7 +239,8 @@ contains
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
       handle%settings = from%scene%integrator
       handle%plan = from%scene%plan
-      handle%attitude_if_needed = .true.
+      handle%events = from%scene%events
+      handle%attitude_if_needed = handle%events%count() == 0
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do

@@ -1,26 +1,17 @@
 !> Texts from and to C.
 !>
-!> gfortran keeps the length of a function's result in a static variable where it is not known beforehand: two threads
-!> that read scenes, settings or names of columns could take each other's lengths. What calls such functions holds a
-!> lock; steps and runs do not.
+!> What calls functions whose results are texts holds the lock of `nutate_text_lock`; steps and runs do not.
 module nutate_c_text
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr, c_size_t
    use nutate_keys, only: name_length
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_OK, NUTATE_TRUNCATED
+   use nutate_text_lock, only: lock_texts, unlock_texts
    implicit none
    private
 
    public :: take_text, text_to_c, message_to_c, nth_name, lock_texts, unlock_texts
 
    interface
-      !> Waits until no other thread reads texts.
-      subroutine lock_texts() bind(C, name='nutate_c_lock_texts')
-      end subroutine lock_texts
-
-      !> Lets the next thread read texts.
-      subroutine unlock_texts() bind(C, name='nutate_c_unlock_texts')
-      end subroutine unlock_texts
-
       pure integer(c_size_t) function strlen(text) bind(C, name='strlen')
          import :: c_ptr, c_size_t
          type(c_ptr), intent(in), value :: text

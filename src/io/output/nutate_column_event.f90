@@ -2,10 +2,11 @@
 module nutate_column_event
    use nutate_attitude, only: euler_from_quat
    use nutate_columns, only: column_sets
-   use nutate_event, only: event_t
+   use nutate_event, only: CROSSING, event_t
    use nutate_hamiltonian, only: potential_energy
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
+   use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_space
    use nutate_system, only: system_t
    implicit none
@@ -38,6 +39,7 @@ module nutate_column_event
       procedure :: place
       procedure :: value => sum_of_columns
       procedure :: rate => rate_of_sum
+      procedure :: stays_away => sum_stays_away
    end type column_event_t
 
 contains
@@ -168,6 +170,85 @@ contains
       end associate
    end function column_rate
 
+   !> A quarter more than what the rates of the columns admit, and a hundredth more than their range, is left for the
+   !> errors of a computed motion.
+   pure logical function sum_stays_away(self, speeds, f, time) result(stays)
+      class(column_event_t), intent(in) :: self
+      type(speed_bounds_t), intent(in) :: speeds
+      real(wp), intent(in) :: f, time
+      real(wp), parameter :: margin = 1.25_wp, margin_of_range = 1.01_wp
+      real(wp) :: fastest, range, rate
+      integer :: i
+      stays = .false.
+      if (self%kind /= CROSSING) return
+      fastest = 0.0_wp
+      do i = 1, self%n
+         rate = fastest_rate(self%places(i), speeds)
+         ! An angle that jumps at the poles.
+         if (rate < 0.0_wp) return
+         fastest = fastest + abs(self%weights(i))*rate
+      end do
+      stays = abs(f) > margin*fastest*time
+      if (stays .or. self%n /= 1 .or. self%period > 0.0_wp) return
+      range = greatest_value(self%places(1), speeds)
+      stays = range >= 0.0_wp .and. abs(self%level) > margin_of_range*abs(self%weights(1))*range
+   end function sum_stays_away
+
+   !> No column changes faster; negative where that is not known.
+   pure real(wp) function fastest_rate(column, speeds) result(rate)
+      !> Place in the list.
+      integer, intent(in) :: column
+      type(speed_bounds_t), intent(in) :: speeds
+      select case (column)
+      case (AT_Q0:AT_Q0 + 3)
+         rate = 0.5_wp*speeds%speed
+      case (AT_P0:AT_P0 + 3)
+         rate = 2*(speeds%momentum*speeds%speed + speeds%torque)
+      case (AT_OMEGA1:AT_OMEGA1 + 2)
+         rate = speeds%rows(column - AT_OMEGA1 + 1)*speeds%momentum_rate
+      case (AT_OMEGA_X:AT_OMEGA_X + 2)
+         rate = maxval(speeds%rows)*2*speeds%momentum_rate
+      case (AT_L1:AT_L1 + 2)
+         rate = speeds%momentum_rate
+      case (AT_L_X:AT_L_X + 2)
+         rate = speeds%torque
+      case (AT_THETA)
+         ! About the line of nodes, which lies across axis 3.
+         rate = sqrt(speeds%axis_speeds(1)**2 + speeds%axis_speeds(2)**2)
+      case (AT_KINETIC)
+         rate = speeds%speed*speeds%torque
+      case (AT_POTENTIAL)
+         rate = speeds%speed*speeds%potential_torque
+      case (AT_POTENTIAL + 1)
+         rate = speeds%speed*speeds%torque
+      case default
+         rate = -1.0_wp
+      end select
+   end function fastest_rate
+
+   !> No column is greater; negative where that is not known.
+   pure real(wp) function greatest_value(column, speeds) result(value)
+      !> Place in the list.
+      integer, intent(in) :: column
+      type(speed_bounds_t), intent(in) :: speeds
+      select case (column)
+      case (AT_Q0:AT_Q0 + 3)
+         value = 1.0_wp
+      case (AT_P0:AT_P0 + 3)
+         value = 2*speeds%momentum
+      case (AT_OMEGA1:AT_OMEGA1 + 2)
+         value = speeds%axis_speeds(column - AT_OMEGA1 + 1)
+      case (AT_OMEGA_X:AT_OMEGA_X + 2)
+         value = speeds%speed
+      case (AT_L1:AT_L1 + 2, AT_L_X:AT_L_X + 2)
+         value = speeds%momentum
+      case (AT_THETA)
+         value = pi
+      case default
+         value = -1.0_wp
+      end select
+   end function greatest_value
+
    pure function unit(q)
       real(wp), intent(in) :: q(4)
       real(wp) :: unit(4)
@@ -179,29 +260,41 @@ contains
       integer, intent(in) :: column
       real(wp), intent(in) :: q(4)
       real(wp) :: phi, theta, psi
+      if (column == AT_THETA) then
+         x = 2*atan2(sqrt(q(2)*q(2) + q(3)*q(3)), sqrt(q(1)*q(1) + q(4)*q(4)))
+         return
+      end if
       call euler_from_quat(unit(q), phi, theta, psi)
-      x = theta
-      if (column == AT_PHI) x = phi
+      x = phi
       if (column == AT_PSI) x = psi
    end function angle_of
 
-   !> φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ, θ' = Ω1 cos ψ - Ω2 sin ψ, ψ' = Ω3 - φ' cos θ; at a pole, where
-   !> ψ = 0, φ takes all of Ω3.
+   !> With γ = Rᵀe₃ = (sin θ sin ψ, sin θ cos ψ, cos θ): φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ, θ' = Ω1 cos ψ - Ω2 sin ψ,
+   !> ψ' = Ω3 - φ' cos θ; at a pole, where ψ = 0, φ takes all of Ω3.
    pure real(wp) function rate_of_angle(column, q, omega) result(rate)
       !> Place in the list.
       integer, intent(in) :: column
       real(wp), intent(in) :: q(4), omega(3)
-      real(wp) :: phi, theta, psi, precession
-      call euler_from_quat(unit(q), phi, theta, psi)
-      precession = sign(omega(3), omega(3)*cos(theta))
-      if (sin(theta) > 4*eps) precession = (omega(1)*sin(psi) + omega(2)*cos(psi))/sin(theta)
+      real(wp) :: gamma(2), cosine, sine, precession, square
+      square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
+      gamma(1) = 2*(q(2)*q(4) - q(1)*q(3))/square
+      gamma(2) = 2*(q(3)*q(4) + q(1)*q(2))/square
+      cosine = ((q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3)))/square
+      sine = sqrt(gamma(1)*gamma(1) + gamma(2)*gamma(2))
+      precession = sign(omega(3), omega(3)*cosine)
+      if (sine > 4*eps) then
+         gamma = gamma/sine
+         precession = (omega(1)*gamma(1) + omega(2)*gamma(2))/sine
+      else
+         gamma = [0.0_wp, 1.0_wp]
+      end if
       select case (column)
       case (AT_PHI)
          rate = precession
       case (AT_THETA)
-         rate = omega(1)*cos(psi) - omega(2)*sin(psi)
+         rate = omega(1)*gamma(2) - omega(2)*gamma(1)
       case default
-         rate = omega(3) - precession*cos(theta)
+         rate = omega(3) - precession*cosine
       end select
    end function rate_of_angle
 

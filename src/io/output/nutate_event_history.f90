@@ -3,8 +3,9 @@ module nutate_event_history
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_columns, only: columns_t
-   use nutate_decimal, only: decimal_t, decimal_length
+   use nutate_decimal, only: append_rounded, decimal_t, decimal_length
    use nutate_files, only: file_mark_t, output_file_t
+   use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_state, only: state_t
@@ -13,7 +14,7 @@ module nutate_event_history
    implicit none
    private
 
-   public :: event_history_t, events_name
+   public :: evaluate_event, event_history_t, events_name
 
    !> Events being written.
    type :: event_history_t
@@ -21,8 +22,9 @@ module nutate_event_history
       logical :: wanted = .false.
       integer(long) :: rows = 0
       type(output_file_t) :: file
-      type(columns_t) :: columns
       type(decimal_t), private :: decimal
+      !> Significant digits; 0: as many as read back exactly.
+      integer, private :: digits = 0
    contains
       !> Opens the file and writes the header.
       procedure :: open => open_events
@@ -30,8 +32,6 @@ module nutate_event_history
       procedure :: reopen => reopen_events
       !> Shows to an archive how far the file is.
       procedure :: transfer => transfer_events
-      !> Follows what must be followed from step to step.
-      procedure :: watch => follow_state
       !> Writes a row.
       procedure :: write => write_event
    end type event_history_t
@@ -50,39 +50,32 @@ contains
    end function events_name
 
    !> Opens the file and writes the header. Errors: those of a history.
-   subroutine open_events(self, name, columns, system, state, inverse_j0, status)
+   subroutine open_events(self, name, history, status)
       class(event_history_t), intent(inout) :: self
       !> Path.
       character(len=*), intent(in) :: name
-      !> Names of the sets of columns.
-      character(len=*), intent(in) :: columns(:)
-      type(system_t), intent(in) :: system
-      !> The first state of the run.
-      type(state_t), intent(in) :: state
-      !> 1/J0, kg⁻¹ m⁻².
-      real(wp), intent(in) :: inverse_j0
+      !> Opened: the rows of events have its columns and its digits.
+      class(history_t), intent(in) :: history
       type(status_t), intent(inout) :: status
       character(len=:), allocatable :: header
-      call start(self, columns, system, state, inverse_j0, status)
-      if (status%ok()) call self%file%open(name, status)
+      call start(self, history)
+      call self%file%open(name, status)
       if (.not. status%ok()) return
-      header = self%columns%header()
+      header = history%columns%header()
       call self%file%put_line('t,event,number'//header(2:), status)
    end subroutine open_events
 
    !> Goes on with a file of which an archive has been made. Errors: those of a history.
-   subroutine reopen_events(self, name, columns, system, state, inverse_j0, archive, status)
+   subroutine reopen_events(self, name, history, archive, status)
       class(event_history_t), intent(inout) :: self
-      character(len=*), intent(in) :: name, columns(:)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: inverse_j0
+      character(len=*), intent(in) :: name
+      !> Gone on with.
+      class(history_t), intent(in) :: history
       !> Being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
       type(file_mark_t) :: mark
-      call start(self, columns, system, state, inverse_j0, status)
-      if (.not. status%ok()) return
+      call start(self, history)
       call transfer_values(self, archive, mark)
       if (archive%problem() /= '') then
          status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
@@ -108,36 +101,24 @@ contains
       class(archive_t), intent(inout) :: archive
       type(file_mark_t), intent(inout) :: mark
       call archive%transfer(self%rows)
-      call self%columns%transfer(archive)
       call mark%transfer(archive)
    end subroutine transfer_values
 
-   !> Prepares for rows of the columns asked for.
-   subroutine start(self, columns, system, state, inverse_j0, status)
+   !> Prepares for rows.
+   subroutine start(self, history)
       class(event_history_t), intent(inout) :: self
-      character(len=*), intent(in) :: columns(:)
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: inverse_j0
-      type(status_t), intent(inout) :: status
+      class(history_t), intent(in) :: history
       self%wanted = .true.
       self%rows = 0
-      call self%columns%choose(columns, status)
-      if (.not. status%ok()) return
+      self%digits = history%digits
       call self%decimal%prepare()
-      call self%columns%start(system, state, inverse_j0)
    end subroutine start
 
-   !> Follows angles that must not lose turns.
-   subroutine follow_state(self, state)
-      class(event_history_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      if (self%wanted .and. self%columns%follows_steps) call self%columns%follow(state)
-   end subroutine follow_state
-
    !> Writes a row. Errors: `NUTATE_NOT_FINITE`, the row is not written then; `NUTATE_IO`.
-   subroutine write_event(self, system, name, number, state, record, status)
+   subroutine write_event(self, followed, system, name, number, state, record, status)
       class(event_history_t), intent(inout) :: self
+      !> Those of the history, as they are at the last state that it was shown.
+      type(columns_t), intent(in) :: followed
       type(system_t), intent(in) :: system
       !> Of the event.
       character(len=*), intent(in) :: name
@@ -146,15 +127,12 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
-      type(columns_t) :: columns
-      real(wp) :: values(self%columns%width)
-      character(len=(decimal_length + 1)*self%columns%width) :: line
+      real(wp) :: values(followed%width)
+      character(len=(decimal_length + 1)*followed%width) :: line
       character(len=24) :: digits
       integer :: i, used, first
       if (.not. self%wanted) return
-      columns = self%columns
-      if (columns%follows_steps) call columns%follow(state)
-      call columns%evaluate(system, state, record, values)
+      call evaluate_event(followed, system, state, record, values)
       if (.not. all(ieee_is_finite(values))) then
          status = fail(NUTATE_NOT_FINITE, 'a value at an event is not finite')
          return
@@ -166,13 +144,32 @@ contains
             used = used + 1
             line(used:used) = ','
          end if
-         call self%decimal%append(line, used, values(i))
+         if (self%digits > 0) then
+            call append_rounded(line, used, values(i), self%digits)
+         else
+            call self%decimal%append(line, used, values(i))
+         end if
          if (i == 1) first = used
       end do
       write (digits, '(i0)') number
       call self%file%put_line(line(:first)//','//field(name)//','//trim(digits)//line(first + 1:used), status)
       if (status%ok()) self%rows = self%rows + 1
    end subroutine write_event
+
+   !> The columns of a history at an event inside a step; those of its rows do not notice.
+   subroutine evaluate_event(followed, system, state, record, values)
+      !> As they are at the last state that the history was shown.
+      type(columns_t), intent(in) :: followed
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      !> Shape (width).
+      real(wp), intent(out) :: values(:)
+      type(columns_t) :: columns
+      columns = followed
+      if (columns%follows_steps) call columns%follow(state)
+      call columns%evaluate(system, state, record, values)
+   end subroutine evaluate_event
 
    !> A text as a field of RFC 4180: in quotes where it has a comma or quotes, which are doubled.
    pure function field(text)

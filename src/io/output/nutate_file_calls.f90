@@ -7,7 +7,7 @@ module nutate_file_calls
 
    public :: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_locked, file_read_tail
    public :: file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, file_target
-   public :: file_truncate, file_write, prepare_process
+   public :: file_truncate, file_write, file_write_at, prepare_process
 
    interface
       integer(c_int) function file_kind(path) bind(c, name='nutate_file_kind')
@@ -49,6 +49,12 @@ module nutate_file_calls
          type(c_ptr), intent(in), value :: stop
          integer(c_long_long), intent(out) :: written
       end function file_write
+      integer(c_int) function file_write_at(descriptor, bytes, count, offset) bind(c, name='nutate_file_write_at')
+         import :: c_int, c_long_long, c_ptr
+         integer(c_int), intent(in), value :: descriptor
+         type(c_ptr), intent(in), value :: bytes
+         integer(c_long_long), intent(in), value :: count, offset
+      end function file_write_at
       integer(c_int) function file_truncate(descriptor, size) bind(c, name='nutate_file_truncate')
          import :: c_int, c_long_long
          integer(c_int), intent(in), value :: descriptor

@@ -38,6 +38,7 @@ int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *d
 int nutate_file_open_locked(const char *path, long long keep, int *descriptor);
 int nutate_file_write(int descriptor, const char *bytes, long long count, const volatile sig_atomic_t *stop,
                       long long *written);
+int nutate_file_write_at(int descriptor, const char *bytes, long long count, long long offset);
 int nutate_file_replace(const char *path, const char *temporary, const char *bytes, long long count);
 int nutate_file_remove(const char *path);
 int nutate_file_sync(int descriptor);
@@ -177,6 +178,18 @@ int nutate_file_write(int descriptor, const char *bytes, long long count, const 
         }
         ssize_t n = write(descriptor, bytes + *written, (size_t)portion);
         if (n > 0) *written += n;
+        else if (n == 0) return EIO;
+        else if (errno != EINTR) return errno;
+    }
+    return 0;
+}
+
+/* Writes all bytes at a place; the place where others write stays. */
+int nutate_file_write_at(int descriptor, const char *bytes, long long count, long long offset)
+{
+    for (long long written = 0; written < count;) {
+        ssize_t n = pwrite(descriptor, bytes + written, (size_t)(count - written), (off_t)(offset + written));
+        if (n > 0) written += n;
         else if (n == 0) return EIO;
         else if (errno != EINTR) return errno;
     }

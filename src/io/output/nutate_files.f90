@@ -6,19 +6,21 @@
 !> and renamed by `finish`; standard output, pipes and devices are written directly. A link is followed to the file
 !> that it means, there or not, and stays.
 module nutate_files
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long_long, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_long_long, c_null_char, c_null_ptr, &
+      c_ptr
    use nutate_archive, only: archive_t
    use nutate_checksum, only: checksum
-   use nutate_file_calls, only: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_locked, &
+   use nutate_file_calls, only: file_close, file_is_terminal, file_kind, file_open, file_open_locked, &
       file_read_tail, file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, &
-      file_target, file_truncate, file_write, prepare_process
+      file_target, file_truncate, file_write, file_write_at, prepare_process
    use nutate_kinds, only: long
    use nutate_status, only: status_t, fail, NUTATE_IO
+   use nutate_system_text, only: error_text, text_of
    implicit none
    private
 
    public :: output_file_t, file_mark_t, write_text, is_terminal, same_file, file_exists, goes_to_file, replace_file
-   public :: remove_file, prepare_process, STANDARD_OUTPUT, STANDARD_ERROR
+   public :: partial_name, remove_file, prepare_process, STANDARD_OUTPUT, STANDARD_ERROR
 
    !> Descriptors that every process has.
    integer, parameter :: STANDARD_OUTPUT = 1, STANDARD_ERROR = 2
@@ -73,6 +75,16 @@ module nutate_files
       procedure :: open => open_output
       !> Goes on writing where another run stopped.
       procedure :: reopen
+      !> Goes on writing to any part of a file of a known size.
+      procedure :: reopen_whole
+      !> Gives the file a size.
+      procedure :: resize
+      !> Writes bytes at a place, past all buffers.
+      procedure :: put_at
+      !> Writes numbers at a place, and a mark at another when they are on the disk; for several threads at once too.
+      procedure :: put_marked
+      !> Brings what was written to the disk.
+      procedure :: sync
       !> Brings everything to the disk, and says how far that is.
       procedure :: mark
       !> Appends one line.
@@ -152,6 +164,66 @@ contains
       end if
       if (.not. status%ok()) call release(self, ignored)
    end subroutine reopen
+
+   !> Goes on writing to any part of the partial file that another run left. Errors: `NUTATE_IO` where it is not there,
+   !> or is shorter; nothing has been changed then.
+   subroutine reopen_whole(self, name, bytes, status)
+      class(output_file_t), intent(inout) :: self
+      !> What `open` was given.
+      character(len=*), intent(in) :: name
+      !> Its size.
+      integer(long), intent(in) :: bytes
+      type(status_t), intent(out) :: status
+      call begin(self, name)
+      self%whole_bytes = bytes
+      call open_partial(self, status)
+   end subroutine reopen_whole
+
+   !> Gives the file a size: cuts it, or fills it with zeros. Errors: `NUTATE_IO`.
+   subroutine resize(self, bytes, status)
+      class(output_file_t), intent(inout) :: self
+      integer(long), intent(in) :: bytes
+      type(status_t), intent(out) :: status
+      integer :: error
+      error = file_truncate(self%descriptor, bytes)
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+      self%whole_bytes = bytes
+   end subroutine resize
+
+   !> Writes bytes at a place. Errors: `NUTATE_IO`.
+   subroutine put_at(self, offset, bytes, status)
+      class(output_file_t), intent(in) :: self
+      !> Bytes before the place.
+      integer(long), intent(in) :: offset
+      character(len=*), intent(in), target :: bytes
+      type(status_t), intent(out) :: status
+      integer :: error
+      error = file_write_at(self%descriptor, c_loc(bytes(1:1)), len(bytes, c_long_long), offset)
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+   end subroutine put_at
+
+   !> Writes numbers at a place, and a mark at another when they are on the disk.
+   subroutine put_marked(self, offset, words, mark_offset, mark, error)
+      class(output_file_t), intent(in) :: self
+      integer(long), intent(in) :: offset, mark_offset
+      !> Of 8 bytes.
+      integer(long), intent(in), contiguous, target :: words(:, :)
+      character, intent(in), target :: mark
+      !> Of the system, for `error_text`; 0: none.
+      integer, intent(out) :: error
+      error = file_write_at(self%descriptor, c_loc(words), 8*size(words, kind=c_long_long), offset)
+      if (error == 0) error = file_sync(self%descriptor)
+      if (error == 0) error = file_write_at(self%descriptor, c_loc(mark), 1_c_long_long, mark_offset)
+   end subroutine put_marked
+
+   !> Brings what was written to the disk. Errors: `NUTATE_IO`.
+   subroutine sync(self, status)
+      class(output_file_t), intent(in) :: self
+      type(status_t), intent(out) :: status
+      integer :: error
+      error = file_sync(self%descriptor)
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+   end subroutine sync
 
    !> Brings everything to the disk, and says how far that is. Errors: `NUTATE_IO`.
    subroutine mark(self, place, status)
@@ -370,6 +442,15 @@ contains
       same_file = file_same(a//c_null_char, b//c_null_char) /= 0
    end function same_file
 
+   !> The file beside a path that is written until the one of the path is whole. Blank where there is none.
+   function partial_name(path) result(name)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: name, target
+      integer :: error
+      call find_target(path, partial_suffix, target, name, error)
+      if (error /= 0 .or. .not. file_exists(name)) name = ''
+   end function partial_name
+
    !> True if a path stands for something.
    logical function file_exists(path)
       character(len=*), intent(in) :: path
@@ -404,26 +485,5 @@ contains
       if (error == 0) error = file_remove(target//c_null_char)
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine remove_file
-
-   !> The system's words for an error.
-   function error_text(error) result(text)
-      integer, intent(in) :: error
-      character(len=:), allocatable :: text
-      character(kind=c_char) :: words(200)
-      call file_error_text(int(error, c_int), words, size(words))
-      text = text_of(words)
-   end function error_text
-
-   !> Text up to the terminating null.
-   pure function text_of(characters) result(text)
-      character(kind=c_char), intent(in) :: characters(:)
-      character(len=:), allocatable :: text
-      integer :: n, i
-      n = findloc(characters, c_null_char, dim=1) - 1
-      allocate (character(len=n) :: text)
-      do i = 1, n
-         text(i:i) = characters(i)
-      end do
-   end function text_of
 
 end module nutate_files

@@ -26,7 +26,7 @@ module nutate_history
       type(columns_t) :: columns
       type(decimal_t), private :: decimal
       !> Significant digits; 0: as many as read back exactly.
-      integer, private :: digits = 0
+      integer :: digits = 0
       !> One row; shape (number of columns).
       real(wp), allocatable, private :: values(:)
       character(len=:), allocatable, private :: line

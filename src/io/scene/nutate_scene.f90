@@ -7,6 +7,7 @@ module nutate_scene
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_effect_list, only: effect_list_t
+   use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_hamiltonian, only: make_state
@@ -16,6 +17,7 @@ module nutate_scene
    use nutate_scene_body, only: body_keys, build_body
    use nutate_scene_check, only: check_complete, read_groups
    use nutate_scene_effects, only: add_effect_kinds, build_effects
+   use nutate_scene_ensemble, only: build_ensemble, ensemble_keys
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
    use nutate_scene_initial, only: initial_keys, build_initial, check_initial
@@ -24,6 +26,7 @@ module nutate_scene
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
    use nutate_scene_title, only: title_keys, scene_name
    use nutate_scene_table, only: read_table, time_units
+   use nutate_scene_vary, only: vary_keys
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_stepper, only: integrator_settings_t
@@ -32,7 +35,7 @@ module nutate_scene
    implicit none
    private
 
-   public :: scene_t, output_settings_t, read_scene, parse_scene, scene_kinds
+   public :: scene_t, output_settings_t, read_scene, parse_scene, rebuild_scene, scene_kinds
 
    !> A scene, checked and built: all that a run needs.
    type :: scene_t
@@ -57,6 +60,8 @@ module nutate_scene
       type(output_settings_t) :: output
       !> What to look for.
       type(event_list_t) :: events
+      !> Its members, where it stands for an ensemble of scenes.
+      type(ensemble_plan_t) :: ensemble
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    end type scene_t
@@ -111,6 +116,8 @@ contains
       end if
       call check_complete(kinds, scene%groups, last_line, error)
       if (.not. error%raised) call build_scene(path, scene, error)
+      if (.not. error%raised) &
+         call build_ensemble(scene%groups, kinds, scene%name, path, scene%ensemble, error)
       message = ''
       if (.not. error%raised) return
       message = error_line(path, error)
@@ -120,7 +127,7 @@ contains
    !> Every group that a scene can have, with its keys.
    function scene_kinds() result(kinds)
       type(group_kind_t), allocatable :: kinds(:)
-      integer, parameter :: parts = 6
+      integer, parameter :: parts = 8
 
       call add_effect_kinds(parts, kinds)
       kinds(1)%name = 'scene'
@@ -136,6 +143,11 @@ contains
       kinds(6)%name = 'event'
       kinds(6)%keys = event_keys()
       kinds(6)%repeatable = .true.
+      kinds(7)%name = 'ensemble'
+      kinds(7)%keys = ensemble_keys()
+      kinds(8)%name = 'vary'
+      kinds(8)%keys = vary_keys()
+      kinds(8)%repeatable = .true.
       kinds(2:4)%required = .true.
    end function scene_kinds
 
@@ -187,6 +199,25 @@ contains
                                   need_attitude(scene%output%columns) .or. events_need_attitude(scene%groups)
    end subroutine build_scene
 
+   !> Builds a scene again after numbers of its groups have changed.
+   subroutine rebuild_scene(scene, error)
+      !> Read; its files are not read again.
+      type(scene_t), intent(inout) :: scene
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: path
+      path = scene%file
+      call forget(scene%system, scene%events, scene%plan, scene%output)
+      call build_scene(path, scene, error)
+   end subroutine rebuild_scene
+
+   !> Leaves nothing of what was built.
+   subroutine forget(system, events, plan, output)
+      type(system_t), intent(out) :: system
+      type(event_list_t), intent(out) :: events
+      type(run_plan_t), intent(out) :: plan
+      type(output_settings_t), intent(out) :: output
+   end subroutine forget
+
    !> Reads the times of rows where a file has them.
    subroutine read_times(groups, path, error)
       type(group_t), intent(inout) :: groups(:)
@@ -194,7 +225,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       integer :: i
       do i = 1, size(groups)
-         if (groups(i)%name == 'output' .and. groups(i)%has('times_file')) &
+         if (groups(i)%name == 'output' .and. groups(i)%has('times_file') .and. .not. allocated(groups(i)%table)) &
             call read_table(groups(i), 'times_file', time_units, path(1:index(path, '/', back=.true.)), error)
       end do
    end subroutine read_times

@@ -13,7 +13,7 @@ module nutate_scene_table
    implicit none
    private
 
-   public :: read_table, read_torque_table, parse_table, path_beside
+   public :: read_table, read_torque_table, parse_table, path_beside, count_lines, next_field, read_row
 
    !> Units of the columns: a time and the components of a torque.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
@@ -23,7 +23,8 @@ module nutate_scene_table
 
 contains
 
-   !> Reads the table that a group names by its key `table`; a group without one stays as it is. Raises an error, with
+   !> Reads the table that a group names by its key `table`; a group without one, or with one that has been read, stays
+   !> as it is. Raises an error, with
    !> file and line, for one that is no table of times and torques.
    subroutine read_torque_table(group, folder, error)
       type(group_t), intent(inout) :: group
@@ -33,7 +34,7 @@ contains
       type(status_t) :: status
       integer :: at
 
-      if (.not. group%has('table')) return
+      if (.not. group%has('table') .or. allocated(group%table)) return
       call read_table(group, 'table', torque_units, folder, error)
       if (error%raised) return
       associate (numbers => group%table%numbers)

@@ -405,7 +405,7 @@ contains
       case (FREE_BODY)
          largest_turn = 12.0_wp
       case (AXIAL_FREE)
-         largest_turn = huge(1.0_wp)
+         largest_turn = 2e3_wp
       case default
          largest_turn = 3.0_wp
       end select

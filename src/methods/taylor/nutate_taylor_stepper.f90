@@ -2,10 +2,9 @@
 !>
 !> The length of a step follows from the last coefficients before it is taken (À. Jorba, M. Zou, Experimental
 !> Mathematics 14 (2005) 99), so that no step is tried in vain, and the series is the state at all times between: dense
-!> output. The projection onto the invariants follows each step.
+!> output. The projection onto the invariants follows the steps.
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
-   use nutate_invariant_projection, only: invariant_projection_t
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
@@ -13,6 +12,7 @@ module nutate_taylor_stepper
    use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, rigid_rates_t
    use nutate_motion_series, only: motion_series_t
    use nutate_power_series, only: highest_order
+   use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
@@ -31,21 +31,23 @@ module nutate_taylor_stepper
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
    !> The same for tops in the axial frame, 20 to 24, where coefficients cost less than all else in a step.
    real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
+   !> Steps to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as good.
+   integer, parameter :: usual_interval = 4
    !> Longest step in units of time, where all terms vanish, as for a body at rest.
    real(wp), parameter :: longest_reach = 1e9_wp
    !> Units of time tried, each `shorter` than the one before: 72 decades, from any step down to none.
    integer, parameter :: most_units = 60
    real(wp), parameter :: shorter = 0.0625_wp
 
-   !> One step of the method. `step` allocates nothing. Between steps it keeps the targets of the projection only; all
-   !> else is computed anew from the state.
+   !> One step of the method. `step` allocates nothing. Between steps it keeps what the projection remembers; all else
+   !> is computed anew from the state.
    type, extends(dense_stepper_t) :: taylor_t
       private
       !> Of the settings: order (0: by the tolerance), projection, attitude.
       integer :: order = 0
       logical :: conserve = .true.
       logical :: attitude = .true.
-      type(invariant_projection_t) :: projection
+      type(spaced_projection_t) :: projection
       type(rigid_rates_t) :: rates
       !> The series of the step under way or just done, the state it starts from and the torques that act.
       type(motion_series_t) :: series
@@ -57,6 +59,7 @@ module nutate_taylor_stepper
       procedure :: set_up
       procedure :: advance
       procedure :: choose_step
+      procedure :: show
       procedure :: state_at
       procedure :: transfer
    end type taylor_t
@@ -82,7 +85,8 @@ contains
       self%attitude = settings%attitude
       self%expanded = .false.
       call prepare_rates(self%rates, system, settings%attitude)
-      call self%projection%prepare(system, settings%attitude)
+      call self%projection%prepare(system, settings%attitude, usual_interval)
+      call self%projection%remember_starts()
       if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
    end subroutine set_up
@@ -107,25 +111,26 @@ contains
       logical :: converges
       integer :: i
       converges = .true.
-      if (.not. is_expanded(self, system, state, dt, window_time)) then
-         call begin_step(self%rates, system, state, dt, window_time, y)
+      next = state
+      if (self%conserve) call self%projection%find_origin(next)
+      if (.not. is_expanded(self, system, next, dt, window_time)) then
+         call begin_step(self%rates, system, next, dt, window_time, y)
          self%series%order = merge(self%order, fixed_step_order, self%order > 0)
-         if (self%rates%failure == 0) call expand_from(self, system, state, dt, y, converges)
+         if (self%rates%failure == 0) call expand_from(self, system, next, dt, y, converges)
          if (.not. converges) self%rates%failure = NUTATE_OFF_BRANCH
       end if
       if (self%rates%failure == 0) then
          call self%series%tail%use_in_step(dt/self%series%time_unit)
-         if (self%conserve) call self%projection%follow(system, state)
+         if (self%conserve) call self%projection%begin_step(system, next)
          call get_state(self, dt, y)
       end if
-      next = state
       call end_step(self%rates, y, next, status)
       if (status%code /= 0) return
       do i = 1, size(self%work)
          self%work(i) = work_of(self, i, dt)
       end do
       if (self%conserve) then
-         call self%projection%project(system, next, sum(self%work), status)
+         call self%projection%end_step(system, next, sum(self%work), status)
          if (status%code /= 0) return
       end if
       state = next
@@ -142,16 +147,19 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       real(wp) :: y(n_rates), time_unit, rate
+      type(state_t) :: start
       logical :: converges
       integer :: i
-      call begin_step(self%rates, system, state, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
+      start = state
+      if (self%conserve) call self%projection%find_origin(start)
+      call begin_step(self%rates, system, start, goal%end_time - state%t, 0.5_wp*(state%t + goal%end_time), y)
       self%expanded = .false.
       ! What is wrong with the state, the step will say.
       if (self%rates%failure /= 0) return
       time_unit = sign(2.0_wp**exponent(step), goal%end_time - state%t)
       do i = 1, most_units
          self%series%order = order_for(self, goal, abs(time_unit))
-         call expand_from(self, system, state, time_unit, y, converges)
+         call expand_from(self, system, start, time_unit, y, converges)
          if (converges) exit
          time_unit = shorter*time_unit
       end do
@@ -317,7 +325,15 @@ contains
       state%t = t
    end subroutine state_at
 
-   !> The targets of the projection; the series is computed anew from the state.
+   !> Projects a copy of the state that the last step left.
+   subroutine show(self, system, state)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      if (self%conserve) call self%projection%show(system, state)
+   end subroutine show
+
+   !> What the projection remembers; the series is computed anew from the state.
    subroutine transfer(self, archive)
       class(taylor_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive

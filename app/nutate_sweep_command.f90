@@ -1,0 +1,270 @@
+!> `nutate sweep SCENE`: runs the members of an ensemble.
+module nutate_sweep_command
+   use nutate_cli, only: command_t
+   use nutate_console, only: count_text, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
+   use nutate_decimal, only: decimal_t
+   use nutate_files, only: same_file, write_text, STANDARD_OUTPUT
+   use nutate_kinds, only: long
+   use nutate_member_history, only: write_member
+   use nutate_printable, only: printable_path
+   use nutate_row_layout, only: make_layout, row_layout_t
+   use nutate_run_signals, only: caught_signal, signal_name, watch_signals
+   use nutate_scene, only: scene_t, read_scene
+   use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
+   use nutate_sweep, only: has_threads, sweep_t
+   use nutate_sweep_csv, only: csv_line, header_line, write_csv
+   use nutate_sweep_listing, only: listing_fits, write_listing
+   use nutate_sweep_merge, only: merge_parts, part_name, stem_of
+   use nutate_sweep_progress, only: sweep_progress_t
+   use nutate_sweep_summary, only: show_summary
+   implicit none
+   private
+
+   public :: sweep_command
+
+contains
+
+   !> Runs the members that are wanted, or one of them, or puts files together.
+   subroutine sweep_command(command, exit_code)
+      type(command_t), intent(in) :: command
+      integer, intent(out) :: exit_code
+      type(scene_t) :: scene
+      character(len=:), allocatable :: name
+      integer(long) :: first, last
+
+      call load(command, scene, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      first = 1
+      last = scene%ensemble%members
+      name = scene%ensemble%file
+      if (command%first > 0) then
+         first = command%first
+         last = command%last
+         name = part_name(name, first, last)
+      end if
+      if (allocated(command%output) .and. command%member == 0) name = command%output
+      call check_names(command, scene, name, last, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      call watch_signals()
+      if (command%member > 0) then
+         call run_one(command, scene, exit_code)
+      else if (command%merges) then
+         call merge_files(command, scene, name, exit_code)
+      else
+         call run_all(command, scene, first, last, name, exit_code)
+      end if
+   end subroutine sweep_command
+
+   !> Reads the scene.
+   subroutine load(command, scene, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(out) :: scene
+      integer, intent(out) :: exit_code
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      exit_code = EXIT_INPUT
+      call read_scene(command%scene, scene, status, message, command%overrides)
+      if (.not. status%ok()) then
+         call say_error(message)
+      else if (.not. scene%ensemble%active()) then
+         call say_error(printable_path(scene%file)//': there is no group &ensemble (expected it, with the number '// &
+                        'of members)')
+      else
+         exit_code = EXIT_SUCCESS
+      end if
+   end subroutine load
+
+   !> Refuses members that there are not, and names by which the sweep would destroy its scene.
+   subroutine check_names(command, scene, name, last, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: name
+      integer(long), intent(in) :: last
+      integer, intent(inout) :: exit_code
+      character(len=:), allocatable :: problem
+      problem = ''
+      if (max(last, command%member) > scene%ensemble%members) then
+         problem = 'there is no member '//count_text(max(last, command%member))//' (expected 1 to '// &
+                   count_text(scene%ensemble%members)//')'
+      else if (same_file(scene%file, name)) then
+         problem = printable_path(name)//' is the scene itself and will not be written over'
+      else if (command%threads > 1 .and. .not. has_threads()) then
+         problem = 'this program was built without threads (expected --threads 1, or make OPENMP=1)'
+      else if (name == '-') then
+         problem = 'rows need a file (expected --output FILE.npy)'
+      else if (.not. scene%ensemble%keeps_rows .and. (command%merges .or. command%first > 0 .or. &
+                                                      allocated(command%csv))) then
+         problem = "the scene keeps no rows (expected rows = 'final' in &ensemble)"
+      end if
+      if (problem == '') return
+      call say_error('nutate: '//problem)
+      exit_code = EXIT_INPUT
+   end subroutine check_names
+
+   !> Runs members to their file.
+   subroutine run_all(command, scene, first, last, name, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(in) :: first, last
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: exit_code
+      type(sweep_t) :: sweep
+      type(sweep_progress_t) :: watcher
+      type(status_t) :: status, closing
+      if (command%goes_on .and. scene%ensemble%keeps_rows .and. listing_fits(scene, first, last, name)) then
+         if (.not. command%quiet) call say_error(printable_path(name)//' is complete')
+         call make_layout(scene, sweep%layout, status)
+         call finish_output(command, scene, sweep%layout, first, last, name, exit_code)
+         return
+      end if
+      call sweep%open(scene, first, last, name, command%goes_on, status)
+      if (.not. status%ok()) then
+         exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
+         call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+         return
+      end if
+      call watcher%start(wanted=.not. command%quiet)
+      call sweep%go(scene, command%threads, watcher, status)
+      call watcher%bar%erase()
+      if (status%ok() .and. scene%ensemble%keeps_rows) &
+         call write_listing(scene, sweep%layout, first, last, name, status)
+      if (status%ok()) then
+         call sweep%close(status)
+      else
+         call sweep%abandon(closing)
+      end if
+      if (.not. status%ok()) then
+         call give_up(scene, sweep, status, name, exit_code)
+         return
+      end if
+      call write_histories(scene, sweep%layout, first, last, name, watcher, exit_code)
+      if (exit_code == EXIT_SUCCESS) call finish_output(command, scene, sweep%layout, first, last, name, exit_code, &
+                                                        watcher, sweep)
+   end subroutine run_all
+
+   !> Says why a sweep ended before its end.
+   subroutine give_up(scene, sweep, status, name, exit_code)
+      type(scene_t), intent(in) :: scene
+      type(sweep_t), intent(in) :: sweep
+      type(status_t), intent(in) :: status
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: exit_code
+      if (status%code == NUTATE_STOPPED) then
+         exit_code = EXIT_SIGNAL + caught_signal()
+         call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; '// &
+                        count_text(sweep%members_done)//' of '//count_text(sweep%last - sweep%first + 1)// &
+                        ' members are in '//printable_path(name)//'.partial (nutate sweep --resume goes on)')
+      else if (status%code == NUTATE_IO) then
+         exit_code = EXIT_OUTPUT
+         call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
+      else
+         exit_code = EXIT_INPUT
+         call say_error('nutate: '//trim(status%message))
+      end if
+   end subroutine give_up
+
+   !> Writes the histories that the scene asks for, each beside the rows.
+   subroutine write_histories(scene, layout, first, last, name, watcher, exit_code)
+      type(scene_t), intent(in) :: scene
+      type(row_layout_t), intent(in) :: layout
+      integer(long), intent(in) :: first, last
+      character(len=*), intent(in) :: name
+      type(sweep_progress_t), intent(inout) :: watcher
+      integer, intent(inout) :: exit_code
+      type(status_t) :: status, reason
+      integer(long) :: fields(layout%width()), member
+      integer :: i
+      do i = 1, size(scene%ensemble%histories)
+         member = scene%ensemble%histories(i)
+         if (member < first .or. member > last) cycle
+         call write_member(scene, layout, member, history_name(name, member), watcher, fields, reason, status)
+         if (status%ok()) cycle
+         exit_code = EXIT_OUTPUT
+         if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
+         call say_error('nutate: member '//count_text(member)//': '//trim(status%message))
+         return
+      end do
+   end subroutine write_histories
+
+   !> Where the history of a member goes.
+   pure function history_name(name, member) result(history)
+      !> Of the rows.
+      character(len=*), intent(in) :: name
+      integer(long), intent(in) :: member
+      character(len=:), allocatable :: history
+      history = stem_of(name)//'.member'//count_text(member)//'.csv'
+   end function history_name
+
+   !> Writes finished rows as CSV where that is wanted, and says what they came to.
+   subroutine finish_output(command, scene, layout, first, last, name, exit_code, watcher, sweep)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(row_layout_t), intent(in) :: layout
+      integer(long), intent(in) :: first, last
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: exit_code
+      type(sweep_progress_t), intent(in), optional :: watcher
+      type(sweep_t), intent(in), optional :: sweep
+      type(status_t) :: status
+      if (allocated(command%csv)) call write_csv(name, layout, last - first + 1, command%csv, status)
+      if (.not. status%ok()) then
+         exit_code = EXIT_OUTPUT
+         call say_error('nutate: cannot write '//printable_path(command%csv)//': '//trim(status%message))
+         return
+      end if
+      call show_summary(scene, layout, last - first + 1, name, command%quiet, exit_code, watcher, sweep)
+   end subroutine finish_output
+
+   !> Puts the files of parts together.
+   subroutine merge_files(command, scene, name, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: exit_code
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      integer :: parts
+      call merge_parts(scene, name, parts, status)
+      if (status%ok()) then
+         if (.not. command%quiet) call say_error(printable_path(name)//': put together from '// &
+                                                 count_text(int(parts, long))//' files')
+         call make_layout(scene, layout, status)
+         call finish_output(command, scene, layout, 1_long, scene%ensemble%members, name, exit_code)
+      else
+         exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
+         call say_error('nutate: cannot merge '//printable_path(name)//': '//trim(status%message))
+      end if
+   end subroutine merge_files
+
+   !> Runs one member with its whole history; its row goes to standard output.
+   subroutine run_one(command, scene, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      integer, intent(inout) :: exit_code
+      type(row_layout_t) :: layout
+      type(sweep_progress_t) :: watcher
+      type(decimal_t) :: decimal
+      type(status_t) :: status, reason
+      character(len=:), allocatable :: name
+      integer(long), allocatable :: fields(:)
+      call make_layout(scene, layout, status)
+      name = history_name(scene%ensemble%file, command%member)
+      if (allocated(command%output)) name = command%output
+      allocate (fields(layout%width()))
+      call write_member(scene, layout, command%member, name, watcher, fields, reason, status)
+      if (.not. status%ok()) then
+         exit_code = EXIT_OUTPUT
+         if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
+         call say_error('nutate: '//trim(status%message))
+         return
+      end if
+      call decimal%prepare()
+      if (name /= '-') call write_text(STANDARD_OUTPUT, header_line(layout)//new_line('a')// &
+                                       csv_line(layout, decimal, fields)//new_line('a'), status)
+      if (.not. reason%ok()) then
+         exit_code = EXIT_RUN
+         call say_error('nutate: member '//count_text(command%member)//': '//trim(reason%message))
+      end if
+   end subroutine run_one
+
+end module nutate_sweep_command

@@ -1,0 +1,82 @@
+"""Events of runs: moments at which a quantity of the motion crosses a value, or has an extremum."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any, Callable, NamedTuple, Optional, Sequence, Union
+
+import numpy as np
+
+from ._library import Array, Callbacks, QuantityCallback, check, library, pointer, refusal
+
+NAME_SIZE = 32
+
+
+class Event(NamedTuple):
+    """An event that a run has found."""
+
+    name: str
+    """Of the event."""
+    number: int
+    """1 for the first of the name, 2, ..."""
+    t: float
+    """s"""
+    q: Array
+    """Attitude, shape (4,)."""
+    omega: Array
+    """Angular velocity, body axes, rad/s, shape (3,)."""
+
+
+class History(dict):  # type: ignore[type-arg]
+    """The rows of a run: a dictionary of arrays, one for each column. `events` lists the events that the run found."""
+
+    events: list[Event]
+
+    def __init__(self, columns: dict[str, Array], events: list[Event]) -> None:
+        super().__init__(columns)
+        self.events = events
+
+
+def event_group(name: Optional[str], when: Union[str, Sequence[str], None], **keys: Any) -> str:
+    """A group &event of a scene, with the keys that are not None."""
+
+    def text(value: Any) -> str:
+        if isinstance(value, str):
+            return "'" + value.replace("'", "''") + "'"
+        if isinstance(value, (bool, np.bool_)):
+            return ".true." if value else ".false."
+        if isinstance(value, (int, np.integer)):
+            return str(int(value))
+        if isinstance(value, (float, np.floating)):
+            return repr(float(value))
+        return ", ".join(text(item) for item in value)
+
+    given = {"name": name, "when": when, **keys}
+    return "&event " + ", ".join(f"{key} = {text(value)}" for key, value in given.items() if value is not None) + " /\n"
+
+
+def quantity(callbacks: Callbacks, function: Callable[..., float]) -> Any:
+    """g = function(t, q, omega), as C calls it."""
+
+    def evaluate(t: float, q: Any, omega: Any, _: Any, g: Any) -> None:
+        value = function(t, np.ctypeslib.as_array(q, (4,)).copy(), np.ctypeslib.as_array(omega, (3,)).copy())
+        try:
+            g[0] = float(value)
+        except (TypeError, ValueError) as error:
+            raise refusal(f"the quantity of an event is {value!r} (expected a number)") from error
+
+    return callbacks._guard(QuantityCallback, evaluate)
+
+
+def take_events(kind: str, handle: Any) -> list[Event]:
+    """The events of a stepper or a history of the library."""
+    n = ctypes.c_size_t()
+    check(getattr(library, f"nutate_{kind}_event_count")(handle, ctypes.byref(n)))
+    events = []
+    for i in range(n.value):
+        name, number, t = ctypes.create_string_buffer(NAME_SIZE), ctypes.c_int64(), ctypes.c_double()
+        q, omega = np.empty(4), np.empty(3)
+        check(getattr(library, f"nutate_{kind}_event")(handle, i, name, NAME_SIZE, ctypes.byref(number), ctypes.byref(t),
+                                                       pointer(q), pointer(omega)))
+        events.append(Event(name.value.decode(), number.value, t.value, q, omega))
+    return events

@@ -1,0 +1,145 @@
+!> One member of an ensemble at a time: the scene with the member's numbers in it, checked and built like any scene.
+module nutate_member
+   use nutate_admissible, only: admits
+   use nutate_ensemble_plan, only: ensemble_plan_t, target_t
+   use nutate_hamiltonian, only: make_state
+   use nutate_keys, only: setting_t, KEY_INTEGER
+   use nutate_kinds, only: wp, long
+   use nutate_sampling, only: draw_values
+   use nutate_scene, only: rebuild_scene, scene_t
+   use nutate_scene_error, only: scene_error_t
+   use nutate_scene_initial, only: build_initial, check_initial
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
+   implicit none
+   private
+
+   public :: member_t
+
+   !> Largest whole number that a key takes.
+   real(wp), parameter :: greatest_whole = 999999999.0_wp
+
+   !> A scene that becomes one member after the other.
+   type :: member_t
+      !> That of the last member taken; without its ensemble.
+      type(scene_t) :: scene
+      !> The numbers in which it differs; shape (targets).
+      real(wp), allocatable :: values(:)
+      !> Places of `&initial` and `&integrator` among the groups.
+      integer, private :: initial = 0, integrator = 0
+      !> Nothing but the start differs, and nothing was chosen by it.
+      logical, private :: only_start = .false.
+      !> Targets, each the first of its key, and the values of that key.
+      integer, allocatable, private :: keys(:)
+   contains
+      !> Takes a scene with an ensemble.
+      procedure :: prepare
+      !> Makes a member of it.
+      procedure :: take
+   end type member_t
+
+contains
+
+   !> Takes a scene with an ensemble.
+   subroutine prepare(self, scene)
+      class(member_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer :: i
+      self%scene = scene
+      call forget(self%scene%ensemble)
+      self%scene%groups = scene%ensemble%groups
+      associate (targets => scene%ensemble%targets)
+         allocate (self%values(size(targets)))
+         self%initial = findloc(self%scene%groups%name == 'initial', .true., dim=1)
+         self%integrator = findloc(self%scene%groups%name == 'integrator', .true., dim=1)
+         self%only_start = all(targets%group == self%initial) .and. scene%choice == ''
+         self%keys = pack([(i, i=1, size(targets))], [(is_first(targets, i), i=1, size(targets))])
+      end associate
+   end subroutine prepare
+
+   !> Leaves nothing of an ensemble.
+   subroutine forget(plan)
+      type(ensemble_plan_t), intent(out) :: plan
+   end subroutine forget
+
+   !> True for the first target of its key.
+   pure logical function is_first(targets, i)
+      type(target_t), intent(in) :: targets(:)
+      integer, intent(in) :: i
+      is_first = .not. any(targets(:i - 1)%group == targets(i)%group .and. &
+                           targets(:i - 1)%setting == targets(i)%setting)
+   end function is_first
+
+   !> Makes a member of it. Errors: what the scene refuses, `NUTATE_BAD_SCENE`, or the code that says more.
+   subroutine take(self, plan, number, status)
+      !> Prepared.
+      class(member_t), intent(inout) :: self
+      !> The ensemble of the scene.
+      type(ensemble_plan_t), intent(in) :: plan
+      !> 1 to `plan%members`.
+      integer(long), intent(in) :: number
+      type(status_t), intent(out) :: status
+      type(scene_error_t) :: error
+      integer :: i
+      call draw_values(plan, number, self%values)
+      do i = 1, size(plan%targets)
+         associate (target => plan%targets(i))
+            associate (value => self%scene%groups(target%group)%settings(target%setting)%values(target%value))
+               value%number = self%values(i)
+               if (target%key%kind == KEY_INTEGER .and. abs(self%values(i)) <= greatest_whole) &
+                  value%whole = nint(self%values(i))
+            end associate
+         end associate
+      end do
+      do i = 1, size(self%keys)
+         associate (target => plan%targets(self%keys(i)))
+            call check_numbers(target, self%scene%groups(target%group)%settings(target%setting), error)
+         end associate
+      end do
+      if (.not. error%raised) call build(self, error)
+      if (.not. error%raised) return
+      if (error%code == NUTATE_BAD_ARGUMENT) error%code = NUTATE_BAD_SCENE
+      status = fail(error%code, error%text)
+   end subroutine take
+
+   !> Raises an error for numbers that their key does not admit.
+   subroutine check_numbers(target, setting, error)
+      type(target_t), intent(in) :: target
+      type(setting_t), intent(in) :: setting
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: problem
+      character(len=32) :: digits
+      integer :: i
+      associate (key => target%key, numbers => setting%values%number)
+         if (key%kind == KEY_INTEGER .and. any(abs(numbers) > greatest_whole)) &
+            call error%raise(setting%line, trim(key%name)//' is too large')
+         if (error%raised .or. admits(key%range, numbers)) return
+         do i = 1, size(numbers)
+            problem = key%fault(numbers(i))
+            if (problem == '') cycle
+            write (digits, '(g0)') numbers(i)
+            call error%raise(setting%line, trim(digits)//' '//problem)
+            return
+         end do
+         call error%raise(setting%line, trim(key%name)//' '//key%fault_of_all(numbers))
+      end associate
+   end subroutine check_numbers
+
+   !> Builds what the numbers change.
+   subroutine build(self, error)
+      class(member_t), intent(inout) :: self
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: q(4), omega(3)
+      if (.not. self%only_start) then
+         call rebuild_scene(self%scene, error)
+         return
+      end if
+      associate (scene => self%scene)
+         call build_initial(scene%groups(self%initial), q, omega, error)
+         if (error%raised) return
+         scene%initial = make_state(scene%system, q, omega)
+         call check_initial(scene%system, scene%initial, scene%plan, scene%groups(self%initial), &
+                            scene%groups(self%integrator), error)
+      end associate
+   end subroutine build
+
+end module nutate_member

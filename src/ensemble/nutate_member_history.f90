@@ -1,0 +1,92 @@
+!> One member of an ensemble with its whole history, as `nutate run` would write it: the row is that of the ensemble to
+!> the last bit.
+module nutate_member_history
+   use nutate_event_history, only: event_history_t, events_name
+   use nutate_history, only: history_t
+   use nutate_kinds, only: wp, long
+   use nutate_member_run, only: member_run_t
+   use nutate_row_layout, only: row_layout_t
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t, NUTATE_IO
+   use nutate_sweep_watcher, only: sweep_watcher_t
+   implicit none
+   private
+
+   public :: write_member
+
+contains
+
+   !> Runs a member and writes its history, and its events where the scene has any. One that does not reach its end
+   !> leaves its rows in the partial file; one that the scene refuses has none.
+   !>
+   !> Errors: `NUTATE_IO`; `NUTATE_STOPPED` where the sweep is to end.
+   subroutine write_member(scene, layout, number, name, sweep, fields, reason, status)
+      !> With an ensemble.
+      type(scene_t), intent(in) :: scene
+      !> Of the scene.
+      type(row_layout_t), intent(in) :: layout
+      integer(long), intent(in) :: number
+      !> Path of the history.
+      character(len=*), intent(in) :: name
+      class(sweep_watcher_t), intent(in) :: sweep
+      !> Its row; shape (fields).
+      integer(long), intent(out) :: fields(:)
+      !> Why it did not reach its end.
+      type(status_t), intent(out) :: reason
+      type(status_t), intent(out) :: status
+      type(member_run_t) :: runner
+      type(history_t) :: history
+      type(event_history_t) :: events
+
+      fields = 0
+      call runner%prepare(scene, layout, status, sweep)
+      if (.not. status%ok()) return
+      call runner%member%take(scene%ensemble, number, reason)
+      if (reason%ok()) call open_files(runner%member%scene, name, history, events, status)
+      if (status%ok()) then
+         if (events%wanted) then
+            call runner%row(scene, number, fields, status, reason, history, events)
+         else if (allocated(history%file%name)) then
+            call runner%row(scene, number, fields, status, reason, history)
+         else
+            call runner%row(scene, number, fields, status, reason)
+         end if
+      end if
+      call close_files(history, events, reason, status)
+      if (status%code == NUTATE_IO) status%message = 'cannot write '//name//': '//trim(status%message)
+   end subroutine write_member
+
+   !> Opens the files of a member. Errors: `NUTATE_IO`.
+   subroutine open_files(scene, name, history, events, status)
+      !> The member.
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: name
+      type(history_t), intent(inout) :: history
+      type(event_history_t), intent(inout) :: events
+      type(status_t), intent(inout) :: status
+      associate (j0 => scene%integrator%inverse_auxiliary_inertia)
+         call history%open(name, scene%output%columns, scene%system, scene%initial, j0, status, scene%output%degrees, &
+                           scene%output%digits, scene%plan%end_time < 0.0_wp)
+         events%wanted = scene%events%count() > 0 .and. events_name(name) /= '' .and. status%ok()
+         if (events%wanted) call events%open(events_name(name), history, status)
+      end associate
+   end subroutine open_files
+
+   !> Gives the files their names where the member reached its end. Errors: `NUTATE_IO`.
+   subroutine close_files(history, events, reason, status)
+      type(history_t), intent(inout) :: history
+      type(event_history_t), intent(inout) :: events
+      type(status_t), intent(in) :: reason
+      type(status_t), intent(inout) :: status
+      type(status_t) :: closing
+      if (.not. allocated(history%file%name)) return
+      if (status%ok() .and. reason%ok()) then
+         if (events%wanted) call events%file%finish(status)
+         if (status%ok()) call history%finish(status)
+      else
+         if (events%wanted) call events%file%abandon(closing)
+         call history%abandon(closing)
+      end if
+   end subroutine close_files
+
+end module nutate_member_history

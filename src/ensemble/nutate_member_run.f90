@@ -1,0 +1,141 @@
+!> Runs members of an ensemble, one after the other, each to its row. A row depends on scene, seed and member alone.
+module nutate_member_run
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use nutate_event_history, only: event_history_t
+   use nutate_history, only: history_t
+   use nutate_kinds, only: wp, long
+   use nutate_member, only: member_t
+   use nutate_member_watcher, only: member_watcher_t, sweep_asker_t
+   use nutate_observer, only: run_record_t
+   use nutate_progress, only: total_work
+   use nutate_row_layout, only: bits_of, row_layout_t
+   use nutate_run, only: run_t
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
+   use nutate_sweep_watcher, only: sweep_watcher_t
+   use nutate_text_lock, only: lock_texts, unlock_texts
+   implicit none
+   private
+
+   public :: member_run_t
+
+   !> Runs members. Each thread has one of its own.
+   type :: member_run_t
+      type(member_t) :: member
+      type(row_layout_t) :: layout
+      type(member_watcher_t) :: watcher
+   contains
+      !> Takes a scene with an ensemble.
+      procedure :: prepare
+      !> Runs a member to its row.
+      procedure :: row
+   end type member_run_t
+
+contains
+
+   !> Takes a scene with an ensemble. Errors: a set of columns that does not exist.
+   subroutine prepare(self, scene, layout, status, sweep)
+      class(member_run_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      !> Of the scene.
+      type(row_layout_t), intent(in) :: layout
+      type(status_t), intent(out) :: status
+      !> Asked whether to go on.
+      class(sweep_watcher_t), intent(in), target, optional :: sweep
+      call lock_texts()
+      self%layout = layout
+      call self%member%prepare(scene)
+      call self%watcher%columns%choose(scene%output%columns, status, scene%output%degrees)
+      call unlock_texts()
+      if (present(sweep)) self%watcher%sweep => sweep
+   end subroutine prepare
+
+   !> Runs a member to its row. What goes wrong in the run, or with the numbers drawn, stands in the row.
+   !>
+   !> Errors: `NUTATE_STOPPED` where the sweep is to end, and then there is no row; what the history returned.
+   subroutine row(self, scene, number, fields, status, reason, history, events)
+      !> Prepared.
+      class(member_run_t), intent(inout) :: self
+      !> Whose ensemble it is.
+      type(scene_t), intent(in) :: scene
+      !> 1 to the number of members.
+      integer(long), intent(in) :: number
+      !> Shape (fields).
+      integer(long), intent(out) :: fields(:)
+      type(status_t), intent(out) :: status
+      !> Why the member did not reach its end.
+      type(status_t), intent(out), optional :: reason
+      !> Open for the member; not used where the scene refuses it.
+      type(history_t), intent(in), target, optional :: history
+      type(event_history_t), intent(in), target, optional :: events
+      type(status_t) :: outcome
+      type(run_t) :: run
+      real(wp) :: absent
+
+      nullify (self%watcher%history, self%watcher%events)
+      if (present(history)) self%watcher%history => history
+      if (present(events)) self%watcher%events => events
+      call lock_texts()
+      call self%member%take(scene%ensemble, number, outcome)
+      call unlock_texts()
+      absent = ieee_value(absent, ieee_quiet_nan)
+      fields = bits_of(absent)
+      where (self%layout%is_whole) fields = 0
+      fields(1) = number
+      if (outcome%ok()) call go(self, run, fields, outcome)
+      if (outcome%code == NUTATE_STOPPED .or. outcome%code == NUTATE_IO) status = outcome
+      fields(2) = outcome%code
+      fields(3:self%layout%values) = bits_of(self%member%values)
+      if (present(reason)) reason = outcome
+   end subroutine row
+
+   !> Runs the member that was taken.
+   subroutine go(self, run, fields, outcome)
+      class(member_run_t), intent(inout) :: self
+      type(run_t), intent(inout) :: run
+      integer(long), intent(inout) :: fields(:)
+      type(status_t), intent(out) :: outcome
+      type(sweep_asker_t) :: asker
+      associate (scene => self%member%scene, watcher => self%watcher)
+         call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, outcome)
+         if (outcome%ok()) call run%expect(scene%events, scene%system, outcome)
+         if (.not. outcome%ok()) return
+         associate (j0 => scene%integrator%inverse_auxiliary_inertia)
+            call watcher%columns%start(scene%system, scene%initial, j0, scene%plan%end_time < 0.0_wp)
+            call watcher%invariants%start(scene%system, scene%initial, j0, scene%integrator%attitude)
+         end associate
+         watcher%sees_every_step = watcher%columns%follows_steps .or. associated(watcher%history)
+         asker%sweep => watcher%sweep
+         call run%find_steps(scene%system, outcome, asker)
+         if (outcome%ok()) call run%go(scene%system, outcome, watcher)
+      end associate
+      call note_end(self, run, fields)
+   end subroutine go
+
+   !> Puts where a run ended into the row.
+   subroutine note_end(self, run, fields)
+      class(member_run_t), intent(inout) :: self
+      type(run_t), intent(in) :: run
+      integer(long), intent(inout) :: fields(:)
+      type(run_record_t) :: record
+      real(wp) :: columns(self%layout%columns - self%layout%values)
+      integer :: i, at
+      record = run%record
+      record%work = total_work(run%summary)
+      if (allocated(run%events)) then
+         call self%watcher%columns%evaluate(run%events%system, run%state, record, columns)
+      else
+         call self%watcher%columns%evaluate(self%member%scene%system, run%state, record, columns)
+      end if
+      fields(self%layout%values + 1:self%layout%columns) = bits_of(columns)
+      fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
+      fields(self%layout%columns + 2) = bits_of(self%watcher%invariants%momentum_error())
+      if (.not. allocated(run%events)) return
+      do i = 1, size(run%events%watched)
+         at = self%layout%errors + 2*i - 1
+         fields(at) = run%events%watched(i)%number
+         if (fields(at) > 0) fields(at + 1) = bits_of(run%events%watched(i)%first_time)
+      end do
+   end subroutine note_end
+
+end module nutate_member_run

@@ -1,0 +1,91 @@
+!> What looks on while a member runs: it measures the invariants, follows angles, and shows all to a history where there
+!> is one.
+module nutate_member_watcher
+   use nutate_columns, only: columns_t
+   use nutate_event, only: event_t
+   use nutate_event_history, only: event_history_t
+   use nutate_history, only: history_t
+   use nutate_invariants, only: invariants_t
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_STOPPED
+   use nutate_sweep_watcher, only: sweep_watcher_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: member_watcher_t, sweep_asker_t
+
+   !> Ends runs, pilot runs too, when the sweep is to end.
+   type, extends(observer_t) :: sweep_asker_t
+      !> Asked whether to go on, where there is one.
+      class(sweep_watcher_t), pointer :: sweep => null()
+   contains
+      procedure :: observe => ignore_row
+      procedure :: poll => ask_sweep
+   end type sweep_asker_t
+
+   type, extends(sweep_asker_t) :: member_watcher_t
+      type(columns_t) :: columns
+      type(invariants_t) :: invariants
+      !> Where rows and events go, where they go anywhere: events only beside rows.
+      type(history_t), pointer :: history => null()
+      type(event_history_t), pointer :: events => null()
+   contains
+      procedure :: observe => take_row
+      procedure :: watch => follow_state
+      procedure :: show_event => take_event
+   end type member_watcher_t
+
+contains
+
+   subroutine ignore_row(self, system, state, record, status)
+      class(sweep_asker_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+   end subroutine ignore_row
+
+   subroutine take_row(self, system, state, record, status)
+      class(member_watcher_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      call self%invariants%measure(system, state, record%work)
+      if (associated(self%history)) call self%history%observe(system, state, record, status)
+   end subroutine take_row
+
+   !> Ends the run with `NUTATE_STOPPED` where the sweep is to end.
+   subroutine ask_sweep(self, fraction, status)
+      class(sweep_asker_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      if (.not. associated(self%sweep)) return
+      if (self%sweep%wants_end()) status = fail(NUTATE_STOPPED, 'the sweep was stopped')
+   end subroutine ask_sweep
+
+   subroutine follow_state(self, state)
+      class(member_watcher_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      if (self%columns%follows_steps) call self%columns%follow(state)
+      if (associated(self%history)) call self%history%watch(state)
+   end subroutine follow_state
+
+   subroutine take_event(self, system, event, which, number, state, record, status)
+      class(member_watcher_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      integer, intent(in) :: which
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(inout) :: status
+      call self%invariants%measure(system, state, record%work)
+      if (.not. associated(self%events)) return
+      call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
+   end subroutine take_event
+
+end module nutate_member_watcher

@@ -1,0 +1,46 @@
+!> Headers of NumPy's files: arrays of records, all fields of 8 bytes, so that where a row stands is known beforehand.
+module nutate_npy
+   use, intrinsic :: iso_fortran_env, only: int8
+   use nutate_kinds, only: long
+   use nutate_row_layout, only: row_layout_t
+   implicit none
+   private
+
+   public :: npy_header, longest_header
+
+   !> Bytes that NumPy reads without being told to trust the file.
+   integer, parameter :: longest_header = 10000
+   !> Rows begin at a multiple of this.
+   integer, parameter :: alignment = 64
+   !> Digits left for the number of rows: files of more and of less rows have headers of one length.
+   integer, parameter :: count_digits = 12
+
+contains
+
+   !> The bytes before the rows: version 1.0 of the format.
+   pure function npy_header(layout, rows) result(header)
+      type(row_layout_t), intent(in) :: layout
+      integer(long), intent(in) :: rows
+      character(len=:), allocatable :: header
+      character(len=count_digits) :: count
+      integer :: i, length
+      header = "{'descr': ["
+      do i = 1, layout%width()
+         header = header//"('"//trim(layout%names(i))//"', '"//byte_order()// &
+                  merge('i8', 'f8', layout%is_whole(i))//"'), "
+      end do
+      write (count, '(i0)') rows
+      header = header//"], 'fortran_order': False, 'shape': ("//trim(count)//",), }"// &
+               repeat(' ', count_digits - len_trim(count))
+      length = 10 + len(header) + 1
+      length = (length + alignment - 1)/alignment*alignment
+      header = header//repeat(' ', length - 11 - len(header))//achar(10)
+      header = char(147)//'NUMPY'//char(1)//char(0)//char(mod(len(header), 256))//char(len(header)/256)//header
+   end function npy_header
+
+   !> How numbers stand in memory here.
+   pure character function byte_order()
+      byte_order = merge('<', '>', any(transfer(1_long, [0_int8], 1) == 1_int8))
+   end function byte_order
+
+end module nutate_npy

@@ -1,0 +1,89 @@
+!> The row of a member: which fields it has, all of 8 bytes.
+module nutate_row_layout
+   use nutate_columns, only: columns_t
+   use nutate_kinds, only: wp, long
+   use nutate_scene, only: scene_t
+   use nutate_spelling, only: split_list
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: row_layout_t, make_layout, bits_of, real_of
+
+   !> Letters of a name.
+   integer, parameter, public :: field_length = 96
+
+   !> The fields of a row, in their order: member, status, the values that differ, t, the columns of the scene, the
+   !> largest energy residual and momentum error, count and first time of each event.
+   type :: row_layout_t
+      character(len=field_length), allocatable :: names(:)
+      !> A whole number of 8 bytes; else a real one.
+      logical, allocatable :: is_whole(:)
+      !> Last of the values, of t and the columns, of the errors.
+      integer :: values = 0, columns = 0, errors = 0
+   contains
+      !> Number of fields.
+      procedure :: width
+   end type row_layout_t
+
+contains
+
+   pure integer function width(self)
+      class(row_layout_t), intent(in) :: self
+      width = size(self%names)
+   end function width
+
+   !> The fields of the rows of a scene with an ensemble. Errors: a set of columns that does not exist.
+   subroutine make_layout(scene, layout, status)
+      type(scene_t), intent(in) :: scene
+      type(row_layout_t), intent(out) :: layout
+      type(status_t), intent(out) :: status
+      type(columns_t) :: columns
+      character(len=:), allocatable :: name
+      integer :: i
+      call columns%choose(scene%output%columns, status, scene%output%degrees)
+      if (.not. status%ok()) return
+      layout%names = [character(len=field_length) :: 'member', 'status', scene%ensemble%targets%name]
+      layout%values = size(layout%names)
+      layout%names = [character(len=field_length) :: layout%names, split_list(columns%header())]
+      layout%columns = size(layout%names)
+      layout%names = [character(len=field_length) :: layout%names, 'largest_energy_residual', 'largest_momentum_error']
+      layout%errors = size(layout%names)
+      do i = 1, scene%events%count()
+         name = plain(trim(scene%events%slots(i)%item%name))
+         layout%names = [character(len=field_length) :: layout%names, name//'_count', name//'_first']
+      end do
+      do i = 2, size(layout%names)
+         do while (any(layout%names(:i - 1) == layout%names(i)))
+            layout%names(i) = trim(layout%names(i))//'_'
+         end do
+      end do
+      layout%is_whole = [(i <= 2 .or. (i > layout%errors .and. mod(i - layout%errors, 2) == 1), &
+                          i=1, size(layout%names))]
+   end subroutine make_layout
+
+   !> A name with nothing in it that a header would have to mark.
+   pure function plain(name) result(text)
+      character(len=*), intent(in) :: name
+      character(len=len(name)) :: text
+      character(len=*), parameter :: marks = ' ,;:''"\()[]{}'
+      integer :: i
+      text = name
+      do i = 1, len(text)
+         if (scan(text(i:i), marks) > 0 .or. iachar(text(i:i)) > 126) text(i:i) = '_'
+      end do
+   end function plain
+
+   !> A number as a field.
+   elemental integer(long) function bits_of(x)
+      real(wp), intent(in) :: x
+      bits_of = transfer(x, bits_of)
+   end function bits_of
+
+   !> A field as a number.
+   elemental real(wp) function real_of(bits)
+      integer(long), intent(in) :: bits
+      real_of = transfer(bits, real_of)
+   end function real_of
+
+end module nutate_row_layout

@@ -1,0 +1,188 @@
+!> The rows of a sweep while it is under way: a file of NumPy under another name, at its full size from the start, and
+!> behind the rows a map of the chunks that are finished. A chunk is marked when it is on the disk; whatever ends the
+!> program, what is marked is whole.
+module nutate_sweep_file
+   use nutate_files, only: output_file_t, partial_name
+   use nutate_kinds, only: long
+   use nutate_printable, only: printable_path
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: sweep_file_t, read_bytes
+
+   !> What the map begins with; the number is that of its format.
+   character(len=*), parameter :: signature = 'nutate sweep map 1'//achar(10)
+   !> Bytes of a number.
+   integer, parameter :: word = 8
+   !> The signature, what the rows belong to, and rows of a chunk.
+   integer, parameter :: head = len(signature) + 2*word
+   character, parameter :: open_mark = '.', done_mark = 'x'
+
+   !> Rows at fixed places.
+   type :: sweep_file_t
+      !> Rows of the file, and of a chunk; the last one may have less.
+      integer(long) :: rows = 0, chunk = 1
+      !> Chunks that are finished; shape (chunks).
+      logical, allocatable :: done(:)
+      !> Bytes before the rows, and of a row.
+      integer(long), private :: offset = 0, row_bytes = 0
+      type(output_file_t), private :: file
+   contains
+      !> Starts a file, or goes on with one.
+      procedure :: open => open_sweep
+      !> Writes the rows of a chunk and marks it.
+      procedure :: put_chunk
+      !> First and last row of a chunk.
+      procedure :: bounds
+      !> Gives the file its name.
+      procedure :: finish
+      !> Leaves it as it is.
+      procedure :: abandon
+   end type sweep_file_t
+
+contains
+
+   !> Starts a file, or goes on with one. Errors: `NUTATE_IO`; `NUTATE_BAD_ARGUMENT` for a file to go on with that
+   !> belongs to another scene.
+   subroutine open_sweep(self, name, header, width, rows, chunk, identity, resume, status)
+      class(sweep_file_t), intent(inout) :: self
+      !> Path of the whole file.
+      character(len=*), intent(in) :: name
+      !> Its first bytes.
+      character(len=*), intent(in) :: header
+      !> Fields of a row.
+      integer, intent(in) :: width
+      !> Of the file, and of a chunk; a file to go on with keeps its chunks.
+      integer(long), intent(in) :: rows, chunk
+      !> What the rows belong to.
+      integer(long), intent(in) :: identity
+      !> Go on with what another sweep has left, if it has left anything.
+      logical, intent(in) :: resume
+      type(status_t), intent(out) :: status
+      logical :: found
+
+      self%rows = rows
+      self%chunk = chunk
+      self%offset = len(header)
+      self%row_bytes = int(width, long)*word
+      found = .false.
+      if (resume) call take_up(self, name, header, identity, found, status)
+      if (found .or. .not. status%ok()) return
+      allocate (self%done((rows + chunk - 1)/chunk), source=.false.)
+      call self%file%open(name, status)
+      if (status%ok()) call self%file%resize(map_at(self) + head + size(self%done), status)
+      if (status%ok()) call self%file%put_at(map_at(self), signature//bytes_of(identity)//bytes_of(chunk)// &
+                                             repeat(open_mark, size(self%done)), status)
+      if (status%ok()) call self%file%put_at(0_long, header, status)
+      if (status%ok()) call self%file%sync(status)
+   end subroutine open_sweep
+
+   !> Bytes before the map.
+   pure integer(long) function map_at(self)
+      class(sweep_file_t), intent(in) :: self
+      map_at = self%offset + self%rows*self%row_bytes
+   end function map_at
+
+   !> Goes on with the file of another sweep.
+   subroutine take_up(self, name, header, identity, found, status)
+      class(sweep_file_t), intent(inout) :: self
+      character(len=*), intent(in) :: name, header
+      integer(long), intent(in) :: identity
+      !> There is one.
+      logical, intent(out) :: found
+      type(status_t), intent(out) :: status
+      character(len=:), allocatable :: partial, bytes, begin, marks
+      integer(long) :: n, i
+
+      partial = partial_name(name)
+      found = .false.
+      if (partial == '') return
+      call read_bytes(partial, map_at(self), head, bytes)
+      call read_bytes(partial, 0_long, len(header), begin)
+      if (len(bytes) < head .or. begin /= header) then
+         if (len(bytes) == 0 .and. len(begin) == 0) return
+      else if (index(bytes, signature//bytes_of(identity)) == 1) then
+         self%chunk = transfer(bytes(head - word + 1:), self%chunk)
+         found = self%chunk > 0
+      end if
+      if (.not. found) then
+         status = fail(NUTATE_BAD_ARGUMENT, printable_path(partial)//' belongs to another sweep')
+         return
+      end if
+      n = (self%rows + self%chunk - 1)/self%chunk
+      call self%file%reopen_whole(name, map_at(self) + head + n, status)
+      if (.not. status%ok()) return
+      call read_bytes(partial, map_at(self) + head, int(n), marks)
+      allocate (self%done(n), source=.false.)
+      do i = 1, len(marks, long)
+         self%done(i) = marks(i:i) == done_mark
+      end do
+   end subroutine take_up
+
+   !> First and last row of a chunk.
+   pure subroutine bounds(self, chunk, first, last)
+      class(sweep_file_t), intent(in) :: self
+      integer(long), intent(in) :: chunk
+      integer(long), intent(out) :: first, last
+      first = (chunk - 1)*self%chunk + 1
+      last = min(chunk*self%chunk, self%rows)
+   end subroutine bounds
+
+   !> Writes the rows of a chunk and marks it, when they are on the disk. For several threads at once.
+   subroutine put_chunk(self, chunk, fields, error)
+      class(sweep_file_t), intent(in) :: self
+      integer(long), intent(in) :: chunk
+      !> Shape (fields, rows of the chunk).
+      integer(long), intent(in) :: fields(:, :)
+      !> Of the system, for `error_text`; 0: none.
+      integer, intent(out) :: error
+      call self%file%put_marked(self%offset + (chunk - 1)*self%chunk*self%row_bytes, fields, &
+                                map_at(self) + head + chunk - 1, done_mark, error)
+   end subroutine put_chunk
+
+   !> Cuts the map off and gives the file its name. Errors: `NUTATE_IO`.
+   subroutine finish(self, status)
+      class(sweep_file_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      call self%file%resize(map_at(self), status)
+      if (status%ok()) call self%file%sync(status)
+      if (status%ok()) call self%file%finish(status)
+   end subroutine finish
+
+   !> Leaves the file as it is, to be gone on with. Errors: `NUTATE_IO`.
+   subroutine abandon(self, status)
+      class(sweep_file_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+      call self%file%abandon(status)
+   end subroutine abandon
+
+   !> Some bytes of a file; fewer, or none, where it has no more or cannot be read.
+   subroutine read_bytes(path, offset, count, bytes)
+      character(len=*), intent(in) :: path
+      !> Bytes before them.
+      integer(long), intent(in) :: offset
+      integer, intent(in) :: count
+      character(len=:), allocatable, intent(out) :: bytes
+      integer :: unit, iostat
+      integer(long) :: there
+      bytes = ''
+      open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=iostat)
+      if (iostat /= 0) return
+      inquire (unit=unit, size=there)
+      there = max(min(int(count, long), there - offset), 0_long)
+      deallocate (bytes)
+      allocate (character(len=there) :: bytes)
+      iostat = 0
+      if (there > 0) read (unit, pos=offset + 1, iostat=iostat) bytes
+      if (iostat /= 0) bytes = ''
+      close (unit)
+   end subroutine read_bytes
+
+   pure function bytes_of(number) result(bytes)
+      integer(long), intent(in) :: number
+      character(len=word) :: bytes
+      bytes = transfer(number, bytes)
+   end function bytes_of
+
+end module nutate_sweep_file

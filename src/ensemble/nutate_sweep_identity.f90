@@ -1,0 +1,57 @@
+!> What the rows of a sweep depend on, as a number: by it a file knows whether it belongs to a scene.
+module nutate_sweep_identity
+   use nutate_byte_archive, only: byte_archive_t
+   use nutate_checksum, only: checksum
+   use nutate_ensemble_plan, only: CASES
+   use nutate_keys, only: name_length
+   use nutate_kinds, only: wp, long
+   use nutate_scene, only: scene_t
+   use nutate_scene_print, only: print_of
+   use nutate_version, only: version
+   implicit none
+   private
+
+   public :: identity_of
+
+   !> Keys that say where results go, and how.
+   character(len=name_length), parameter :: of_files(5) = [character(len=name_length) :: &
+                                            'file', 'events', 'precision', 'histories', 'chunk']
+
+contains
+
+   !> A checksum over version, scene, ensemble and members. The same for sweeps whose rows are the same.
+   integer(long) function identity_of(scene, first, last)
+      type(scene_t), intent(in) :: scene
+      !> Members.
+      integer(long), intent(in) :: first, last
+      type(byte_archive_t) :: archive
+      character(len=:), allocatable :: text
+      integer(long) :: bounds(2)
+      real(wp), allocatable :: line(:)
+      integer :: i, k
+      call archive%begin_writing()
+      text = version
+      call archive%transfer(text)
+      bounds = [first, last]
+      call archive%transfer(bounds(1))
+      call archive%transfer(bounds(2))
+      do i = 1, size(scene%groups)
+         if (scene%groups(i)%name == 'scene') cycle
+         text = print_of(scene%groups(i), of_files)
+         call archive%transfer(text)
+      end do
+      do i = 1, size(scene%ensemble%variations)
+         if (scene%ensemble%variations(i)%distribution /= CASES) cycle
+         do k = 1, size(scene%ensemble%variations(i)%cases, 2)
+            line = scene%ensemble%variations(i)%cases(:, k)
+            call archive%transfer(line)
+         end do
+      end do
+      do i = 1, size(scene%ensemble%targets)
+         text = trim(scene%ensemble%targets(i)%name)
+         call archive%transfer(text)
+      end do
+      identity_of = checksum(archive%content())
+   end function identity_of
+
+end module nutate_sweep_identity

@@ -1,0 +1,169 @@
+!> Mean, deviation and range of every field over the members that reached their end, and how many ended otherwise.
+!> Members are added in their order, so that the sums do not depend on who ran them.
+module nutate_sweep_sums
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_archive, only: archive_t
+   use nutate_decimal, only: exact_text
+   use nutate_files, only: output_file_t
+   use nutate_kinds, only: wp, long
+   use nutate_row_layout, only: real_of, row_layout_t
+   use nutate_state, only: add_increment
+   use nutate_status, only: status_t
+   implicit none
+   private
+
+   public :: sweep_sums_t, most_codes
+
+   !> Codes of a status lie below.
+   integer, parameter :: most_codes = 32
+
+   !> Sums so far. Each field is taken less its first value, so that a small spread keeps its digits.
+   type :: sweep_sums_t
+      !> Members added, by the code of their status; from 0 on.
+      integer(long) :: codes(0:most_codes - 1) = 0
+      !> Of each field: how many values, the first, sums of differences and of their squares with the digits that these
+      !> cannot hold, least and greatest. Shape (fields).
+      integer(long), allocatable :: count(:)
+      real(wp), allocatable :: shift(:), sums(:), lost(:), squares(:), lost_squares(:), least(:), greatest(:)
+   contains
+      !> Makes them zero.
+      procedure :: prepare
+      !> Adds members in their order.
+      procedure :: add
+      !> Mean and standard deviation of a field.
+      procedure :: mean
+      procedure :: deviation
+      !> Writes all as CSV.
+      procedure :: write => write_sums
+      !> Shows all to an archive.
+      procedure :: transfer => transfer_sums
+   end type sweep_sums_t
+
+contains
+
+   !> Makes them zero.
+   subroutine prepare(self, layout)
+      class(sweep_sums_t), intent(inout) :: self
+      type(row_layout_t), intent(in) :: layout
+      integer :: n
+      n = layout%width()
+      allocate (self%count(n), source=0_long)
+      allocate (self%shift(n), self%sums(n), self%lost(n), self%squares(n), self%lost_squares(n), self%least(n), &
+                self%greatest(n), source=0.0_wp)
+   end subroutine prepare
+
+   !> Adds members in their order.
+   subroutine add(self, layout, fields)
+      class(sweep_sums_t), intent(inout) :: self
+      type(row_layout_t), intent(in) :: layout
+      !> Shape (fields, members).
+      integer(long), intent(in) :: fields(:, :)
+      real(wp) :: x
+      integer :: i, k
+      do k = 1, size(fields, 2)
+         i = int(max(0_long, min(fields(2, k), int(most_codes - 1, long))))
+         self%codes(i) = self%codes(i) + 1
+         if (i /= 0) cycle
+         do i = 3, size(fields, 1)
+            if (layout%is_whole(i)) then
+               x = real(fields(i, k), wp)
+            else
+               x = real_of(fields(i, k))
+            end if
+            if (ieee_is_finite(x)) call add_value(self, i, x)
+         end do
+      end do
+   end subroutine add
+
+   subroutine add_value(self, i, x)
+      type(sweep_sums_t), intent(inout) :: self
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x
+      real(wp) :: difference
+      if (self%count(i) == 0) then
+         self%shift(i) = x
+         self%least(i) = x
+         self%greatest(i) = x
+      end if
+      self%count(i) = self%count(i) + 1
+      difference = x - self%shift(i)
+      call add_increment(self%sums(i), self%lost(i), difference)
+      call add_increment(self%squares(i), self%lost_squares(i), difference**2)
+      self%least(i) = min(self%least(i), x)
+      self%greatest(i) = max(self%greatest(i), x)
+   end subroutine add_value
+
+   !> Mean of a field that has values.
+   pure real(wp) function mean(self, i)
+      class(sweep_sums_t), intent(in) :: self
+      integer, intent(in) :: i
+      mean = self%shift(i) + self%sums(i)/self%count(i)
+   end function mean
+
+   !> Standard deviation of a field that has values, with one degree of freedom less; 0 for one value.
+   pure real(wp) function deviation(self, i)
+      class(sweep_sums_t), intent(in) :: self
+      integer, intent(in) :: i
+      deviation = 0.0_wp
+      if (self%count(i) < 2) return
+      deviation = (self%squares(i) - self%sums(i)**2/self%count(i))/(self%count(i) - 1)
+      deviation = sqrt(max(deviation, 0.0_wp))
+   end function deviation
+
+   !> Writes all as CSV: a line for each field, then one for each status. Errors: `NUTATE_IO`.
+   subroutine write_sums(self, layout, name, status)
+      class(sweep_sums_t), intent(in) :: self
+      type(row_layout_t), intent(in) :: layout
+      character(len=*), intent(in) :: name
+      type(status_t), intent(out) :: status
+      type(output_file_t) :: file
+      type(status_t) :: closing
+      character(len=20) :: count
+      integer :: i
+      call file%open(name, status)
+      if (status%ok()) call file%put_line('field,members,mean,deviation,least,greatest', status)
+      do i = 3, layout%width()
+         if (.not. status%ok()) exit
+         write (count, '(i0)') self%count(i)
+         if (self%count(i) == 0) then
+            call file%put_line(trim(layout%names(i))//',0,,,,', status)
+         else
+            call file%put_line(trim(layout%names(i))//','//trim(count)//','//exact_text(self%mean(i))//','// &
+                               exact_text(self%deviation(i))//','//exact_text(self%least(i))//','// &
+                               exact_text(self%greatest(i)), status)
+         end if
+      end do
+      do i = 0, most_codes - 1
+         if (.not. status%ok()) exit
+         if (self%codes(i) == 0) cycle
+         write (count, '(i0,",",i0)') i, self%codes(i)
+         call file%put_line('status_'//trim(count)//',,,,', status)
+      end do
+      if (status%ok()) then
+         call file%finish(status)
+      else
+         call file%abandon(closing)
+      end if
+   end subroutine write_sums
+
+   !> Shows all to an archive.
+   subroutine transfer_sums(self, archive)
+      class(sweep_sums_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: i
+      do i = 0, most_codes - 1
+         call archive%transfer(self%codes(i))
+      end do
+      do i = 1, size(self%count)
+         call archive%transfer(self%count(i))
+      end do
+      call archive%transfer(self%shift)
+      call archive%transfer(self%sums)
+      call archive%transfer(self%lost)
+      call archive%transfer(self%squares)
+      call archive%transfer(self%lost_squares)
+      call archive%transfer(self%least)
+      call archive%transfer(self%greatest)
+   end subroutine transfer_sums
+
+end module nutate_sweep_sums

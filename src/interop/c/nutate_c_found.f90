@@ -1,0 +1,87 @@
+!> The events that a run of a C program has found.
+module nutate_c_found
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
+   use nutate_c_text, only: text_to_c
+   use nutate_event, only: event_t
+   use nutate_hamiltonian, only: angular_velocity
+   use nutate_kinds, only: wp, long
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: found_events_t, found_t
+
+   !> Room at the start.
+   integer(c_size_t), parameter :: first_room = 64
+
+   !> One event.
+   type :: found_t
+      character(len=24) :: name = ''
+      !> 1 for the first of the event.
+      integer(long) :: number = 0
+      !> s; attitude; Ω, body axes, rad/s.
+      real(wp) :: t = 0.0_wp, q(4) = 0.0_wp, omega(3) = 0.0_wp
+   end type found_t
+
+   !> Events in the order of time.
+   type :: found_events_t
+      integer(c_size_t) :: n = 0
+      type(found_t), allocatable :: items(:)
+   contains
+      !> Puts one behind the others.
+      procedure :: put
+      !> Gives one to C.
+      procedure :: give
+   end type found_events_t
+
+contains
+
+   !> Puts an event behind the others. Errors: `NUTATE_NO_MEMORY`.
+   subroutine put(self, system, event, number, state, status)
+      class(found_events_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      class(event_t), intent(in) :: event
+      integer(long), intent(in) :: number
+      type(state_t), intent(in) :: state
+      type(status_t), intent(inout) :: status
+      type(found_t), allocatable :: grown(:)
+      integer :: failed
+      if (.not. allocated(self%items)) allocate (self%items(first_room))
+      if (self%n == size(self%items, kind=c_size_t)) then
+         allocate (grown(2*self%n), stat=failed)
+         if (failed /= 0) then
+            status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many events')
+            return
+         end if
+         grown(1:self%n) = self%items
+         call move_alloc(grown, self%items)
+      end if
+      self%n = self%n + 1
+      self%items(self%n) = found_t(event%name, number, state%t, state%q, angular_velocity(system, state))
+   end subroutine put
+
+   !> Gives one event to C. Status: `NUTATE_BAD_ARGUMENT` for one that there is not.
+   integer(c_int) function give(self, i, name, size, number, t, q, omega) result(code)
+      class(found_events_t), intent(in) :: self
+      !> From 0.
+      integer(c_size_t), intent(in) :: i
+      !> May be null with a size of 0.
+      type(c_ptr), intent(in) :: name
+      integer(c_size_t), intent(in) :: size
+      integer(c_int64_t), intent(inout), optional :: number
+      real(c_double), intent(inout), optional :: t, q(4), omega(3)
+      code = NUTATE_BAD_ARGUMENT
+      if (i < 0 .or. i >= self%n) return
+      code = NUTATE_OK
+      associate (item => self%items(i + 1))
+         if (present(number)) number = item%number
+         if (present(t)) t = item%t
+         if (present(q)) q = item%q
+         if (present(omega)) omega = item%omega
+         if (size /= 0) code = text_to_c(trim(item%name), name, size)
+      end associate
+   end function give
+
+end module nutate_c_found

@@ -1,0 +1,205 @@
+!> Numbers of a scene by name: `GROUP[.N].KEY[.I]` is the I-th number of a key of the N-th group of that name.
+module nutate_scene_target
+   use nutate_ensemble_plan, only: ensemble_plan_t, target_t
+   use nutate_keys, only: group_kind_t, key_t, setting_t, KEY_INTEGER, KEY_REAL
+   use nutate_printable, only: quoted
+   use nutate_scene_error, only: scene_error_t
+   use nutate_scene_names, only: find_key, find_kind
+   use nutate_spelling, only: lower_case
+   implicit none
+   private
+
+   public :: add_targets
+
+   !> What a name is made of.
+   type :: parts_t
+      character(len=:), allocatable :: group, key
+      !> 0: not given.
+      integer :: number = 0, value = 0
+   end type parts_t
+
+   character(len=*), parameter :: form = 'GROUP.KEY, GROUP.N.KEY, GROUP.KEY.I or GROUP.N.KEY.I'
+   !> Groups that say nothing about the motion.
+   character(len=*), parameter :: no_motion(4) = [character(len=8) :: 'output', 'scene', 'ensemble', 'vary']
+
+contains
+
+   !> Adds the numbers that a name stands for to the targets of a plan. Raises an error for a name that stands for none.
+   subroutine add_targets(name, line, kinds, plan, n, error)
+      character(len=*), intent(in) :: name
+      !> Line to blame.
+      integer, intent(in) :: line
+      type(group_kind_t), intent(in) :: kinds(:)
+      !> Its groups get a place for each number.
+      type(ensemble_plan_t), intent(inout) :: plan
+      !> How many there are; 0 on failure.
+      integer, intent(out) :: n
+      type(scene_error_t), intent(inout) :: error
+      type(parts_t) :: parts
+      type(target_t) :: target
+      integer :: kind, key
+
+      n = 0
+      call split(name, line, parts, error)
+      if (.not. error%raised) call find_kind(parts%group, kinds, line, kind, error)
+      if (error%raised) return
+      if (any(no_motion == kinds(kind)%name)) then
+         call error%raise(line, quoted(name)//' does not change the motion', &
+                          expected='a key of &body, &initial, &integrator, &event or an effect')
+         return
+      end if
+      call find_key(parts%key, kinds, kind, line, key, error)
+      if (error%raised) return
+      target%key = kinds(kind)%keys(key)
+      if (all(target%key%kind /= [KEY_REAL, KEY_INTEGER])) then
+         call error%raise(line, quoted(name)//' is no number', expected='a key of numbers')
+         return
+      end if
+      call find_group(name, line, parts, kinds(kind), plan, target, error)
+      if (.not. error%raised) call find_setting(name, line, parts, plan, target, error)
+      if (.not. error%raised) call add_each(name, line, parts, plan, target, n, error)
+   end subroutine add_targets
+
+   !> Cuts a name at its points.
+   subroutine split(name, line, parts, error)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: line
+      type(parts_t), intent(out) :: parts
+      type(scene_error_t), intent(inout) :: error
+      character(len=:), allocatable :: rest
+      integer :: number
+      rest = lower_case(trim(adjustl(name)))
+      call take(rest, parts%group)
+      call take(rest, parts%key)
+      number = number_of(parts%key)
+      if (number > 0) then
+         parts%number = number
+         call take(rest, parts%key)
+      end if
+      if (rest /= '') then
+         parts%value = number_of(rest)
+         if (parts%value == 0) parts%key = ''
+      end if
+      if (parts%group == '' .or. parts%key == '' .or. number_of(parts%key) > 0) &
+         call error%raise(line, quoted(name)//' is not the name of a number', expected=form)
+   end subroutine split
+
+   !> Takes what stands before the first point.
+   subroutine take(rest, word)
+      character(len=:), allocatable, intent(inout) :: rest
+      character(len=:), allocatable, intent(out) :: word
+      integer :: dot
+      dot = index(rest//'.', '.')
+      word = rest(:dot - 1)
+      rest = rest(min(dot + 1, len(rest) + 1):)
+   end subroutine take
+
+   !> A positive whole number; 0 for what is none.
+   pure integer function number_of(word)
+      character(len=*), intent(in) :: word
+      number_of = 0
+      if (verify(word, '0123456789') /= 0 .or. len(word) < 1 .or. len(word) > 8) return
+      read (word, *) number_of
+   end function number_of
+
+   !> Place of the group that a name means.
+   subroutine find_group(name, line, parts, kind, plan, target, error)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: line
+      type(parts_t), intent(in) :: parts
+      type(group_kind_t), intent(in) :: kind
+      type(ensemble_plan_t), intent(in) :: plan
+      type(target_t), intent(inout) :: target
+      type(scene_error_t), intent(inout) :: error
+      integer :: i, n
+      n = 0
+      do i = 1, size(plan%groups)
+         if (plan%groups(i)%name /= kind%name) cycle
+         n = n + 1
+         if (n < max(parts%number, 1)) cycle
+         target%group = i
+         return
+      end do
+      call error%raise(line, 'the scene has no group that '//quoted(name)//' means', &
+                       expected='groups of the scene, counted from 1 by their name')
+   end subroutine find_group
+
+   !> Place of the key in its group; one that the group lacks is put there.
+   subroutine find_setting(name, line, parts, plan, target, error)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: line
+      type(parts_t), intent(in) :: parts
+      type(ensemble_plan_t), intent(inout) :: plan
+      type(target_t), intent(inout) :: target
+      type(scene_error_t), intent(inout) :: error
+      type(setting_t) :: setting
+      integer :: i
+      associate (group => plan%groups(target%group), key => target%key)
+         do i = 1, size(group%settings)
+            target%setting = i
+            if (group%settings(i)%name == key%name) return
+         end do
+         target%setting = size(group%settings) + 1
+         if (parts%value > 0 .and. key%most > 1) then
+            call error%raise(line, quoted(name)//' is one of several numbers that the scene does not give', &
+                             expected='the key in its group')
+         else if (key%least /= key%most) then
+            call error%raise(line, 'the scene does not say how many numbers '//quoted(name)//' has', &
+                             expected='the key in its group')
+         end if
+         if (error%raised) return
+         setting%name = key%name
+         setting%line = line
+         setting%kind = key%kind
+         allocate (setting%values(key%most))
+         group%settings = [group%settings, setting]
+      end associate
+   end subroutine find_setting
+
+   !> Adds one number of a key, or all of them.
+   subroutine add_each(name, line, parts, plan, target, n, error)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: line
+      type(parts_t), intent(in) :: parts
+      type(ensemble_plan_t), intent(inout) :: plan
+      type(target_t), intent(inout) :: target
+      integer, intent(out) :: n
+      type(scene_error_t), intent(inout) :: error
+      character(len=12) :: number
+      character(len=:), allocatable :: stem
+      integer :: i, count, first, last
+      n = 0
+      count = size(plan%groups(target%group)%settings(target%setting)%values)
+      if (parts%value > count) then
+         call error%raise(line, quoted(name)//' is beyond the last number of its key', expected='a number from 1 on')
+         return
+      end if
+      first = merge(parts%value, 1, parts%value > 0)
+      last = merge(parts%value, count, parts%value > 0)
+      stem = trim(plan%groups(target%group)%name)
+      write (number, '(i0)') parts%number
+      if (parts%number > 0) stem = stem//'.'//trim(number)
+      stem = stem//'.'//trim(target%key%name)
+      do i = first, last
+         target%value = i
+         target%name = stem
+         write (number, '(".",i0)') i
+         if (count > 1) target%name = stem//number
+         call check_new(line, plan%targets, target, error)
+         if (error%raised) return
+         plan%targets = [plan%targets, target]
+         n = n + 1
+      end do
+   end subroutine add_each
+
+   !> Raises an error for a number that differs from member to member already.
+   subroutine check_new(line, targets, target, error)
+      integer, intent(in) :: line
+      type(target_t), intent(in) :: targets(:), target
+      type(scene_error_t), intent(inout) :: error
+      if (any(targets%group == target%group .and. targets%setting == target%setting .and. &
+              targets%value == target%value)) &
+         call error%raise(line, trim(target%name)//' is varied twice', expected='it once')
+   end subroutine check_new
+
+end module nutate_scene_target

@@ -1,0 +1,233 @@
+!> The stages of the Runge-Kutta method of order 8 in the variables of `nutate_lean_motion`, whose rates have the step
+!> in their constants.
+!>
+!> A stage waits for the one before. Its newest rates therefore go into the next stage as they are, numbers in
+!> registers; the sum over the older ones, for which nobody waits, is taken beforehand, from columns of even length that
+!> vector instructions take as a whole. They are written out one by one: in a loop gfortran leaves them scalar.
+module nutate_lean_stages
+   use nutate_dop853, only: a, b
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: quat_vector_product
+   implicit none
+   private
+
+   public :: lean_rates_t, free_stages, heavy_stages, take_upright_stage, take_field_stage
+
+   !> Stages.
+   integer, parameter :: n_stages = 12
+   !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
+   real(wp), parameter :: least_cosine = 0.1_wp
+
+   !> The constants of the rates.
+   type :: lean_rates_t
+      !> κ; shape (3).
+      real(wp) :: kappa(3) = 0.0_wp
+      !> ½Δt² torque/J, for off-diagonal R(k, j) without their factor 2; shape (3,3,3).
+      real(wp) :: pull(3, 3, 3) = 0.0_wp
+   end type lean_rates_t
+
+   abstract interface
+      !> The rates of a stage, and with them the next one: `sum + factor*rate`.
+      pure subroutine stage_taker(self, sum, factor, rate, y)
+         import :: lean_rates_t, wp
+         type(lean_rates_t), intent(in) :: self
+         !> Shape (8).
+         real(wp), intent(in) :: sum(8), factor
+         real(wp), intent(out) :: rate(8)
+         !> [q, w, 0]; shape (8).
+         real(wp), intent(inout) :: y(8)
+      end subroutine stage_taker
+   end interface
+
+contains
+
+   !> Increments of w and of φ/2 in a step of a free body.
+   pure subroutine free_stages(kappa, start, axis, along, change, turn, followed)
+      !> κ, w at the start, u₀, and what makes u₀·u from w; shape (3).
+      real(wp), intent(in) :: kappa(3), start(3), axis(3), along(3)
+      real(wp), intent(out) :: change(4), turn
+      !> False where u comes near to -u₀.
+      logical, intent(out) :: followed
+      real(wp) :: y(4), sum(4), k(4, n_stages), x(4, n_stages), rate(5:n_stages), cosine(5:n_stages), constant
+      integer :: i
+      y(1:3) = start
+      y(4) = 0.0_wp
+      x(:, 1) = y
+      call take_free_stage(kappa, x(:, 1), y, a(1, 2), k(:, 1), x(:, 2))
+      sum = y + a(1, 3)*k(:, 1)
+      call take_free_stage(kappa, x(:, 2), sum, a(2, 3), k(:, 2), x(:, 3))
+      sum = y + a(1, 4)*k(:, 1)
+      call take_free_stage(kappa, x(:, 3), sum, a(3, 4), k(:, 3), x(:, 4))
+      sum = y + a(1, 5)*k(:, 1) + a(3, 5)*k(:, 3)
+      call take_free_stage(kappa, x(:, 4), sum, a(4, 5), k(:, 4), x(:, 5))
+      sum = y + a(1, 6)*k(:, 1) + a(4, 6)*k(:, 4)
+      call take_free_stage(kappa, x(:, 5), sum, a(5, 6), k(:, 5), x(:, 6))
+      sum = y + a(1, 7)*k(:, 1) + a(4, 7)*k(:, 4) + a(5, 7)*k(:, 5)
+      call take_free_stage(kappa, x(:, 6), sum, a(6, 7), k(:, 6), x(:, 7))
+      sum = y + a(1, 8)*k(:, 1) + a(4, 8)*k(:, 4) + a(5, 8)*k(:, 5) + a(6, 8)*k(:, 6)
+      call take_free_stage(kappa, x(:, 7), sum, a(7, 8), k(:, 7), x(:, 8))
+      sum = y + a(1, 9)*k(:, 1) + a(4, 9)*k(:, 4) + a(5, 9)*k(:, 5) + a(6, 9)*k(:, 6) + a(7, 9)*k(:, 7)
+      call take_free_stage(kappa, x(:, 8), sum, a(8, 9), k(:, 8), x(:, 9))
+      sum = y + a(1, 10)*k(:, 1) + a(4, 10)*k(:, 4) + a(5, 10)*k(:, 5) + a(6, 10)*k(:, 6) + a(7, 10)*k(:, 7) &
+                + a(8, 10)*k(:, 8)
+      call take_free_stage(kappa, x(:, 9), sum, a(9, 10), k(:, 9), x(:, 10))
+      sum = y + a(1, 11)*k(:, 1) + a(4, 11)*k(:, 4) + a(5, 11)*k(:, 5) + a(6, 11)*k(:, 6) + a(7, 11)*k(:, 7) &
+                + a(8, 11)*k(:, 8) + a(9, 11)*k(:, 9)
+      call take_free_stage(kappa, x(:, 10), sum, a(10, 11), k(:, 10), x(:, 11))
+      sum = y + a(1, 12)*k(:, 1) + a(4, 12)*k(:, 4) + a(5, 12)*k(:, 5) + a(6, 12)*k(:, 6) + a(7, 12)*k(:, 7) &
+                + a(8, 12)*k(:, 8) + a(9, 12)*k(:, 9) + a(10, 12)*k(:, 10)
+      call take_free_stage(kappa, x(:, 11), sum, a(11, 12), k(:, 11), x(:, 12))
+      sum = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
+                + b(11)*k(:, 11)
+      call take_free_stage(kappa, x(:, 12), sum, b(12), k(:, 12), change)
+      constant = start(1)*axis(1) + start(2)*axis(2) + start(3)*axis(3)
+      ! Stages 2 to 5 have no weight: the first takes the place of the fifth, so that divisions go in pairs.
+      x(:, 5) = x(:, 1)
+      do i = 5, n_stages
+         rate(i) = constant + (axis(1)*x(1, i) + axis(2)*x(2, i) + axis(3)*x(3, i))
+         cosine(i) = 1 + (along(1)*x(1, i) + along(2)*x(2, i) + along(3)*x(3, i))
+      end do
+      followed = minval(cosine) >= least_cosine
+      turn = 0.0_wp
+      if (.not. followed) return
+      rate = rate/cosine
+      turn = b(1)*rate(5) + b(6)*rate(6) + b(7)*rate(7) + b(8)*rate(8) + b(9)*rate(9) + b(10)*rate(10) &
+             + b(11)*rate(11) + b(12)*rate(12)
+   end subroutine free_stages
+
+   !> The rates of a stage, wᵢ' = κᵢ wⱼwₖ, and with them the next one: `sum + factor*rate`.
+   pure subroutine take_free_stage(kappa, w, sum, factor, rate, next)
+      !> Shape (3).
+      real(wp), intent(in) :: kappa(3)
+      !> Padded by a zero; shape (4).
+      real(wp), intent(in) :: w(4), sum(4), factor
+      real(wp), intent(out) :: rate(4), next(4)
+      real(wp) :: r1, r2, r3
+      r1 = kappa(1)*w(2)*w(3)
+      r2 = kappa(2)*w(3)*w(1)
+      r3 = kappa(3)*w(1)*w(2)
+      next(1) = sum(1) + factor*r1
+      next(2) = sum(2) + factor*r2
+      next(3) = sum(3) + factor*r3
+      next(4) = 0.0_wp
+      rate(1) = r1
+      rate(2) = r2
+      rate(3) = r3
+      rate(4) = 0.0_wp
+   end subroutine take_free_stage
+
+   !> Increments of q and w in a step of a body in uniform fields.
+   pure subroutine heavy_stages(take_stage, rates, y, x)
+      procedure(stage_taker) :: take_stage
+      type(lean_rates_t), intent(in) :: rates
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(in) :: y(8)
+      !> Shape (8).
+      real(wp), intent(out) :: x(8)
+      real(wp) :: k(8, n_stages), sum(8)
+      x = y
+      call take_stage(rates, y, a(1, 2), k(:, 1), x)
+      sum = y + a(1, 3)*k(:, 1)
+      call take_stage(rates, sum, a(2, 3), k(:, 2), x)
+      sum = y + a(1, 4)*k(:, 1)
+      call take_stage(rates, sum, a(3, 4), k(:, 3), x)
+      sum = y + a(1, 5)*k(:, 1) + a(3, 5)*k(:, 3)
+      call take_stage(rates, sum, a(4, 5), k(:, 4), x)
+      sum = y + a(1, 6)*k(:, 1) + a(4, 6)*k(:, 4)
+      call take_stage(rates, sum, a(5, 6), k(:, 5), x)
+      sum = y + a(1, 7)*k(:, 1) + a(4, 7)*k(:, 4) + a(5, 7)*k(:, 5)
+      call take_stage(rates, sum, a(6, 7), k(:, 6), x)
+      sum = y + a(1, 8)*k(:, 1) + a(4, 8)*k(:, 4) + a(5, 8)*k(:, 5) + a(6, 8)*k(:, 6)
+      call take_stage(rates, sum, a(7, 8), k(:, 7), x)
+      sum = y + a(1, 9)*k(:, 1) + a(4, 9)*k(:, 4) + a(5, 9)*k(:, 5) + a(6, 9)*k(:, 6) + a(7, 9)*k(:, 7)
+      call take_stage(rates, sum, a(8, 9), k(:, 8), x)
+      sum = y + a(1, 10)*k(:, 1) + a(4, 10)*k(:, 4) + a(5, 10)*k(:, 5) + a(6, 10)*k(:, 6) + a(7, 10)*k(:, 7) &
+                + a(8, 10)*k(:, 8)
+      call take_stage(rates, sum, a(9, 10), k(:, 9), x)
+      sum = y + a(1, 11)*k(:, 1) + a(4, 11)*k(:, 4) + a(5, 11)*k(:, 5) + a(6, 11)*k(:, 6) + a(7, 11)*k(:, 7) &
+                + a(8, 11)*k(:, 8) + a(9, 11)*k(:, 9)
+      call take_stage(rates, sum, a(10, 11), k(:, 10), x)
+      sum = y + a(1, 12)*k(:, 1) + a(4, 12)*k(:, 4) + a(5, 12)*k(:, 5) + a(6, 12)*k(:, 6) + a(7, 12)*k(:, 7) &
+                + a(8, 12)*k(:, 8) + a(9, 12)*k(:, 9) + a(10, 12)*k(:, 10)
+      call take_stage(rates, sum, a(11, 12), k(:, 11), x)
+      sum = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
+                + b(11)*k(:, 11)
+      call take_stage(rates, sum, b(12), k(:, 12), x)
+   end subroutine heavy_stages
+
+   !> The rates of a stage, and with them the next one: `sum + factor*rate`. γ is the third row of R(q), homogeneous in
+   !> q: nothing is normalised.
+   pure subroutine take_upright_stage(self, sum, factor, rate, y)
+      type(lean_rates_t), intent(in) :: self
+      !> Shape (8).
+      real(wp), intent(in) :: sum(8), factor
+      real(wp), intent(out) :: rate(8)
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(inout) :: y(8)
+      real(wp) :: r1, r2, r3, r4, r5, r6, r7, g1, g2, g3
+      r1 = -(y(2)*y(5) + y(3)*y(6) + y(4)*y(7))
+      r2 = y(1)*y(5) + y(3)*y(7) - y(4)*y(6)
+      r3 = y(1)*y(6) + y(4)*y(5) - y(2)*y(7)
+      r4 = y(1)*y(7) + y(2)*y(6) - y(3)*y(5)
+      g1 = y(2)*y(4) - y(1)*y(3)
+      g2 = y(3)*y(4) + y(1)*y(2)
+      g3 = (y(1)*y(1) + y(4)*y(4)) - (y(2)*y(2) + y(3)*y(3))
+      associate (c => self%pull, kappa => self%kappa)
+         r5 = kappa(1)*(y(6)*y(7)) + (c(1, 2, 3)*g2 + c(1, 3, 3)*g3)
+         r6 = kappa(2)*(y(7)*y(5)) + (c(2, 1, 3)*g1 + c(2, 3, 3)*g3)
+         r7 = kappa(3)*(y(5)*y(6)) + (c(3, 1, 3)*g1 + c(3, 2, 3)*g2)
+      end associate
+      rate(1) = r1
+      rate(2) = r2
+      rate(3) = r3
+      rate(4) = r4
+      rate(5) = r5
+      rate(6) = r6
+      rate(7) = r7
+      rate(8) = 0.0_wp
+      y(1) = sum(1) + factor*r1
+      y(2) = sum(2) + factor*r2
+      y(3) = sum(3) + factor*r3
+      y(4) = sum(4) + factor*r4
+      y(5) = sum(5) + factor*r5
+      y(6) = sum(6) + factor*r6
+      y(7) = sum(7) + factor*r7
+   end subroutine take_upright_stage
+
+   !> The same under fields of several directions: all rows of R(q) count.
+   pure subroutine take_field_stage(self, sum, factor, rate, y)
+      type(lean_rates_t), intent(in) :: self
+      !> Shape (8).
+      real(wp), intent(in) :: sum(8), factor
+      real(wp), intent(out) :: rate(8)
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(inout) :: y(8)
+      real(wp) :: row(3, 3)
+      integer :: k
+      associate (q => y(1:4), w => y(5:7))
+         rate(1:4) = quat_vector_product(q, w)
+         rate(5) = self%kappa(1)*(w(2)*w(3))
+         rate(6) = self%kappa(2)*(w(3)*w(1))
+         rate(7) = self%kappa(3)*(w(1)*w(2))
+         rate(8) = 0.0_wp
+         row(1, 1) = (q(1)*q(1) + q(2)*q(2)) - (q(3)*q(3) + q(4)*q(4))
+         row(2, 1) = q(2)*q(3) - q(1)*q(4)
+         row(3, 1) = q(2)*q(4) + q(1)*q(3)
+         row(1, 2) = q(2)*q(3) + q(1)*q(4)
+         row(2, 2) = (q(1)*q(1) + q(3)*q(3)) - (q(2)*q(2) + q(4)*q(4))
+         row(3, 2) = q(3)*q(4) - q(1)*q(2)
+         row(1, 3) = q(2)*q(4) - q(1)*q(3)
+         row(2, 3) = q(3)*q(4) + q(1)*q(2)
+         row(3, 3) = (q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3))
+      end associate
+      do k = 1, 3
+         associate (c => self%pull)
+            rate(5) = rate(5) + (c(1, 2, k)*row(2, k) + c(1, 3, k)*row(3, k))
+            rate(6) = rate(6) + (c(2, 1, k)*row(1, k) + c(2, 3, k)*row(3, k))
+            rate(7) = rate(7) + (c(3, 1, k)*row(1, k) + c(3, 2, k)*row(2, k))
+         end associate
+      end do
+      y = sum + factor*rate
+   end subroutine take_field_stage
+
+end module nutate_lean_stages

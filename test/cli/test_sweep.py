@@ -1,0 +1,318 @@
+"""nutate sweep: one row for each member, the same bytes whatever way they came about."""
+import os
+import random
+import re
+import signal
+import struct
+import subprocess
+import time
+import unittest
+
+from support import CommandLineTest
+
+TUMBLE = """&scene title = 'Tumble' /
+&body inertia = 5.0, 20.0, 17.0 /
+&initial angular_velocity = 0.1, 0.0, 10.0 /
+&integrator linear_solver = 'reduced', time_step = 0.01, end_time = 0.5 /
+&output columns = 'quaternion', 'angular_velocity', 'energy', every = 10 /
+&event name = 'flip', when = 'q0', crosses = 0.0 /
+&ensemble members = 200, seed = 1, file = 'tumble.npy' /
+&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.01, 0.01, 0.5 /
+&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 19.6, 16.7, high = 5.1, 20.4, 17.3 /
+&vary key = 'initial.quaternion', distribution = 'rotation' /
+"""
+
+VARIED = ["initial.angular_velocity.1", "initial.angular_velocity.2", "initial.angular_velocity.3", "body.inertia.1",
+          "body.inertia.2", "body.inertia.3", "initial.quaternion.1", "initial.quaternion.2", "initial.quaternion.3",
+          "initial.quaternion.4"]
+COLUMNS = ["t", "q0", "q1", "q2", "q3", "omega1", "omega2", "omega3", "kinetic", "potential", "total", "work",
+           "energy_residual"]
+
+
+def read_npy(content):
+    """Names and rows of a file of NumPy with fields of 8 bytes."""
+    assert content[:8] == b"\x93NUMPY\x01\x00"
+    length, = struct.unpack("<H", content[8:10])
+    header = eval(content[10:10 + length], {"__builtins__": {}})  # pylint: disable=eval-used
+    assert (10 + length) % 64 == 0 and header["fortran_order"] is False
+    codes = "".join({"<i8": "q", "<f8": "d"}[kind] for _, kind in header["descr"])
+    rows = list(struct.iter_unpack("<" + codes, content[10 + length:]))
+    assert (len(rows),) == header["shape"]
+    return [name for name, _ in header["descr"]], rows
+
+
+class SweepTest(CommandLineTest):
+    def setUp(self):
+        super().setUp()
+        self.write("tumble.nml", TUMBLE)
+
+    def bytes_of(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def sweep(self, *arguments, output="tumble.npy"):
+        """The bytes of the rows."""
+        self.succeed("sweep", "tumble.nml", "--quiet", "--output", output, *arguments)
+        return self.bytes_of(output)
+
+    def has_threads(self):
+        return "threads" in self.succeed("--version").stdout
+
+
+class Rows(SweepTest):
+    def test_rows_are_numpy(self):
+        names, rows = read_npy(self.sweep())
+        self.assertEqual(names, ["member", "status", *VARIED, *COLUMNS, "largest_energy_residual", "largest_momentum_error",
+                                 "flip_count", "flip_first"])
+        self.assertEqual([row[0] for row in rows], list(range(1, 201)))
+        for row in map(lambda row: dict(zip(names, row)), rows):
+            self.assertEqual(row["status"], 0)
+            self.assertAlmostEqual(row["t"], 0.5, delta=1e-15)
+            self.assertLess(row["largest_energy_residual"], 1e-14)
+            self.assertLess(row["largest_momentum_error"], 1e-14)
+            self.assertEqual(row["flip_count"] > 0, row["flip_first"] == row["flip_first"])
+        self.assertGreater(sum(row[names.index("flip_count")] for row in rows), 20)
+        self.assertEqual(self.names(), ["box.nml", "top.nml", "tumble.nml", "tumble.npy", "tumble.npy.txt"])
+
+    def test_the_listing_names_fields_and_statuses(self):
+        names, _ = read_npy(self.sweep())
+        text = self.read("tumble.npy.txt")
+        for name in names:
+            self.assertRegex(text, rf"(?m)^ *\d+  [if]8  {re.escape(name)}$")
+        self.assertIn("refused: the inertia is not that of a rigid body", text)
+        self.assertIn("arithmetic as written", text)
+
+    def test_csv_has_the_same_numbers(self):
+        names, rows = read_npy(self.sweep("--csv", "rows.csv"))
+        lines = self.read("rows.csv").splitlines()
+        self.assertEqual(lines[0].split(","), names)
+        for line, row in zip(lines[1:], rows):
+            for text, number in zip(line.split(","), row):
+                self.assertTrue(float(text) == number if text else number != number)
+        self.assertEqual(len(lines), len(rows) + 1)
+        done = self.succeed("sweep", "tumble.nml", "--resume", "--csv", "-")
+        self.assertEqual(done.stdout.splitlines(), lines)
+        self.assertIn("tumble.npy is complete", done.stderr)
+
+    def test_the_same_bytes_for_every_chunk(self):
+        whole = self.sweep()
+        for chunk in (1, 7, 200, 1000):
+            self.assertEqual(self.sweep("--set", f"ensemble.chunk={chunk}"), whole)
+
+    def test_the_same_bytes_for_every_number_of_threads(self):
+        whole = self.sweep()
+        if not self.has_threads():
+            self.fail_with(2, "sweep", "tumble.nml", "--threads", "2", says=["built without threads"])
+            self.skipTest("a build without threads")
+        for threads in (2, 3, 8):
+            self.assertEqual(self.sweep("--threads", str(threads)), whole)
+            self.assertEqual(self.sweep("--threads", str(threads), "--set", "ensemble.chunk=3"), whole)
+
+    def test_another_seed_is_another_ensemble(self):
+        self.assertNotEqual(self.sweep("--set", "ensemble.seed=2"), self.sweep())
+
+    def test_a_longer_ensemble_begins_like_a_shorter_one(self):
+        _, rows = read_npy(self.sweep())
+        _, more = read_npy(self.sweep("--set", "ensemble.members=210"))
+        self.assertEqual(repr(more[:200]), repr(rows))
+
+    def test_a_member_is_the_run_of_the_scene_with_its_numbers(self):
+        names, rows = read_npy(self.sweep())
+        row = dict(zip(names, rows[41]))
+        settings = []
+        for key, count in (("initial.angular_velocity", 3), ("body.inertia", 3), ("initial.quaternion", 4)):
+            values = ",".join(repr(row[f"{key}.{i + 1}"]) for i in range(count))
+            settings += ["--set", f"{key}={values}"]
+        self.succeed("run", "tumble.nml", "--quiet", "--output", "run.csv", *settings)
+        header, history = self.history("run.csv")
+        self.assertEqual([row[name] for name in header], history[-1])
+
+    def test_members_that_the_scene_refuses_are_rows(self):
+        self.write("tumble.nml", TUMBLE.replace("low = 4.9, 19.6", "low = 1.0, 19.6"))
+        names, rows = read_npy(self.sweep())
+        refused = [row for row in rows if row[1]]
+        self.assertTrue(20 < len(refused) < 180)
+        for row in refused:
+            self.assertEqual(row[1], 6)
+            self.assertLess(row[names.index("body.inertia.1")], 4.0)
+            self.assertNotEqual(row[names.index("t")], row[names.index("t")])
+        done = self.succeed("sweep", "tumble.nml")
+        self.assertRegex(done.stderr, rf"status 6 +{len(refused)}: refused")
+        self.assertRegex(done.stderr, rf"the first +member {refused[0][0]}: .*")
+        self.fail_with(3, "sweep", "tumble.nml", "--member", str(refused[0][0]), says=[f"member {refused[0][0]}: "])
+
+    def test_an_ensemble_of_which_nothing_comes_fails(self):
+        done = self.nutate("sweep", "tumble.nml", "--set", "ensemble.members=3", "--set", "body.check_triangle=.true.",
+                           "--set", "integrator.time_step=-0.01")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.write("tumble.nml", TUMBLE.replace("low = 4.9, 19.6, 16.7, high = 5.1", "low = 0.1, 19.6, 16.7, high = 0.2"))
+        done = self.nutate("sweep", "tumble.nml", "--quiet")
+        self.assertEqual(done.returncode, 3, done.stderr)
+
+
+class Members(SweepTest):
+    def test_one_member_again_is_its_row(self):
+        self.sweep("--csv", "rows.csv")
+        lines = self.read("rows.csv").splitlines()
+        for member in (1, 42, 200):
+            done = self.succeed("sweep", "tumble.nml", "--member", str(member))
+            self.assertEqual(done.stdout.splitlines(), [lines[0], lines[member]])
+            header, rows = self.history(f"tumble.member{member}.csv")
+            self.assertEqual(header, COLUMNS)
+            self.assertEqual(len(rows), 6)
+            self.assertEqual([repr(x) for x in rows[-1]],
+                             [repr(float(x)) for x in lines[member].split(",")[2 + len(VARIED):-4]])
+
+    def test_histories_are_those_of_the_members(self):
+        self.succeed("sweep", "tumble.nml", "--quiet", "--set", "ensemble.histories=2,17")
+        for member in (2, 17):
+            history = self.read(f"tumble.member{member}.csv")
+            self.succeed("sweep", "tumble.nml", "--member", str(member), "--output", "again.csv")
+            self.assertEqual(self.read("again.csv"), history)
+            self.assertEqual(self.read("again.events.csv"), self.read(f"tumble.member{member}.events.csv"))
+
+    def test_parts_are_put_together(self):
+        whole = self.sweep(output="whole.npy")
+        for first, last in ((1, 60), (61, 61), (62, 200)):
+            self.succeed("sweep", "tumble.nml", "--quiet", "--members", f"{first}:{last}")
+        self.succeed("sweep", "tumble.nml", "--quiet", "--merge")
+        self.assertEqual(self.bytes_of("tumble.npy"), whole)
+        self.assertEqual(self.read("tumble.npy.txt"), self.read("whole.npy.txt"))
+
+    def test_parts_that_do_not_fit_are_refused(self):
+        self.succeed("sweep", "tumble.nml", "--quiet", "--members", "1:60")
+        self.fail_with(2, "sweep", "tumble.nml", "--merge", says=["members 61 to 200", "tumble.61-200.npy"])
+        self.succeed("sweep", "tumble.nml", "--quiet", "--members", "50:200")
+        self.fail_with(2, "sweep", "tumble.nml", "--merge", says=["member 50 is in two files"])
+        os.remove(self.path("tumble.50-200.npy"))
+        self.succeed("sweep", "tumble.nml", "--quiet", "--members", "61:200", "--set", "integrator.end_time=0.4")
+        self.fail_with(2, "sweep", "tumble.nml", "--merge", says=["tumble.61-200.npy belongs to another sweep"])
+        self.assertNotIn("tumble.npy", self.names())
+
+    def test_what_is_asked_for_must_be_there(self):
+        self.fail_with(2, "sweep", "tumble.nml", "--members", "1:201", says=["no member 201", "1 to 200"])
+        self.fail_with(2, "sweep", "tumble.nml", "--member", "0", says=["not the number of a member"])
+        self.fail_with(2, "sweep", "tumble.nml", "--members", "5", says=["expected A:B"])
+        self.fail_with(2, "sweep", "tumble.nml", "--member", "1", "--resume", says=["one member alone"])
+        self.fail_with(2, "sweep", "box.nml", says=["no group &ensemble"])
+        self.fail_with(2, "sweep", "tumble.nml", "--output", "tumble.nml", says=["the scene itself"])
+        self.fail_with(2, "run", "tumble.nml", "--threads", "2", says=["no option --threads"])
+
+
+class Sums(SweepTest):
+    MEANS = ("--set", "ensemble.rows=none")
+
+    def test_mean_and_counts_are_those_of_the_rows(self):
+        names, rows = read_npy(self.sweep())
+        self.sweep(*self.MEANS, output="mean.csv")
+        lines = [line.split(",") for line in self.read("mean.csv").splitlines()]
+        self.assertEqual(lines[0], ["field", "members", "mean", "deviation", "least", "greatest"])
+        self.assertEqual(lines[-1][:2], ["status_0", "200"])
+        for line in lines[1:-1]:
+            values = [row[names.index(line[0])] for row in rows]
+            values = [value for value in values if value == value]
+            mean = sum(values) / len(values)
+            spread = (sum((value - mean) ** 2 for value in values) / (len(values) - 1)) ** 0.5
+            scale = max(abs(value) for value in values)
+            self.assertEqual(int(line[1]), len(values))
+            self.assertAlmostEqual(float(line[2]), mean, delta=1e-14 * scale)
+            self.assertAlmostEqual(float(line[3]), spread, delta=1e-13 * scale)
+            self.assertEqual([float(line[4]), float(line[5])], [min(values), max(values)])
+
+    def test_the_order_of_the_sums_is_that_of_the_members(self):
+        whole = self.sweep(*self.MEANS, output="mean.csv")
+        for chunk in (1, 13, 200):
+            self.assertEqual(self.sweep(*self.MEANS, "--set", f"ensemble.chunk={chunk}", output="mean.csv"), whole)
+            if self.has_threads():
+                self.assertEqual(self.sweep(*self.MEANS, "--set", f"ensemble.chunk={chunk}", "--threads", "3",
+                                            output="mean.csv"), whole)
+
+    def test_rows_that_are_not_kept_cannot_be_merged(self):
+        self.fail_with(2, "sweep", "tumble.nml", *self.MEANS, "--merge", says=["keeps no rows"])
+
+
+class Interrupted(SweepTest):
+    """Members long enough for signals at random moments."""
+
+    LONG = ("--set", "integrator.end_time=30", "--set", "ensemble.chunk=3")
+
+    def setUp(self):
+        super().setUp()
+        self.threads = ("--threads", "2") if self.has_threads() else ()
+
+    def interrupt(self, number, seconds, *arguments):
+        run = subprocess.Popen([self.program, "sweep", "tumble.nml", "--quiet", *arguments, *self.threads],
+                               cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        time.sleep(seconds)
+        run.send_signal(number)
+        _, said = run.communicate(timeout=60)
+        return run.returncode, said
+
+    def resumes(self, number, rounds, output, *arguments):
+        """Interrupted again and again, the bytes in the end are those of a sweep that was not."""
+        started = time.monotonic()
+        self.succeed("sweep", "tumble.nml", "--quiet", "--output", "whole" + output, *arguments, *self.LONG)
+        length = time.monotonic() - started
+        dice = random.Random(number)
+        ended = 0
+        for _ in range(rounds):
+            code, said = self.interrupt(number, dice.uniform(0.02, 0.6 * length / rounds + 0.03), "--output", output,
+                                        "--resume", *arguments, *self.LONG)
+            self.assertIn(code, (0, -number), said)
+            ended += code == -number
+        self.succeed("sweep", "tumble.nml", "--quiet", "--output", output, "--resume", *arguments, *self.LONG)
+        self.assertEqual(self.bytes_of(output), self.bytes_of("whole" + output))
+        self.assertGreater(ended, 0)
+        self.assertNotIn(output + ".partial", self.names())
+
+    def test_killed_and_resumed(self):
+        self.resumes(signal.SIGKILL, 5, "rows.npy")
+
+    def test_killed_and_resumed_sums(self):
+        self.resumes(signal.SIGKILL, 4, "mean.csv", *Sums.MEANS)
+
+    def test_stopped_and_resumed(self):
+        self.resumes(signal.SIGINT, 4, "rows.npy")
+
+    def test_a_signal_is_answered_in_one_line(self):
+        code, said = self.interrupt(signal.SIGTERM, 0.4, "--set", "integrator.end_time=3000")
+        self.assertEqual(code, -signal.SIGTERM, said)
+        self.assertRegex(said, r"^nutate: tumble\.nml: stopped by SIGTERM; \d+ of 200 members are in tumble\.npy\.partial "
+                               r"\(nutate sweep --resume goes on\)\n$")
+        self.fail_with(2, "sweep", "tumble.nml", "--resume", says=["tumble.npy.partial belongs to another sweep"])
+
+    def test_what_is_not_marked_is_run_again(self):
+        whole = self.sweep(output="whole.npy")
+        self.interrupt(signal.SIGKILL, 0.3, "--set", "integrator.end_time=3000", "--set", "ensemble.chunk=50")
+        self.assertIn("tumble.npy.partial", self.names())
+        self.assertEqual(self.sweep(), whole)
+
+
+class Tables(SweepTest):
+    SCENE = TUMBLE.replace("members = 200", "table = 'cases.csv'").split("&vary")[0]
+
+    def setUp(self):
+        super().setUp()
+        self.write("tumble.nml", self.SCENE)
+
+    def test_a_table_has_a_line_for_each_member(self):
+        self.write("cases.csv", "body.inertia.1,initial.angular_velocity.3\n5.0,1.5\n5.1,2.5\n5.2,-3e0\n")
+        names, rows = read_npy(self.sweep())
+        self.assertEqual(names[2:4], ["body.inertia.1", "initial.angular_velocity.3"])
+        self.assertEqual([row[2:4] for row in rows], [(5.0, 1.5), (5.1, 2.5), (5.2, -3.0)])
+
+    def test_faults_of_a_table_are_named_with_their_line(self):
+        for text, says in (("body.inertia.4\n1\n", "cases.csv:1: 'body.inertia.4' is beyond the last number"),
+                           ("body.inertia\n1\n", "cases.csv:1: column 'body.inertia' stands for several numbers"),
+                           ("body.inertia.1\n5\nfive\n", "cases.csv:3: 'five' is not a number"),
+                           ("body.inertia.1\n", "cases.csv:1: the table has no line"),
+                           ("body.mass,body.mass\n1,2\n", "cases.csv:1: body.mass is varied twice"),
+                           ("spin\n1\n", "cases.csv:1: 'spin' is not the name of a number")):
+            self.write("cases.csv", text)
+            self.fail_with(2, "sweep", "tumble.nml", says=[says])
+        self.write("cases.csv", "body.inertia.1\n5\n6\n")
+        self.fail_with(2, "sweep", "tumble.nml", "--set", "ensemble.members=3", says=["more members than lines"])
+
+
+if __name__ == "__main__":
+    unittest.main()

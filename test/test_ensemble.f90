@@ -1,0 +1,365 @@
+!> Ensembles: the statistics of what is drawn at fixed seeds, members against scenes written by hand, rows that depend
+!> on nothing but their member.
+module test_ensemble
+   use nutate_kinds, only: wp, eps, long
+   use nutate_member, only: member_t
+   use nutate_quaternion, only: rotation_matrix
+   use nutate_row_layout, only: make_layout, real_of, row_layout_t
+   use nutate_sampling, only: draw_values
+   use nutate_scene, only: parse_scene, scene_t
+   use nutate_status, only: status_t, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
+   use nutate_sweep, only: run_members
+   use test_statistics, only: distance_to_uniform, normal_probability
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+   implicit none
+   private
+
+   public :: collect_ensemble
+
+   character, parameter :: line_feed = achar(10)
+   character(len=*), parameter :: box = "&body inertia = 5.0, 20.0, 17.0 /"//line_feed// &
+                                  "&initial angular_velocity = 0.1, 0.0, 10.0 /"//line_feed// &
+                                  "&integrator time_step = 0.01, end_time = 0.2 /"//line_feed
+   !> Once in a thousand samples is this passed; the seeds stay.
+   real(wp), parameter :: seldom = 1.95_wp
+
+contains
+
+   subroutine collect_ensemble(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("uniform and normal draws are distributed so", uniform_and_normal), &
+                  new_unittest("draws together have their covariance", covariances), &
+                  new_unittest("a covariance without full rank keeps to its plane", flat_covariance), &
+                  new_unittest("rotations are uniform", rotations), &
+                  new_unittest("latin sampling has one member in each part, and the distribution", latin), &
+                  new_unittest("a grid has every combination, the last running fastest", grids), &
+                  new_unittest("names mean the numbers of the N-th group", names), &
+                  new_unittest("whole numbers are rounded, and run so", whole_numbers), &
+                  new_unittest("a member is the scene with its numbers in it, to the bit", members_by_hand), &
+                  new_unittest("what a scene refuses is a row with its status", refusals), &
+                  new_unittest("a member after a refused one is as if it came first", members_are_alone), &
+                  new_unittest("every effect, method and event can stand in an ensemble", everything)]
+   end subroutine collect_ensemble
+
+   !> A box with an ensemble.
+   subroutine make(text, scene, error)
+      !> Its groups.
+      character(len=*), intent(in) :: text
+      type(scene_t), intent(out) :: scene
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call parse_scene(box//text, 'box.nml', scene, status, message)
+      if (.not. status%ok()) call test_failed(error, message)
+   end subroutine make
+
+   !> The values of all members; shape (targets, members).
+   function values_of(scene) result(values)
+      type(scene_t), intent(in) :: scene
+      real(wp), allocatable :: values(:, :)
+      integer(long) :: k
+      allocate (values(size(scene%ensemble%targets), scene%ensemble%members))
+      do k = 1, scene%ensemble%members
+         call draw_values(scene%ensemble, k, values(:, k))
+      end do
+   end function values_of
+
+   subroutine uniform_and_normal(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      real(wp), allocatable :: x(:, :)
+      call make("&ensemble members = 20000, seed = 3 /"// &
+                "&vary key = 'body.inertia.1', distribution = 'uniform', low = 4.0, high = 7.0 /"// &
+                "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.1, 0.2, 3.0 /", &
+                scene, error)
+      if (allocated(error)) return
+      x = values_of(scene)
+      call check_below(error, distance_to_uniform((x(1, :) - 4)/3), seldom, 'uniform')
+      if (allocated(error)) return
+      call check_below(error, distance_to_uniform(normal_probability((x(2, :) - 0.1_wp)/0.1_wp)), seldom, 'normal')
+      if (allocated(error)) return
+      ! The mean is what the scene says.
+      call check_below(error, distance_to_uniform(normal_probability((x(4, :) - 10)/3)), seldom, 'normal, third')
+      if (allocated(error)) return
+      call check_below(error, abs(correlation(x(1, :), x(2, :))), 0.02_wp, 'draws are independent')
+   end subroutine uniform_and_normal
+
+   pure real(wp) function correlation(x, y)
+      real(wp), intent(in) :: x(:), y(:)
+      real(wp) :: a(size(x)), b(size(y))
+      a = x - sum(x)/size(x)
+      b = y - sum(y)/size(y)
+      correlation = sum(a*b)/sqrt(sum(a**2)*sum(b**2))
+   end function correlation
+
+   !> Over the keys of one group: variances 4 and 9, correlations 0.5, -0.8, 0.1.
+   subroutine covariances(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      real(wp), allocatable :: x(:, :)
+      call make("&ensemble members = 40000, seed = 4 /"// &
+                "&vary key = 'initial.angular_velocity.1', 'body.inertia.2', 'initial.angular_velocity.3', "// &
+                "distribution = 'normal', mean = 1.0, 20.0, 0.0, "// &
+                "covariance = 4.0, 3.0, -1.6, 3.0, 9.0, 0.3, -1.6, 0.3, 1.0 /", scene, error)
+      if (allocated(error)) return
+      x = values_of(scene)
+      call check_close(error, [correlation(x(1, :), x(2, :)), correlation(x(1, :), x(3, :)), &
+                               correlation(x(2, :), x(3, :))], [0.5_wp, -0.8_wp, 0.1_wp], 0.015_wp, 'correlations')
+      if (allocated(error)) return
+      call check_below(error, distance_to_uniform(normal_probability((x(2, :) - 20)/3)), seldom, 'second')
+      if (allocated(error)) return
+      call check_below(error, distance_to_uniform(normal_probability(x(3, :))), seldom, 'third')
+   end subroutine covariances
+
+   !> Two numbers that are one.
+   subroutine flat_covariance(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      real(wp), allocatable :: x(:, :)
+      call make("&ensemble members = 100 /"// &
+                "&vary key = 'initial.angular_velocity', distribution = 'normal', mean = 0.0, 0.0, 0.0, "// &
+                "covariance = 1.0, 2.0, 0.0, 2.0, 4.0, 0.0, 0.0, 0.0, 0.0 /", scene, error)
+      if (allocated(error)) return
+      x = values_of(scene)
+      call check_below(error, maxval(abs(x(2, :) - 2*x(1, :))), 8*eps, 'off the line')
+      if (allocated(error)) return
+      call check_below(error, maxval(abs(x(3, :))), 0.0_wp, 'no variance')
+   end subroutine flat_covariance
+
+   !> The angle θ has the probability (θ - sin θ)/π, every column of the matrix is uniform on the sphere.
+   subroutine rotations(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      real(wp), allocatable :: q(:, :), angle(:), cosine(:, :)
+      real(wp) :: r(3, 3)
+      integer :: i
+      call make("&ensemble members = 20000, seed = 5 /"// &
+                "&vary key = 'initial.quaternion', distribution = 'rotation' /", scene, error)
+      if (allocated(error)) return
+      q = values_of(scene)
+      call check_below(error, maxval(abs(sum(q**2, dim=1) - 1)), 4*eps, 'norm')
+      if (allocated(error)) return
+      angle = 2*acos(min(abs(q(1, :)), 1.0_wp))
+      call check_below(error, distance_to_uniform((angle - sin(angle))/acos(-1.0_wp)), seldom, 'angle')
+      if (allocated(error)) return
+      allocate (cosine(9, size(q, 2)))
+      do i = 1, size(q, 2)
+         r = rotation_matrix(q(:, i))
+         cosine(:, i) = reshape(r, [9])
+      end do
+      do i = 1, 9
+         call check_below(error, distance_to_uniform(min((cosine(i, :) + 1)/2, 1 - eps)), seldom, 'a cosine')
+         if (allocated(error)) return
+      end do
+   end subroutine rotations
+
+   subroutine latin(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      real(wp), allocatable :: x(:, :)
+      logical, allocatable :: met(:, :)
+      integer :: i
+      call make("&ensemble members = 1000, seed = 6, sampling = 'latin' /"// &
+                "&vary key = 'initial.angular_velocity.1', distribution = 'uniform', low = 0.0, high = 1.0 /"// &
+                "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 1.0 /", scene, error)
+      if (allocated(error)) return
+      x = values_of(scene)
+      x(2, :) = normal_probability(x(2, :))
+      allocate (met(2, 0:999), source=.false.)
+      do i = 1, 1000
+         met(1, int(1000*x(1, i))) = .true.
+         met(2, int(1000*x(2, i))) = .true.
+      end do
+      call check(error, all(met), 'a part without a member')
+      if (allocated(error)) return
+      ! Far better than chance: a sample with one in each part is within 1/n of the distribution.
+      call check_below(error, distance_to_uniform(x(1, :)), 1.01_wp/sqrt(1000.0_wp), 'distance')
+      if (allocated(error)) return
+      call check_below(error, abs(correlation(x(1, :), x(2, :))), 0.1_wp, 'independent')
+   end subroutine latin
+
+   subroutine grids(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      real(wp), allocatable :: x(:, :)
+      call make("&ensemble file = 'grid.npy' /"// &
+                "&vary key = 'initial.angular_velocity.2', distribution = 'grid', low = -1, high = 1, points = 3 /"// &
+                "&vary key = 'body.inertia.1', 'body.inertia.2', distribution = 'grid', low = 4.9, 20.0, "// &
+                "high = 5.1, 99.0, points = 2, 1 /", scene, error)
+      if (allocated(error)) return
+      call check(error, scene%ensemble%members == 6_long, 'not 3 times 2 members')
+      if (allocated(error)) return
+      x = values_of(scene)
+      call check_close(error, x(1, :), [-1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp], 0.0_wp, 'slow')
+      if (allocated(error)) return
+      call check_close(error, x(2, :), [4.9_wp, 5.1_wp, 4.9_wp, 5.1_wp, 4.9_wp, 5.1_wp], 0.0_wp, 'fast')
+      if (allocated(error)) return
+      call check_close(error, x(3, :), spread(20.0_wp, 1, 6), 0.0_wp, 'one point')
+   end subroutine grids
+
+   !> The second torque; a number of a key that the scene does not give.
+   subroutine names(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(member_t) :: member
+      type(status_t) :: status
+      call make("&torque body = 1.0, 2.0, 3.0 /"//"&torque space = 4.0, 5.0, 6.0 /"//"&ensemble members = 2 /"// &
+                "&vary key = 'TORQUE.2.Space.3', distribution = 'uniform', low = 7.0, high = 7.0 /"// &
+                "&vary key = 'torque.2.frequency', distribution = 'uniform', low = 0.5, high = 0.5 /", scene, error)
+      if (allocated(error)) return
+      call check(error, scene%ensemble%targets(1)%name == 'torque.2.space.3', 'another name')
+      if (allocated(error)) return
+      call member%prepare(scene)
+      call member%take(scene%ensemble, 1_long, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      associate (groups => member%scene%groups)
+         call check_close(error, groups(4)%vector('body', [0.0_wp, 0.0_wp, 0.0_wp]), [1.0_wp, 2.0_wp, 3.0_wp], 0.0_wp)
+         if (allocated(error)) return
+         call check_close(error, groups(5)%vector('space', [0.0_wp, 0.0_wp, 0.0_wp]), [4.0_wp, 5.0_wp, 7.0_wp], 0.0_wp)
+         if (allocated(error)) return
+         call check_close(error, groups(5)%number('frequency', 0.0_wp), 0.5_wp, 0.0_wp)
+      end associate
+      if (allocated(error)) return
+      call check(error, member%scene%system%effects%n_torques == 2, 'effects are added again with each member')
+   end subroutine names
+
+   subroutine whole_numbers(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(member_t) :: member
+      type(status_t) :: status
+      call make("&ensemble members = 1 /"//"&vary key = 'integrator.max_iterations', distribution = 'uniform', "// &
+                "low = 7.4, high = 7.4 /", scene, error)
+      if (allocated(error)) return
+      call member%prepare(scene)
+      call member%take(scene%ensemble, 1_long, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check(error, member%scene%integrator%max_iterations == 7, 'not rounded')
+      if (allocated(error)) return
+      call check_close(error, member%values, [7.0_wp], 0.0_wp, 'the row tells another number')
+   end subroutine whole_numbers
+
+   !> Numbers of a member, written into a scene: the same end.
+   subroutine members_by_hand(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene, other
+      type(member_t) :: member
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      character(len=400) :: text
+      integer(long) :: k
+      call make("&ensemble members = 5, seed = 9 /"// &
+                "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.1, 0.2, 3.0 /"// &
+                "&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 19.6, 16.7, "// &
+                "high = 5.1, 20.4, 17.3 /"// &
+                "&vary key = 'initial.quaternion', distribution = 'rotation' /", scene, error)
+      if (allocated(error)) return
+      call member%prepare(scene)
+      do k = 1, 5
+         call member%take(scene%ensemble, k, status)
+         write (text, '("&body inertia =",3es25.16e3," /&initial angular_velocity =",3es25.16e3,'// &
+                '" quaternion =",4es25.16e3," /&integrator time_step = 0.01, end_time = 0.2 /")') &
+                member%values(4:6), member%values(1:3), member%values(7:10)
+         call parse_scene(trim(text), 'box.nml', other, status, message)
+         call check(error, status%ok(), message)
+         if (allocated(error)) return
+         call check_close(error, [member%scene%initial%q, member%scene%initial%p], [other%initial%q, other%initial%p], &
+                          0.0_wp, 'the start')
+         if (allocated(error)) return
+         call check_close(error, member%scene%system%body%moments, other%system%body%moments, 0.0_wp, 'moments')
+         if (allocated(error)) return
+      end do
+   end subroutine members_by_hand
+
+   !> An inertia of no body, and a number out of range.
+   subroutine refusals(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :)
+      integer :: at
+      call make("&ensemble members = 4 /"// &
+                "&vary key = 'body.inertia.1', distribution = 'grid', low = 5.0, high = 50.0, points = 2 /"// &
+                "&vary key = 'integrator.end_time', distribution = 'grid', low = -0.2, high = 0.2, points = 2 /", &
+                scene, error)
+      if (allocated(error)) return
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, 1_long, 4_long, fields, status)
+      call check(error, all(fields(1, :) == [1, 2, 3, 4]), 'members')
+      if (allocated(error)) return
+      call check(error, all(fields(2, :) == [NUTATE_BAD_SCENE, 0, NUTATE_BAD_BODY, NUTATE_BAD_BODY]), 'status')
+      if (allocated(error)) return
+      call check_close(error, real_of(fields(3:4, 3)), [50.0_wp, -0.2_wp], 0.0_wp, 'the values that were refused')
+      if (allocated(error)) return
+      at = layout%values + 1
+      call check_close(error, real_of(fields(at, 2)), 0.2_wp, eps, 'the end')
+      if (allocated(error)) return
+      call check(error, real_of(fields(at, 1)) /= real_of(fields(at, 1)), 'a time of a run that was not')
+   end subroutine refusals
+
+   !> Rows of members run by one runner in their order, and each by one of its own.
+   subroutine members_are_alone(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :), alone(:, :)
+      integer(long) :: k
+      call make("&ensemble members = 12, seed = 2 /"// &
+                "&event when = 'omega3', crosses = 9.0, switch = 'push over' /"// &
+                "&torque name = 'push', body = 1, 2, 3 /"// &
+                "&vary key = 'body.inertia.1', distribution = 'uniform', low = 1.0, high = 9.0 /"// &
+                "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 1.0, 1.0 /", &
+                scene, error)
+      if (allocated(error)) return
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, 1_long, 12_long, fields, status)
+      call check(error, any(fields(2, :) /= 0) .and. any(fields(2, :) == 0), 'none refused, or all')
+      if (allocated(error)) return
+      do k = 1, 12
+         call run_members(scene, layout, k, k, alone, status)
+         call check(error, all(fields(:, k) == alone(:, 1)), 'another row for a member alone')
+         if (allocated(error)) return
+      end do
+   end subroutine members_are_alone
+
+   !> Each method with events and a torque, Euler angles and an accuracy: rows of runs that reach their end.
+   subroutine everything(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: methods(7) = [character(len=48) :: &
+                                     "method = 'rk4', time_step = 0.01", "method = 'rk8', time_step = 0.01", &
+                                     "method = 'dop853', local_tolerance = 1e-9", &
+                                     "method = 'taylor', accuracy = 1e-9", &
+                                     "order = 4, time_step = 0.01", "linear_solver = 'reduced', time_step = 0.01", &
+                                     "method = 'auto', accuracy = 1e-6"]
+      type(scene_t) :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      integer(long), allocatable :: fields(:, :)
+      integer :: i
+      do i = 1, size(methods)
+         call parse_scene("&body inertia = 2, 3, 4, mass = 1, center_of_mass = 0, 0, 0.3 /"// &
+                          "&initial angular_velocity = 1, -2, 6 / &gravity / &torque body = 1, 0, -2 /"// &
+                          "&integrator "//trim(methods(i))//", end_time = 0.4 /"// &
+                          "&output columns = 'euler', 'energy' /"// &
+                          "&event when = 'omega1', crosses = 2.0 / &ensemble members = 3 /"// &
+                          "&vary key = 'body.mass', distribution = 'uniform', low = 1, high = 2 /", &
+                          'top.nml', scene, status, message)
+         call check(error, status%ok(), message)
+         if (allocated(error)) return
+         call make_layout(scene, layout, status)
+         call run_members(scene, layout, 1_long, 3_long, fields, status)
+         call check(error, all(fields(2, :) == 0), trim(methods(i)))
+         if (allocated(error)) return
+         call check_below(error, maxval(abs(real_of(fields(layout%values + 1, :)) - 0.4_wp)), 4*eps, 'the end')
+         if (allocated(error)) return
+      end do
+   end subroutine everything
+
+end module test_ensemble
