@@ -265,13 +265,16 @@ contains
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
       type(invariants_t) :: invariants
+      character(len=:), allocatable :: kept
+      kept = 'energy'
+      if (scene%system%effects%frame_turns) kept = 'T + V - omega.l'
       call invariants%start(scene%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                             scene%integrator%attitude)
       call page%line('invariants')
       if (scene%system%effects%n_torques > 0) then
-         call page%item('energy', 'changes by the work of the torques alone')
+         call page%item(kept, 'changes by the work of the torques alone')
       else
-         call page%item('energy', 'conserved')
+         call page%item(kept, 'conserved')
       end if
       call page%item('space momentum', kept_momentum(invariants))
       if (.not. scene%integrator%attitude) then

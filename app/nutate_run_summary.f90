@@ -33,7 +33,7 @@ contains
          call page%item('method', trim(scene%integrator%method)//', chosen by auto: '//scene%choice)
       call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
       if (scene%integrator%conserve) call page%item('projection', 'onto the invariants')
-      call add_invariants(page, watcher%invariants)
+      call add_invariants(page, watcher%invariants, scene%system%effects%frame_turns)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(run%summary%work)
          call page%item('work of '//torque_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
@@ -131,10 +131,13 @@ contains
    end subroutine add_events
 
    !> How well the invariants were kept.
-   subroutine add_invariants(page, invariants)
+   subroutine add_invariants(page, invariants, turns)
       type(page_t), intent(inout) :: page
       type(invariants_t), intent(in) :: invariants
-      call page%item('energy residual', rounded_text(invariants%energy_error(), 3)//' of the largest T + |V|, '// &
+      !> The space axes turn: V - ω·l takes the place of V.
+      logical, intent(in) :: turns
+      call page%item('energy residual', rounded_text(invariants%energy_error(), 3)//' of the largest T + |'// &
+                     trim(merge('V - omega.l', 'V          ', turns))//'|, '// &
                      rounded_text(invariants%energy_scale)//' J')
       select case (invariants%components)
       case (ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH)

@@ -32,7 +32,7 @@ contains
                if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp)) call add_note(notes, '&gravity does '// &
                   'nothing: the centre of mass is the reference point, which stays at rest (center_of_mass moves it)')
             case ('gravity_gradient')
-               call note_orbit(group, scene%plan%end_time, notes)
+               if (.not. scene%system%effects%frame_turns) call note_orbit(group, scene%plan%end_time, notes)
             case default
                ! Of the others nothing is known but that they may stand twice.
             end select

@@ -47,8 +47,8 @@ module nutate
    use nutate_exact_top, only: lagrange_top_t
    use nutate_gravity, only: gravity_t, standard_gravity
    use nutate_gravity_gradient, only: gravity_gradient_t
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, potential_energy, &
-      space_momentum, total_energy
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
+      potential_energy, relative_rate, space_momentum, total_energy
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: long, pi, wp
@@ -60,6 +60,7 @@ module nutate
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
       quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
       rotate_to_space, rotation_matrix
+   use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t

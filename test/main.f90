@@ -34,6 +34,7 @@ program unit
    use test_control, only: collect_control
    use test_dense_output, only: collect_dense_output
    use test_discrete_states, only: collect_discrete_states
+   use test_earth_frames, only: collect_earth_frames
    use test_effect_calls, only: collect_effect_calls
    use test_effect_gradients, only: collect_effect_gradients
    use test_effect_physics, only: collect_effect_physics
@@ -65,6 +66,7 @@ program unit
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
+   use test_rotating_frame, only: collect_rotating_frame
    use test_rotation, only: collect_rotation
    use test_rk8, only: collect_rk8
    use test_round_off, only: collect_round_off
@@ -219,6 +221,8 @@ contains
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("resume", collect_resume), &
+         new_testsuite("earth_frames", collect_earth_frames), &
+         new_testsuite("rotating_frame", collect_rotating_frame), &
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &

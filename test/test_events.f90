@@ -9,6 +9,7 @@ module test_events
    use nutate_methods, only: default_settings, methods
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
    use nutate_progress, only: run_summary_t
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -318,28 +319,32 @@ contains
       type(column_event_t) :: event
       type(motion_t) :: here, ahead, behind
       real(wp) :: rate, change
-      integer :: i, at, last
+      integer :: i, k, at, last
       problem = forced_body()
-      call find_motion(problem%system, problem%start, here)
-      call find_rates(problem%system, 0.0_wp, here)
-      at = 0
-      do while (at < len(event_columns))
-         last = index(event_columns(at + 1:)//',', ',') - 1
-         event%columns(1) = event_columns(at + 1:at + last)
-         call event%place()
-         rate = 0.0_wp
-         do i = 1, 3
-            call find_motion(problem%system, displaced(here, i*h), ahead)
-            call find_motion(problem%system, displaced(here, -i*h), behind)
-            change = event%value(problem%system, ahead) - event%value(problem%system, behind)
-            ! Angles without a turn of 2π.
-            if (abs(change) > 1.9_wp*pi .and. abs(change) < 2.1_wp*pi) change = change - sign(2*pi, change)
-            rate = rate + weights(i)*change/h
+      do k = 1, 2
+         if (k == 2) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', &
+                                                                      rate=[0.3_wp, -0.5_wp, 0.4_wp]))
+         call find_motion(problem%system, problem%start, here)
+         call find_rates(problem%system, 0.0_wp, here)
+         at = 0
+         do while (at < len(event_columns))
+            last = index(event_columns(at + 1:)//',', ',') - 1
+            event%columns(1) = event_columns(at + 1:at + last)
+            call event%place()
+            rate = 0.0_wp
+            do i = 1, 3
+               call find_motion(problem%system, displaced(here, i*h), ahead)
+               call find_motion(problem%system, displaced(here, -i*h), behind)
+               change = event%value(problem%system, ahead) - event%value(problem%system, behind)
+               ! Angles without a turn of 2π.
+               if (abs(change) > 1.9_wp*pi .and. abs(change) < 2.1_wp*pi) change = change - sign(2*pi, change)
+               rate = rate + weights(i)*change/h
+            end do
+            call check_close(error, event%rate(problem%system, here), rate, 1e-10_wp*max(1.0_wp, abs(rate)), &
+                             trim(event%columns(1)))
+            if (allocated(error)) return
+            at = at + last + 1
          end do
-         call check_close(error, event%rate(problem%system, here), rate, 1e-10_wp*max(1.0_wp, abs(rate)), &
-                          trim(event%columns(1)))
-         if (allocated(error)) return
-         at = at + last + 1
       end do
    end subroutine column_rates
 

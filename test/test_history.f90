@@ -11,6 +11,7 @@ module test_history
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_exp
    use nutate_observer, only: run_record_t
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_NOT_FINITE
@@ -175,6 +176,16 @@ contains
       if (allocated(error)) return
       call check_close(error, values(30:33), [0.0_wp, 0.5_wp*half, 3.0_wp, 1e-17_wp], 1e-15_wp, &
                        'constraints and solver')
+      if (allocated(error)) return
+      call check_close(error, values(34), values(27), 0.0_wp, 'jacobi without a frame')
+      if (allocated(error)) return
+      call system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.5_wp, 0.25_wp, -0.5_wp]))
+      call columns%start(system, state, inverse_j0)
+      call columns%evaluate(system, state, run_record_t(work=0.25_wp), values(1:columns%width))
+      call check_close(error, values(34), values(27) - (0.5_wp*values(19) + 0.25_wp*values(20) - 0.5_wp*values(21)), &
+                       1e-13_wp, 'jacobi')
+      if (allocated(error)) return
+      call check_close(error, values(29), -0.25_wp, 1e-13_wp, 'its residual')
    end subroutine columns_hold_what_their_names_say
 
    !> Moments 1, 2, 3; mass 1.5 at 2 on axis 2, gravity 10 downwards; a quarter turn about axis 1; Ω = (1, 2, 3).

@@ -201,6 +201,8 @@ contains
          if (all(setting%key /= ['body ', 'space'])) text = text//entry(setting, group, trim(setting%key), [0.0_wp])
       case ('rotor')
          text = entry(setting, group, 'momentum', up)
+      case ('rotating_frame')
+         text = entry(setting, group, trim(setting%key), [0.0_wp])
       case ('event')
          text = " when = 'omega1'"//entry(setting, group, 'crosses', [0.5_wp])
          if (setting%key /= 'crosses') text = text//entry(setting, group, trim(setting%key), [1.0_wp])

@@ -151,7 +151,7 @@ contains
    end subroutine torques
 
    pure function of_torques() result(promises)
-      type(promise_t) :: promises(8)
+      type(promise_t) :: promises(10)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = any_number('damping', 'coefficient', zero, 3)
       promises(2) = any_number('torque', 'body', zero, 1)
@@ -165,6 +165,12 @@ contains
       promises(8) = any_number('rotor', 'momentum', zero, 1)
       ! |p| is twice the momentum.
       promises(8)%greatest = 0.5e100_wp
+      promises(9) = any_number('rotating_frame', 'rate', zero, 2)
+      ! 1e8 rad in a step.
+      promises(9)%greatest = 1e58_wp
+      promises(9)%setting%time_step = 1e-50_wp
+      promises(10) = any_number('rotating_frame', 'latitude', zero(1:1))
+      promises(10)%greatest = 2*atan(1.0_wp)
    end function of_torques
 
    subroutine starts(error)

@@ -6,6 +6,7 @@ module test_resume
    use nutate_kinds, only: wp, long
    use nutate_methods, only: make_stepper, method_t, methods
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -16,7 +17,6 @@ module test_resume
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
-
    public :: collect_resume
 
    !> Keeps all rows as bytes, and the last archive with the rows until then.
@@ -177,12 +177,18 @@ contains
    subroutine steppers_go_on(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: moments(5) = [0, 1, 2, 5, 20]
-      integer :: m, i
+      type(problem_t) :: problem
+      integer :: m, i, k
       do m = 1, size(methods)
-         do i = 1, size(moments)
-            call check_stepper(error, problem_for(methods(m)), settings_of(methods(m)), &
-                               spread(0.01_wp, 1, moments(i)), spread(0.01_wp, 1, 12), label_of(methods(m)))
-            if (allocated(error)) return
+         do k = 1, merge(1, 3, methods(m)%name == 'exact')
+            problem = problem_for(methods(m))
+            if (k == 2) problem = box()
+            if (k > 1) call problem%system%effects%add(rotating_frame_t(rate=[0.3_wp, -0.5_wp, 0.4_wp]))
+            do i = 1, size(moments)
+               call check_stepper(error, problem, settings_of(methods(m)), &
+                                  spread(0.01_wp, 1, moments(i)), spread(0.01_wp, 1, 12), label_of(methods(m)))
+               if (allocated(error)) return
+            end do
          end do
       end do
    end subroutine steppers_go_on

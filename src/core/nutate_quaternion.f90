@@ -10,7 +10,7 @@ module nutate_quaternion
    private
 
    public :: cross
-   public :: quat_product, quat_vector_product, quat_conjugate, quat_norm, quat_normalized
+   public :: quat_product, quat_vector_product, vector_quat_product, quat_conjugate, quat_norm, quat_normalized
    public :: quat_left_matrix, quat_right_matrix
    public :: quat_exp, quat_log, cayley_map
    public :: rotate_to_space, rotate_to_body, rotation_matrix
@@ -58,6 +58,19 @@ contains
       c(3) = q(1)*v(2) + q(4)*v(1) - q(2)*v(3)
       c(4) = q(1)*v(3) + q(2)*v(2) - q(3)*v(1)
    end function quat_vector_product
+
+   !> Hamilton product `v∘q` with a vector, the quaternion [0, v].
+   pure function vector_quat_product(v, q) result(c)
+      !> Left factor, any unit. Shape: (3).
+      real(wp), intent(in) :: v(3)
+      !> Right factor, scalar first. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: c(4)
+      c(1) = -(v(1)*q(2) + v(2)*q(3) + v(3)*q(4))
+      c(2) = v(1)*q(1) + v(2)*q(4) - v(3)*q(3)
+      c(3) = v(2)*q(1) + v(3)*q(2) - v(1)*q(4)
+      c(4) = v(3)*q(1) + v(1)*q(3) - v(2)*q(2)
+   end function vector_quat_product
 
    !> Conjugate `q* = [q0, -u]`, the inverse of a unit quaternion.
    pure function quat_conjugate(q) result(c)

@@ -5,6 +5,7 @@ module nutate_effect_list
    use nutate_effect, only: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -36,6 +37,9 @@ module nutate_effect_list
       type(torque_slot_t), allocatable :: torques(:)
       !> h: sum of the rotors' momenta, body axes, N m s; shape (3).
       real(wp) :: rotor_momentum(3) = 0.0_wp
+      !> The space axes turn, and their rate ω, in these axes, rad/s; shape (3).
+      logical :: frame_turns = .false.
+      real(wp) :: frame_rate(3) = 0.0_wp
    contains
       !> Adds a copy of an effect.
       procedure :: add
@@ -58,7 +62,8 @@ module nutate_effect_list
 
 contains
 
-   !> Adds a copy of an effect: of a `potential_t`, `torque_t` or `rotor_t`, or any extension of these.
+   !> Adds a copy of an effect: of a `potential_t`, `torque_t`, `rotor_t` or `rotating_frame_t`, or any extension of
+   !> these.
    subroutine add(self, effect)
       class(effect_list_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -70,8 +75,19 @@ contains
       class is (rotor_t)
          self%n_rotors = self%n_rotors + 1
          self%rotor_momentum = self%rotor_momentum + effect%momentum
+      class is (rotating_frame_t)
+         call turn_frame(self, effect%rate)
       end select
    end subroutine add
+
+   !> Adds to the rate of the space axes.
+   pure subroutine turn_frame(self, rate)
+      class(effect_list_t), intent(inout) :: self
+      !> rad/s; shape (3).
+      real(wp), intent(in) :: rate(3)
+      self%frame_rate = self%frame_rate + rate
+      self%frame_turns = any(abs(self%frame_rate) > 0.0_wp)
+   end subroutine turn_frame
 
    !> Adds copies of all effects of another list, with the momentum of its rotors.
    subroutine append(self, other)
@@ -88,6 +104,7 @@ contains
       end do
       self%n_rotors = self%n_rotors + other%n_rotors
       self%rotor_momentum = self%rotor_momentum + other%rotor_momentum
+      call turn_frame(self, other%frame_rate)
    end subroutine append
 
    !> True if there is a potential or a torque of a label.
@@ -249,11 +266,11 @@ contains
       if (.not. taken) effect%given = kept
    end subroutine give_bounds
 
-   !> True if there is a potential, or a torque that depends on the attitude, on or off.
+   !> True if the space axes turn, or there is a potential, or a torque that depends on the attitude, on or off.
    pure logical function needs_attitude(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
-      needs_attitude = self%n_potentials + self%n_off > 0
+      needs_attitude = self%n_potentials + self%n_off > 0 .or. self%frame_turns
       do i = 1, self%n_torques
          if (self%torques(i)%item%needs_attitude()) needs_attitude = .true.
       end do

@@ -29,7 +29,7 @@ module nutate_member_watcher
    type, extends(sweep_asker_t) :: member_watcher_t
       type(columns_t) :: columns
       type(invariants_t) :: invariants
-      !> Where rows and events go, where they go anywhere: events only beside rows.
+      !> Where rows and events go, where they go anywhere.
       type(history_t), pointer :: history => null()
       type(event_history_t), pointer :: events => null()
    contains
@@ -84,7 +84,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
       call self%invariants%measure(system, state, record%work)
-      if (.not. associated(self%events)) return
+      if (.not. (associated(self%events) .and. associated(self%history))) return
       call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
    end subroutine take_event
 

@@ -49,7 +49,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       associate (effects => system%effects)
-         if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0) &
+         if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. effects%frame_turns) &
             status = fail(NUTATE_BAD_ARGUMENT, "method 'exact' solves free bodies only (expected no effects)", 'method')
       end associate
       if (.not. settings%projection) &

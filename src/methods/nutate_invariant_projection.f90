@@ -14,6 +14,9 @@
 !> iteration repeats it. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing,
 !> where only its momentum can make up for an error of the energy.
 !>
+!> **Space axes that turn** at ω. H - ω·l takes the place of H, Ω - Rᵀω that of Ω in ΔL; of l only the component along ω
+!> can be conserved. That of a free body turns by -ω in these axes: it is turned, exactly, not restored.
+!>
 !> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
 !> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed
 !> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long.
@@ -27,11 +30,12 @@ module nutate_invariant_projection
    use nutate_archive, only: archive_t
    use nutate_disturbance, only: disturb_state
    use nutate_effect_list, only: effect_list_t
-   use nutate_projection_point, only: projection_plan_t, evaluate, projection_point_t, read_point, set_gamma, &
-      set_rows, take_attitude, take_momentum, times, write_state
+   use nutate_projection_point, only: projection_plan_t, evaluate, get_slope, projection_point_t, read_point, &
+      set_gamma, set_rows, slope_t, take_attitude, take_momentum, times, write_state
    use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
+   use nutate_quaternion, only: quat_exp, rotate_to_body
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
@@ -54,16 +58,6 @@ module nutate_invariant_projection
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
 
-   !> The direction in which the energy of a point falls. Energies are multiplied by `to_order_one`.
-   type :: slope_t
-      !> L̇, body axes: the rotation vector is c times it; shape (3).
-      real(wp) :: rotation(3)
-      !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
-      real(wp) :: omega(3), inertia
-      !> |L̇|² + S²|Ω⊥|².
-      real(wp) :: steepness
-   end type slope_t
-
    !> An energy as a compensated sum, J.
    type :: account_t
       real(wp) :: energy = 0.0_wp, compensation = 0.0_wp
@@ -77,6 +71,8 @@ module nutate_invariant_projection
       real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
       !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
+      !> The first l and its time, N m s and s, where l turns; shape (3).
+      real(wp) :: first_momentum(3) = 0.0_wp, first_time = 0.0_wp
       !> H₀ + work at the last state, and before its step.
       type(account_t) :: now, before
       !> q and p of the last state followed or projected: one that differs is compared with the targets; shape (4).
@@ -126,6 +122,8 @@ contains
       self%now = account_t(point%energy, 0.0_wp)
       self%before = self%now
       self%momentum = matmul(point%momentum, point%to_body)
+      self%first_momentum = self%momentum
+      self%first_time = state%t
       self%component = component_of(self, point)
       self%size = 0.0_wp
       self%largest = 0.0_wp
@@ -135,6 +133,14 @@ contains
       self%last_p = state%p
       self%started = .true.
    end subroutine start
+
+   !> Turns l to where it is at a time in space axes that turn.
+   pure subroutine turn_momentum(self, t)
+      class(invariant_projection_t), intent(inout) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      self%momentum = rotate_to_body(quat_exp((0.5_wp*(t - self%first_time))*self%plan%frame_rate), self%first_momentum)
+   end subroutine turn_momentum
 
    !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much.
    !> The limits of the projection are then those of that machine.
@@ -183,6 +189,7 @@ contains
       if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
       if (self%started) then
          call read_point(self%plan, system%effects, state, point)
+         if (self%plan%turns_momentum) call turn_momentum(self, state%t)
          call find_account(self, point, on)
          if (on) then
             self%last_q = state%q
@@ -258,6 +265,7 @@ contains
       if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
       if (self%noise%amplitude > 0.0_wp) call shake(self, point)
       call set_gamma(self%plan, point)
+      if (self%plan%turns_momentum) call turn_momentum(self, state%t)
       call set_momentum(self, point)
       target = self%now
       if (abs(work) > 0.0_wp) call add_increment(target%energy, target%compensation, work)
@@ -316,6 +324,8 @@ contains
       call archive%transfer(self%largest)
       call archive%transfer(self%to_order_one)
       call archive%transfer(self%momentum)
+      call archive%transfer(self%first_momentum)
+      call archive%transfer(self%first_time)
       call archive%transfer(self%component)
       call archive%transfer(self%now%energy)
       call archive%transfer(self%now%compensation)
@@ -345,7 +355,7 @@ contains
          call note_size(self, point)
          excess = point%energy - target%energy + self%kick*self%size
          if (abs(excess) <= round_off*self%size) return
-         call get_slope(self, point, slope)
+         call get_slope(self%plan, self%to_order_one, point, slope)
          excess = self%to_order_one*excess
          square = excess*excess
          if (.not. square < longest_doubtful*unit*unit*slope%steepness) then
@@ -361,35 +371,6 @@ contains
       end do
       reached = .false.
    end subroutine set_energy
-
-   !> The direction in which the energy falls.
-   pure subroutine get_slope(self, point, slope)
-      class(invariant_projection_t), intent(in) :: self
-      type(projection_point_t), intent(in) :: point
-      type(slope_t), intent(out) :: slope
-      real(wp) :: square, kinetic, along
-      slope%rotation = self%to_order_one*point%rate
-      associate (x => slope%rotation)
-         slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
-      end associate
-      slope%inertia = 0.0_wp
-      slope%omega = point%omega
-      if (.not. self%plan%pushes) return
-      associate (w => slope%omega, gamma => point%gamma)
-         square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
-         if (square <= tiny(1.0_wp)/eps) return
-         kinetic = self%to_order_one*point%twice_kinetic
-         slope%inertia = kinetic*(point%twice_kinetic/square)
-         if (self%plan%components == ALONG_AXIS) then
-            along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
-            w = w - along*gamma
-            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
-         else
-            kinetic = kinetic*kinetic
-         end if
-         slope%steepness = slope%steepness + kinetic
-      end associate
-   end subroutine get_slope
 
    !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =
    !> -c·inertia·Ω⊥.

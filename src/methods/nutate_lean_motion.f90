@@ -78,6 +78,7 @@ contains
       self%dt = 0.0_wp
       associate (effects => system%effects, inertia => system%body%inertia)
          self%possible = effects%n_torques + effects%n_rotors == 0 .and. are_linear(effects) .and. &
+                         .not. effects%frame_turns .and. &
                          .not. any(abs(effects%rotor_momentum) > 0.0_wp) .and. &
                          .not. any(abs([inertia(1, 2), inertia(1, 3), inertia(2, 3)]) > 0.0_wp)
          if (.not. self%possible) return

@@ -104,7 +104,7 @@ contains
       pays = series_pays
       if (system%effects%n_potentials + system%effects%n_rotors == 0) then
          if (system%effects%n_torques > 0) pays = pays_for_torques
-      else if (is_long(system, state, duration)) then
+      else if (is_long(system, state, duration) .and. .not. system%effects%frame_turns) then
          pays = pays_for_long
          if (system%effects%n_potentials > 0 .and. (all_linear(system%effects) .or. is_axial(system))) &
             pays = pays_for_simple
@@ -163,7 +163,7 @@ contains
       type(status_t) :: status
       associate (effects => system%effects, body => system%body)
          has_closed_solution = effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors == 0 .and. &
-                               .not. any(abs(effects%rotor_momentum) > 0.0_wp)
+                               .not. (any(abs(effects%rotor_momentum) > 0.0_wp) .or. effects%frame_turns)
          if (.not. has_closed_solution) return
          call solution%prepare(body%moments, state%q, body_momentum(state), status, body%axes)
          has_closed_solution = status%ok()
@@ -200,12 +200,12 @@ contains
                .and. is_axial(system)
    end function is_top
 
-   !> True where body and effects are symmetric about an axis.
+   !> True where body and effects are symmetric about an axis, in a frame that stands still.
    pure logical function is_axial(system)
       type(system_t), intent(in) :: system
       type(axial_frame_t) :: frame
       call frame%recognise(system)
-      is_axial = frame%axis > 0
+      is_axial = frame%axis > 0 .and. .not. system%effects%frame_turns
    end function is_axial
 
    !> True where all potentials and torques have linear series.

@@ -260,7 +260,7 @@ contains
       real(wp), intent(in) :: z(most_unknowns)
       real(wp) :: dq(4), dp(4), excess
       if (system%effects%n_torques > 0) call self%equations%forces%get_work( &
-         system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), 0.5_wp*self%rate(2:4), self%work)
+         system%effects, dt, self%equations%x0 + 0.5_wp*z(1:4), self%equations%relative_rate(z, self%rate), self%work)
       call self%equations%increments(state, z, self%rate, dq, dp, excess)
       call add_turned(dq, excess, state%q, state%q_compensation)
       call self%equations%make_tangent(state%q, dp)

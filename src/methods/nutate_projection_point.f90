@@ -5,7 +5,7 @@
 module nutate_projection_point
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross, times => quat_vector_product
    use nutate_small_products, only: times_vector
@@ -14,7 +14,7 @@ module nutate_projection_point
    implicit none
    private
 
-   public :: projection_plan_t, projection_point_t
+   public :: projection_plan_t, projection_point_t, slope_t, get_slope
    public :: read_point, take_attitude, take_momentum, set_rows, set_gamma, evaluate, times, write_state
 
    !> |qᵀq - 1| up to which the first term of 1/|q| is exact: the next one, 3/8 of its square, is below ε/4.
@@ -35,6 +35,9 @@ module nutate_projection_point
       integer, allocatable :: others(:)
       !> J⁻¹, kg⁻¹ m⁻²; shape (3,3); h, body axes, and |h|, N m s; shape (3).
       real(wp) :: inverse_inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp, rotor_length = 0.0_wp
+      !> The space axes turn; ω, rad/s; shape (3). The whole l of a free body then turns in them by -ω.
+      logical :: turns = .false., turns_momentum = .false.
+      real(wp) :: frame_rate(3) = 0.0_wp
    contains
       procedure :: prepare
    end type projection_plan_t
@@ -49,10 +52,22 @@ module nutate_projection_point
       real(wp) :: to_body(3, 3), gamma(3)
       !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
       real(wp) :: omega(3), rate(3)
+      !> Ω - Rᵀω where the space axes turn, rad/s, body axes; shape (3).
+      real(wp) :: relative(3)
       !> 2T, H and T + Σ|U|, J, to which round-off of H is relative: with ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|, x = L - h, for T where J
       !> is not diagonal, since its terms cancel on thin rods.
       real(wp) :: twice_kinetic, energy, size
    end type projection_point_t
+
+   !> The direction in which the energy of a point falls. Energies are multiplied by a power of two.
+   type :: slope_t
+      !> L̇, body axes: the rotation vector is c times it; shape (3).
+      real(wp) :: rotation(3)
+      !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
+      real(wp) :: omega(3), inertia
+      !> |L̇|² + S²|Ω⊥|².
+      real(wp) :: steepness
+   end type slope_t
 
 contains
 
@@ -63,6 +78,11 @@ contains
       !> The states have an attitude; else of l only the length is conserved.
       logical, intent(in) :: attitude
       call conserved_momentum(system%effects, self%components, self%axis)
+      self%turns = system%effects%frame_turns
+      self%frame_rate = system%effects%frame_rate
+      self%turns_momentum = self%turns .and. &
+                            system%effects%n_potentials + system%effects%n_off + system%effects%n_torques == 0
+      if (self%turns_momentum) self%components = ALL_COMPONENTS
       if (.not. attitude .and. self%components == ALL_COMPONENTS) self%components = ONLY_LENGTH
       self%attitude = attitude
       self%pushes = self%components == ALONG_AXIS .or. self%components == NO_COMPONENT
@@ -189,10 +209,24 @@ contains
          if (self%has_rotor) point%size = point%size + self%rotor_length*sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3))
          point%rate = cross(point%momentum, w)
       end associate
+      if (self%turns) call add_frame(self%frame_rate, point)
       if (self%has_weight) call add_weight(self%weight, point)
       if (self%has_others) call add_others(self%others, effects, point)
       if (.not. self%attitude .and. self%pushes) point%rate = 0.0_wp
    end subroutine evaluate
+
+   !> Subtracts ω·l, and Rᵀω from Ω.
+   pure subroutine add_frame(frame_rate, point)
+      !> ω, space axes, rad/s; shape (3).
+      real(wp), intent(in) :: frame_rate(3)
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: carried(3), energy
+      carried = times_vector(point%to_body, frame_rate)
+      energy = point%momentum(1)*carried(1) + point%momentum(2)*carried(2) + point%momentum(3)*carried(3)
+      point%energy = point%energy - energy
+      point%size = point%size + abs(energy)
+      point%relative = point%omega - carried
+   end subroutine add_frame
 
    !> Adds U and γ×∇U.
    pure subroutine add_potential(energy, slope, gamma, point)
@@ -232,6 +266,40 @@ contains
          end associate
       end do
    end subroutine add_others
+
+   !> The direction in which the energy falls.
+   pure subroutine get_slope(self, to_order_one, point, slope)
+      class(projection_plan_t), intent(in) :: self
+      !> A power of two that brings energies to order one.
+      real(wp), intent(in) :: to_order_one
+      type(projection_point_t), intent(in) :: point
+      type(slope_t), intent(out) :: slope
+      real(wp) :: square, kinetic, along
+      slope%rotation = to_order_one*point%rate
+      associate (x => slope%rotation)
+         slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
+      end associate
+      slope%inertia = 0.0_wp
+      slope%omega = point%omega
+      if (.not. self%pushes) return
+      associate (w => slope%omega, gamma => point%gamma)
+         square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
+         if (square <= tiny(1.0_wp)/eps) return
+         kinetic = to_order_one*point%twice_kinetic
+         slope%inertia = kinetic*(point%twice_kinetic/square)
+         if (self%turns) w = point%relative
+         if (self%components == ALONG_AXIS) then
+            along = w(1)*gamma(1) + w(2)*gamma(2) + w(3)*gamma(3)
+            w = w - along*gamma
+            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
+         else if (self%turns) then
+            kinetic = kinetic*((w(1)*w(1) + w(2)*w(2) + w(3)*w(3))/square)*kinetic
+         else
+            kinetic = kinetic*kinetic
+         end if
+         slope%steepness = slope%steepness + kinetic
+      end associate
+   end subroutine get_slope
 
    !> q, and p = 2 q∘[0, L].
    pure subroutine write_state(self, point, state)

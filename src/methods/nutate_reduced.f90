@@ -36,7 +36,7 @@ module nutate_reduced
    !> Determinants below are those of singular systems: their inverse would leave the range of numbers.
    real(wp), parameter :: least_determinant = 1e-150_wp
 
-   !> The 3×3 stepper. Its unknowns are b.
+   !> The 3×3 stepper. Its unknowns are b; with forces in space axes that turn, r (`nutate_frame_turn`).
    type, extends(implicit_stepper_t) :: reduced_t
       private
       type(reduced_equations_t) :: equations
@@ -114,6 +114,7 @@ contains
       real(wp) :: length
       z = 0.0_wp
       z(1:3) = self%equations%explicit_guess(system)
+      if (self%equations%is_relative) z(1:3) = z(1:3) - self%equations%turn%start
       length = maxval(abs(z))
       if (length > farthest) z = z*(farthest/length)
    end subroutine explicit_guess
@@ -146,7 +147,7 @@ contains
       self%moved = self%moved + increment%size
       self%change = increment%size
       ! Without effects F is a cubic polynomial: its second derivative bounds the next increment.
-      if (self%settings%tolerance <= 0.0_wp .and. .not. self%equations%forces%active) increment%is_last = &
+      if (self%settings%tolerance <= 0.0_wp .and. self%equations%is_cubic) increment%is_last = &
          curvature*self%moved*increment%size <= (0.5_wp*eps)*increment%length*self%raw_determinant
    end subroutine correct
 
@@ -193,6 +194,7 @@ contains
       real(wp), intent(out) :: z(most_unknowns)
       z = 0.0_wp
       z(1:3) = b
+      if (self%equations%is_relative) z(1:3) = self%equations%turn%to_relative(b)
    end subroutine unknowns_of
 
    pure subroutine get_cayley_vector(self, z, b)
@@ -200,6 +202,7 @@ contains
       real(wp), intent(in) :: z(most_unknowns)
       real(wp), intent(out) :: b(3)
       b = z(1:3)
+      if (self%equations%is_relative) b = b + self%equations%turn%middle(b, dot_product(b, b))
    end subroutine get_cayley_vector
 
    !> Moves the state. The last increment must not leave the torque behind: a stiff one goes far in a small increment.
@@ -215,7 +218,11 @@ contains
             call self%equations%residual(system, z(1:3), f)
       end if
       if (system%effects%n_torques > 0) call self%equations%get_work(system, z(1:3), self%work)
-      call self%equations%finish(z(1:3), self%settings%attitude, state)
+      if (self%equations%turn%there) then
+         call self%equations%finish_in_frame(z(1:3), state)
+      else
+         call self%equations%finish(z(1:3), self%settings%attitude, state)
+      end if
    end subroutine finish
 
    !> The derivatives of the effects; what belongs to the length of the step is computed anew.

@@ -2,13 +2,15 @@
 !>
 !>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
 !>
+!> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ.
+!>
 !> A method sees `y = [q, L, 0]`, padded to a length that suits vector instructions, and `k = Δt ẏ`: with `Δt J⁻¹` in
 !> place of J⁻¹ no stage multiplies by the step.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance
-   use nutate_quaternion, only: quat_vector_product
+   use nutate_quaternion, only: quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
@@ -34,7 +36,10 @@ module nutate_rigid_rates
       real(wp) :: rotor(3) = 0.0_wp
       !> Integrate the attitude; else its rates are zero.
       logical :: attitude = .true.
-      !> There is an effect that exerts a force.
+      !> The space axes turn: half their turn in the step, ½Δt ω, rad, in these axes; shape (3).
+      logical :: frame_turns = .false.
+      real(wp) :: frame_turn(3) = 0.0_wp
+      !> There is an effect that exerts a force, or the space axes turn.
       logical :: forced = .false.
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
@@ -58,7 +63,8 @@ contains
       logical, intent(in) :: attitude
       integer :: i
       self%attitude = attitude
-      self%forced = system%effects%n_potentials + system%effects%n_torques > 0
+      self%frame_turns = system%effects%frame_turns
+      self%forced = system%effects%n_potentials + system%effects%n_torques > 0 .or. self%frame_turns
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), self%in_pieces(n), source=.false.)
@@ -85,6 +91,7 @@ contains
       integer :: i
       self%to_angle = dt*system%body%inverse_inertia
       self%rotor = system%effects%rotor_momentum
+      if (self%frame_turns) self%frame_turn = (0.5_wp*dt)*system%effects%frame_rate
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)
             self%acts(i) = torque%acts_at(window_time)
@@ -178,13 +185,27 @@ contains
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
    end subroutine get_rates
 
-   !> Adds Δtτ of all effects to the rates.
+   !> Takes the rate of space axes that turn from that of the attitude: ½ω∘q.
+   pure subroutine add_frame(v, y, k)
+      !> ½Δt ω; shape (3).
+      real(wp), intent(in) :: v(3)
+      real(wp), intent(in) :: y(n_rates)
+      real(wp), intent(inout) :: k(n_rates)
+      k(1) = k(1) + (v(1)*y(2) + v(2)*y(3) + v(3)*y(4))
+      k(2) = k(2) - (v(1)*y(1) + v(2)*y(4) - v(3)*y(3))
+      k(3) = k(3) - (v(2)*y(1) + v(3)*y(2) - v(1)*y(4))
+      k(4) = k(4) - (v(3)*y(1) + v(1)*y(3) - v(2)*y(2))
+   end subroutine add_frame
+
+   !> Adds Δtτ of all effects, and the turn of the space axes, to the rates.
    pure subroutine add_forces(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: fraction, y(n_rates), weight
       real(wp), intent(inout) :: k(n_rates)
       real(wp) :: tau(3), square
+      if (self%frame_turns .and. self%attitude) call add_frame(self%frame_turn, y, k)
+      if (system%effects%n_potentials + system%effects%n_torques == 0) return
       square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then
@@ -242,6 +263,7 @@ contains
       integer :: i
       q = y(1:4)/norm
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
+      if (system%effects%frame_turns) omega = omega - rotate_to_body(q, system%effects%frame_rate)
       do i = 1, system%effects%n_torques
          if (.not. self%acts(i)) cycle
          t = min(max(self%t + fraction*self%dt, self%window(1, i)), self%window(2, i))

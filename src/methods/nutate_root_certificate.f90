@@ -14,10 +14,17 @@
 !> term and g that of rotors. All of them grow with t: so for each part of the stage there is one root in the ball, and
 !> the branch that starts at b = 0 never leaves it. That root is the true one. Where E admits a smaller ball than θ,
 !> the root is the only one in the larger ball too.
+!>
+!> Where the space axes turn, by δ = ¼s|ω|, 1-β+t²d takes the place of 1-β (d = δ²), and the body turns by r = b - tδ̄
+!> against them: T = (1+|r|²)τ̄ - 2r(b·τ̄) at the attitude of r, |r| ≤ ρ + δ. In that larger ball the effects bound
+!> their part of it, (1+|r|²)τ̄ - 2r(r·τ̄), and by it τ̄ and its derivative, of which 2r(tδ̄·τ̄) is made; a change of b
+!> changes r by at most 1/(1-2δ) times as much.
 module nutate_root_certificate
+   use nutate_body, only: diagonal
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm, times_cross
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body
+   use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -41,6 +48,8 @@ module nutate_root_certificate
    !> Factor from one part of a stage to the next shorter one, in the search for one that can be proved at once.
    real(wp), parameter :: shorter = 0.8_wp
    integer, parameter :: most_parts = 200
+   !> δ of space axes that turn, up to which the balls of b and r are ones in which effects are bounded.
+   real(wp), parameter :: largest_frame_turn = 0.25_wp
 
    !> What a system admits to be proved of its steps.
    type :: root_certificate_t
@@ -54,8 +63,10 @@ module nutate_root_certificate
       real(wp) :: gyration = 0.0_wp, rotor_rate = 0.0_wp
       !> The torques that act in the step; shape (number of torques).
       logical, allocatable :: acts(:)
-      !> J⁻¹
-      type(linear_map_t), private :: inverse
+      !> J⁻¹; the map that leaves all as it is.
+      type(linear_map_t), private :: inverse, identity
+      !> |ω| of space axes that turn, rad/s.
+      real(wp), private :: frame_rate = 0.0_wp
       !> Bounds of all effects for each radius: at any attitude, and in a stage from the state last asked for.
       type(effect_bounds_t), private :: everywhere(size(radii)), here(size(radii))
       !> γ of each potential at the start of that stage; shape (3, number of potentials).
@@ -83,6 +94,8 @@ contains
       type(system_t), intent(in) :: system
       associate (effects => system%effects, inverse => system%body%inverse_inertia)
          self%inverse = map_of(inverse, system%body%axes)
+         self%identity = map_of(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body%axes)
+         self%frame_rate = vector_length(effects%frame_rate)
          self%gyration = gyration_of(system%body%moments)
          self%rotor_rate = spectral_norm(times_cross(inverse, effects%rotor_momentum))
          if (allocated(self%acts)) deallocate (self%acts)
@@ -107,6 +120,7 @@ contains
       if (.not. (window_time > self%steady_from .and. window_time < self%steady_to)) &
          call take_windows(self, system, window_time)
       if (dt /= self%length) then
+         if (self%frame_rate > 0.0_wp) call bound_everywhere(self, system, dt)
          self%length = dt
          call find_ball(self, self%everywhere, dt, self%reach, self%radius, near)
          self%near = max(near, 0.0_wp)**2
@@ -131,11 +145,13 @@ contains
          self%gamma(:, i) = rotate_to_body(state%q, system%effects%potentials(i)%item%direction)
       end do
       do i = 1, size(radii)
-         call self%bounds_of(system, self%inverse, radii(i), 0.0_wp, self%here(i))
+         call bound_stage(self, system, radii(i), 0.0_wp, dt, self%here(i))
       end do
       call find_ball(self, self%here, dt, reach, radius, near)
       proved = start <= reach .and. root <= radius
-      self%followable = self%here(1)%known .and. strength_of(self%here(1), dt) <= dominating
+      ! Tubes are derived for space axes that stand still.
+      self%followable = self%here(1)%known .and. strength_of(self%here(1), dt) <= dominating .and. &
+                        .not. self%frame_rate > 0.0_wp
    end subroutine holds_here
 
    !> The longest part of a stage from the state last taken, among the powers of 0.8, whose root lies in a ball that
@@ -203,18 +219,62 @@ contains
    end function strength_of
 
    !> Bounds of all effects for each radius at any attitude.
-   pure subroutine bound_everywhere(self, system)
+   pure subroutine bound_everywhere(self, system, dt)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      !> s; it counts where the space axes turn.
+      real(wp), intent(in) :: dt
       integer :: i
       do i = 1, system%effects%n_potentials
          self%gamma(:, i) = system%effects%potentials(i)%item%direction
       end do
       do i = 1, size(radii)
-         call self%bounds_of(system, self%inverse, radii(i), anywhere, self%everywhere(i))
+         call bound_stage(self, system, radii(i), anywhere, dt, self%everywhere(i))
       end do
       self%length = 0.0_wp
    end subroutine bound_everywhere
+
+   !> Bounds of all effects that act, of their J⁻¹T in a stage of a length from the state last taken.
+   pure subroutine bound_stage(self, system, radius, slack, dt, bounds)
+      class(root_certificate_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> ρ, and how far γ at the start can be off, over |n|.
+      real(wp), intent(in) :: radius, slack
+      !> s.
+      real(wp), intent(in) :: dt
+      type(effect_bounds_t), intent(out) :: bounds
+      type(effect_bounds_t) :: plain
+      real(wp) :: delta
+      if (.not. self%frame_rate > 0.0_wp) then
+         call self%bounds_of(system, self%inverse, radius, slack, bounds)
+         return
+      end if
+      delta = 0.25_wp*abs(dt)*self%frame_rate
+      bounds%known = delta <= largest_frame_turn
+      if (.not. bounds%known) return
+      call self%bounds_of(system, self%inverse, radius + delta, slack, bounds)
+      call self%bounds_of(system, self%identity, radius + delta, slack, plain)
+      bounds%known = bounds%known .and. plain%known
+      if (.not. bounds%known) return
+      call widen(radius + delta, delta, self%inverse%norm, plain%force, plain%slope, bounds%force, bounds%slope)
+      call widen(radius + delta, delta, self%inverse%norm, plain%drag, plain%drag_slope, bounds%drag, bounds%drag_slope)
+   end subroutine bound_stage
+
+   !> Bounds of J⁻¹T and of its derivative by b from those by r without the term 2r(tδ̄·τ̄). That (1+|r|²)τ̄ - 2r(r·τ̄)
+   !> is no shorter than (1-|r|²)|τ̄| bounds τ̄ and its derivative.
+   elemental subroutine widen(radius, delta, inverse, plain_force, plain_slope, force, slope)
+      !> Bound of |r|, δ, and ‖J⁻¹‖.
+      real(wp), intent(in) :: radius, delta, inverse
+      !> Bounds of (1+|r|²)τ̄ - 2r(r·τ̄) and of its derivative by r.
+      real(wp), intent(in) :: plain_force, plain_slope
+      !> The same of J⁻¹ times it on entry, of J⁻¹T by b on exit.
+      real(wp), intent(inout) :: force, slope
+      real(wp) :: torque, change
+      torque = plain_force/(1 - radius*radius)
+      change = (plain_slope + 6*radius*torque)/(1 - radius*radius)
+      force = force + inverse*(2*radius*delta*torque)
+      slope = (slope + inverse*(delta*(2 + 4*radius)*torque + 2*radius*delta*change))/(1 - 2*delta)
+   end subroutine widen
 
    !> Bounds of all effects that act, in a stage from the state last taken.
    pure subroutine bounds_of(self, system, map, radius, slack, bounds)
@@ -261,7 +321,7 @@ contains
             if (window(k) >= window_time) self%steady_to = min(self%steady_to, window(k))
          end do
       end do
-      call bound_everywhere(self, system)
+      call bound_everywhere(self, system, 0.0_wp)
    end subroutine take_windows
 
    !> κ, for which |2J⁻¹(b×Jb)| ≤ κ|b|²: with α_i = |J_k - J_l|/J_i and x_i = b_i²/|b|² its square is the largest value

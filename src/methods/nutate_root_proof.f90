@@ -56,7 +56,7 @@ contains
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       self%is_free = system%effects%n_potentials + system%effects%n_torques + system%effects%n_rotors == 0 .and. &
-                     .not. system%body%breaks_triangle
+                     .not. (system%body%breaks_triangle .or. system%effects%frame_turns)
       call self%certificate%set_up(system)
       call self%equations%forces%prepare(system%effects, .true.)
       self%equations%dt = 0.0_wp

@@ -15,12 +15,16 @@
 !>
 !> * all eight unknowns are of order one, for a molecule as for a planet, and no digit depends on the units;
 !> * increments, Jacobian and its LU factors vary only as fast as the body-frame motion, and serve for later steps.
+!>
+!> Space axes that turn add -½Δt ω∘q̄ and -½Δt ω∘p̄ to the two (`nutate_frame_turn`).
 module nutate_eight_equations
    use nutate_archive, only: archive_t
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp, eps
    use nutate_discrete_forces, only: discrete_forces_t
-   use nutate_quaternion, only: quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix
+   use nutate_frame_turn, only: frame_turn_t
+   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, quat_right_matrix, &
+      quat_vector_product, rotate_to_body, vector_quat_product
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -52,6 +56,8 @@ module nutate_eight_equations
       !> 2h/μ; shape (3).
       real(wp) :: rotor(3) = 0.0_wp
       type(discrete_forces_t) :: forces
+      !> Of space axes that turn.
+      type(frame_turn_t) :: turn
    contains
       !> Chooses the unit of momentum.
       procedure :: set_momentum_unit
@@ -69,6 +75,8 @@ module nutate_eight_equations
       procedure :: explicit_increments
       !> The z of a step that turns the body by a Cayley map.
       procedure :: increments_of
+      !> The rate against space axes that turn.
+      procedure :: relative_rate
       !> The increments of q and p that the root stands for.
       procedure :: increments
       !> The constraint (5), q·p = 0, holds but for rounding, and stays so.
@@ -94,6 +102,7 @@ contains
       self%inverse_inertia = momentum_unit*system%body%inverse_inertia
       self%inverse_j0 = momentum_unit*inverse_j0
       self%rotor = 2*system%effects%rotor_momentum/momentum_unit
+      call self%turn%prepare(system%effects)
    end subroutine set_momentum_unit
 
    !> Starts a step of `dt` seconds from a state.
@@ -112,6 +121,7 @@ contains
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
       self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%momentum_unit
       self%w0 = norm*self%y0
+      if (self%turn%there) call self%turn%begin(dt, self%frame)
       if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, window_time)
    end subroutine start
 
@@ -143,6 +153,10 @@ contains
       a = (0.25_wp*self%dt)*self%mean_rate(z)
       z(1:4) = quat_product(self%x0, a)
       z(5:8) = -quat_product(self%y0, conjugation*a)
+      if (.not. self%turn%there) return
+      z = -z
+      call add_frame(self%turn, self%x0, self%y0, z)
+      z = -z
    end function explicit_increments
 
    !> The z of a step that turns the body by the Cayley map of b, on the constraint manifold: x1 = x0∘c, and the end's w
@@ -153,8 +167,9 @@ contains
       !> b = ¼Δt Ω̄, body axes; shape (3).
       real(wp), intent(in) :: b(3)
       real(wp) :: z(8), c(4), w(4)
-      c(1) = -dot_product(b, b)
       c(2:4) = b
+      if (self%turn%there) c(2:4) = self%turn%to_relative(b)
+      c(1) = -dot_product(c(2:4), c(2:4))
       z(1:4) = (2*self%x0(1)/(1 - c(1)))*c
       w(1) = self%w0(1)
       w(2:4) = (16/(self%dt*self%momentum_unit))*times_vector(system%body%inertia, b) + 2*self%rotor - self%w0(2:4)
@@ -170,15 +185,58 @@ contains
       !> (Δx, Δy); shape (8).
       real(wp), intent(in) :: z(8)
       real(wp), intent(out) :: r(8)
-      real(wp) :: a(4), xm(4), s(4)
+      real(wp) :: a(4), xm(4), s(4), omega(3)
       a = self%mean_rate(z)
       xm = self%x0 + 0.5_wp*z(1:4)
       r(1:4) = z(1:4) - (0.25_wp*self%dt)*quat_product(xm, a)
       r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
+      if (self%turn%there) call add_frame(self%turn, xm, self%y0 + 0.5_wp*z(5:8), r)
       if (.not. self%forces%active) return
-      call self%forces%evaluate(system%effects, self%x0 + z(1:4), xm, 0.5_wp*a(2:4), s)
+      omega = 0.5_wp*a(2:4)
+      if (self%turn%there .and. system%effects%n_torques > 0) omega = omega - frame_rate(self, xm)
+      call self%forces%evaluate(system%effects, self%x0 + z(1:4), xm, omega, s)
       r(5:8) = r(5:8) - (2*self%dt/(self%momentum_unit*dot_product(xm, xm)))*quat_product(xm, s)
    end subroutine residual
+
+   !> Adds ½Δt R(u)ᵀω∘x̄ and ½Δt R(u)ᵀω∘ȳ: what the turn of the space axes takes from the increments.
+   pure subroutine add_frame(turn, xm, ym, r)
+      type(frame_turn_t), intent(in) :: turn
+      !> Shape (4).
+      real(wp), intent(in) :: xm(4), ym(4)
+      !> Shape (8).
+      real(wp), intent(inout) :: r(8)
+      real(wp) :: a, b, c
+      a = 2*turn%start(1)
+      b = 2*turn%start(2)
+      c = 2*turn%start(3)
+      r(1) = r(1) - (a*xm(2) + b*xm(3) + c*xm(4))
+      r(2) = r(2) + (a*xm(1) + b*xm(4) - c*xm(3))
+      r(3) = r(3) + (b*xm(1) + c*xm(2) - a*xm(4))
+      r(4) = r(4) + (c*xm(1) + a*xm(3) - b*xm(2))
+      r(5) = r(5) - (a*ym(2) + b*ym(3) + c*ym(4))
+      r(6) = r(6) + (a*ym(1) + b*ym(4) - c*ym(3))
+      r(7) = r(7) + (b*ym(1) + c*ym(2) - a*ym(4))
+      r(8) = r(8) + (c*ym(1) + a*ym(3) - b*ym(2))
+   end subroutine add_frame
+
+   !> R(x̄)ᵀω/|x̄|²: the rate of the space axes in the step, body axes, rad/s; shape (3).
+   pure function frame_rate(self, xm) result(rate)
+      type(eight_equations_t), intent(in) :: self
+      !> Shape (4).
+      real(wp), intent(in) :: xm(4)
+      real(wp) :: rate(3)
+      rate = (4/(self%dt*dot_product(xm, xm)))*rotate_to_body(xm, self%turn%start)
+   end function frame_rate
+
+   !> Ω̄ against the space axes of a root, body axes, rad/s: what torques are asked with; shape (3).
+   pure function relative_rate(self, z, a) result(omega)
+      class(eight_equations_t), intent(in) :: self
+      !> Root, shape (8), and the a that belongs to it, shape (4).
+      real(wp), intent(in) :: z(8), a(4)
+      real(wp) :: omega(3)
+      omega = 0.5_wp*a(2:4)
+      if (self%turn%there) omega = omega - frame_rate(self, self%x0 + 0.5_wp*z(1:4))
+   end function relative_rate
 
    !> The update: q1 - q0 and p1 - p0 at the root. The free motion follows from its a alone: with α = ⅛Δt a and κ = Cα
    !> the equations of the step are q1∘(1-α) = q0∘(1+α) and p1∘(1+κ) = p0∘(1-κ) + Δt f. Taken from z instead, seen from
@@ -199,6 +257,11 @@ contains
       real(wp) :: alpha(4), cayley(4), beta, q_factor, p_factor, impulse(4), xm(4)
       alpha = (0.125_wp*self%dt)*a
       if (self%forces%projection) alpha(1) = (0.125_wp*self%dt*self%inverse_j0)*self%w0(1)
+      if (self%turn%there) then
+         call get_increments_in_frame(self, state, z, alpha, dq, dp)
+         excess = 0.0_wp
+         return
+      end if
       if (self%is_tangent()) then
          alpha(1) = 0.0_wp
          call measure_turn(alpha(2:4), beta, q_factor, excess)
@@ -224,6 +287,73 @@ contains
       end if
       dp = p_factor*dp
    end subroutine increments
+
+   !> The same where the space axes turn. On the constraint manifold it is a turn by r, with the impulse Δtτ̄ =
+   !> ½vec(x̄*∘Δtf).
+   pure subroutine get_increments_in_frame(self, state, z, alpha, dq, dp)
+      type(eight_equations_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      !> Root, shape (8), and ⅛Δt a, shape (4).
+      real(wp), intent(in) :: z(8), alpha(4)
+      real(wp), intent(out) :: dq(4), dp(4)
+      real(wp) :: impulse(8), xm(4), ym(4), r(3), square, factor, excess
+      impulse = 0.0_wp
+      if (self%forces%active) then
+         xm = self%x0 + 0.5_wp*z(1:4)
+         ym = self%y0 + 0.5_wp*z(5:8)
+         impulse(5:8) = z(5:8) + 2*quat_product(ym, conjugation*alpha)
+         call add_frame(self%turn, xm, ym, impulse)
+         if (self%forces%projection) &
+            impulse(5:8) = impulse(5:8) - (dot_product(xm, impulse(5:8))/dot_product(xm, xm))*xm
+      end if
+      if (.not. self%is_tangent()) then
+         call solve_in_frame(self, state, alpha, impulse(5:8), dq, dp)
+         return
+      end if
+      r = self%turn%to_relative(alpha(2:4))
+      call measure_turn(r, square, factor, excess)
+      dq = factor*quat_product(state%q, [-square, r])
+      dq = dq - excess*(state%q + dq)
+      ! y is 2L over |q0|μ.
+      if (self%forces%active) impulse(1:4) = quat_product(quat_conjugate(xm), impulse(5:8))/self%x0(1)
+      ym = self%turn%momentum_increment(alpha(2:4), r, factor, self%y0, impulse(2:4))
+      dp = self%momentum_unit*quat_product(self%frame, ym)
+   end subroutine get_increments_in_frame
+
+   !> The increments off the manifold: with K x = x∘b - δ∘x and α = [α₀, b] they are q1 - q0 = (1 - α₀ - K)⁻¹ 2(α₀ +
+   !> K)q0 and p1 - p0 = (1 + α₀ - K)⁻¹(2(K - α₀)p0 + Δt f).
+   pure subroutine solve_in_frame(self, state, alpha, impulse, dq, dp)
+      type(eight_equations_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      !> ⅛Δt a, and Δt f, seen from u, in units of momentum; shape (4).
+      real(wp), intent(in) :: alpha(4), impulse(4)
+      real(wp), intent(out) :: dq(4), dp(4)
+      real(wp) :: delta(3)
+      delta = (0.25_wp*self%dt)*self%turn%rate
+      dq = solved(1 - alpha(1), 2*(alpha(1)*state%q + turned(state%q)))
+      dp = solved(1 + alpha(1), 2*(turned(state%p) - alpha(1)*state%p) + &
+                  self%momentum_unit*quat_product(self%frame, impulse))
+
+   contains
+
+      !> K x; shape (4).
+      pure function turned(x) result(k)
+         real(wp), intent(in) :: x(4)
+         real(wp) :: k(4)
+         k = quat_vector_product(x, alpha(2:4)) - vector_quat_product(delta, x)
+      end function turned
+
+      !> (m - K)⁻¹x = (m + K)((m² + β + d)x - 2δ∘x∘b)/((m² + β + d)² - 4βd); shape (4).
+      pure function solved(m, x) result(y)
+         real(wp), intent(in) :: m, x(4)
+         real(wp) :: y(4), size, beta
+         beta = dot_product(alpha(2:4), alpha(2:4))
+         size = m*m + beta + self%turn%square
+         y = size*x - 2*quat_vector_product(vector_quat_product(delta, x), alpha(2:4))
+         y = (m*y + turned(y))/(size*size - 4*beta*self%turn%square)
+      end function solved
+
+   end subroutine solve_in_frame
 
    !> True if p is along the unit sphere at q but for rounding, and the forces are projected: then (5), q·p = 0, holds
    !> for ever.
@@ -269,6 +399,10 @@ contains
       do i = 1, 8
          matrix(i, i) = matrix(i, i) + 1
       end do
+      if (self%turn%there) then
+         matrix(1:4, 1:4) = matrix(1:4, 1:4) + quat_left_matrix([0.0_wp, self%turn%start])
+         matrix(5:8, 5:8) = matrix(5:8, 5:8) + quat_left_matrix([0.0_wp, self%turn%start])
+      end if
       if (self%forces%active) call add_forces(self, system, z, xm, a, by_z, matrix)
    end subroutine jacobian
 
@@ -293,9 +427,12 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: z(8), xm(4), a(4), by_z(4, 8)
       real(wp), intent(inout) :: matrix(8, 8)
-      real(wp) :: s(4), by_x(4, 4), by_rate(3, 3), factor, square, image(4), column(4)
+      real(wp) :: s(4), by_x(4, 4), by_rate(3, 3), factor, square, image(4), column(4), omega(3)
       integer :: i
-      call self%forces%linearize(system%effects, self%x0 + z(1:4), xm, 0.5_wp*a(2:4), s, by_x, by_rate)
+      omega = 0.5_wp*a(2:4)
+      if (self%turn%there) omega = omega - frame_rate(self, xm)
+      call self%forces%linearize(system%effects, self%x0 + z(1:4), xm, omega, s, by_x, by_rate)
+      if (self%turn%there) call add_frame_rate(self, xm, by_rate, by_x)
       square = dot_product(xm, xm)
       factor = 2*self%dt/(self%momentum_unit*square)
       image = quat_product(xm, s)/square
@@ -309,6 +446,21 @@ contains
          matrix(5:8, i) = matrix(5:8, i) - factor*quat_product(xm, column)
       end do
    end subroutine add_forces
+
+   !> Adds to ∂s/∂x1 what comes of the rate of the space axes as the body sees it, R(x̄)ᵀω/|x̄|², of which torques
+   !> depend on Ω̄ less that: a change δx of x1 turns it by θ = vec(x̄*∘δx)/|x̄|².
+   pure subroutine add_frame_rate(self, xm, by_rate, by_x)
+      type(eight_equations_t), intent(in) :: self
+      real(wp), intent(in) :: xm(4), by_rate(3, 3)
+      real(wp), intent(inout) :: by_x(4, 4)
+      real(wp) :: turns(4, 4), rate(3)
+      integer :: j
+      rate = frame_rate(self, xm)
+      turns = quat_left_matrix(quat_conjugate(xm))/dot_product(xm, xm)
+      do j = 1, 4
+         by_x(2:4, j) = by_x(2:4, j) - times_vector(by_rate, cross(rate, turns(2:4, j)))
+      end do
+   end subroutine add_frame_rate
 
    !> Shows to an archive what stays from step to step: the unit of momentum. What is measured in it is to be set again.
    subroutine transfer(self, archive)

@@ -10,14 +10,18 @@
 !> and (5): the same root, with three unknowns in place of eight. The projection of (11) is that τ̄ alone enters, and no
 !> scalar part beside it.
 !>
+!> In space axes that turn (`nutate_frame_turn`) β-d takes the place of β, and where there are forces the unknown is r,
+!> by which attitudes turn, b what follows from it.
+!>
 !> They are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of
 !> order 1 whatever the body.
 module nutate_reduced_equations
    use nutate_cayley, only: measure_turn
    use nutate_kinds, only: wp
    use nutate_discrete_forces, only: discrete_forces_t
+   use nutate_frame_turn, only: frame_turn_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product
-   use nutate_small_products, only: times_vector
+   use nutate_small_products, only: times_columns, times_vector
    use nutate_state, only: add_increment, add_turned, state_t
    use nutate_system, only: system_t
    implicit none
@@ -28,6 +32,8 @@ module nutate_reduced_equations
    !> Momenta and torques in the units of the step that are larger belong to no step that could be taken; their
    !> products would overflow.
    real(wp), parameter :: greatest = 1e40_wp
+   !> d of space axes that turn, up to which F'' and the adjugate of F' of a free body change by 2 %.
+   real(wp), parameter :: slow_frame = 0.01_wp
 
    !> One step's equations F(b) = 0, F = (Δt/4s) G.
    type :: reduced_equations_t
@@ -48,12 +54,19 @@ module nutate_reduced_equations
       real(wp) :: inertia(3, 3) = 0.0_wp, unloaded = 1.0_wp
       !> ½Δt²/4s, and the effects' part of the Jacobian; shape (3,3).
       real(wp) :: weight = 0.0_wp, by_forces(3, 3) = 0.0_wp
-      !> Of the b last taken: L̄, L̄ - L0, in the units of the step, and β; τ̄ of the last F, N m; shape (3).
+      !> Of the b last taken: L̄, L̄ - L0, in the units of the step, and β (β-d where the space axes turn); τ̄ of the
+      !> last F, N m; shape (3).
       real(wp) :: mean(3) = 0.0_wp, change(3) = 0.0_wp, beta = 0.0_wp, torque(3) = 0.0_wp
       !> Largest torque that is admissible, N m, and whether one was larger since the start of the step.
       real(wp) :: torque_limit = 0.0_wp
       logical :: too_strong = .false.
       type(discrete_forces_t) :: forces
+      !> Of space axes that turn; the unknown is r; then b of the r last taken, and δ̄, body axes; shape (3).
+      type(frame_turn_t) :: turn
+      logical :: is_relative = .false.
+      !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in axes that stand still.
+      logical :: is_cubic = .false.
+      real(wp) :: b(3) = 0.0_wp, frame_middle(3) = 0.0_wp
    contains
       !> Takes the step's length.
       procedure :: set_step
@@ -75,8 +88,9 @@ module nutate_reduced_equations
       procedure :: invert
       !> Work of the torques.
       procedure :: get_work
-      !> Moves the state to the end of the step.
+      !> Moves the state to the end of the step, and where the space axes turn.
       procedure :: finish
+      procedure :: finish_in_frame
    end type reduced_equations_t
 
 contains
@@ -101,6 +115,10 @@ contains
       ! Steps end on the times of torques, which can be as close to each other as numbers are.
       self%torque_limit = greatest/max(self%weight, 1e-250_wp)
       self%rotor = self%scale*system%effects%rotor_momentum
+      call self%turn%prepare(system%effects)
+      self%is_relative = self%turn%there .and. self%forces%active
+      self%is_cubic = .not. self%forces%active .and. &
+                      (0.25_wp*dt)**2*dot_product(self%turn%rate, self%turn%rate) <= slow_frame
    end subroutine set_step
 
    !> Starts a step from a state.
@@ -116,6 +134,7 @@ contains
       self%half_momentum = 0.5_wp*quat_product(quat_conjugate(self%frame), state%p)
       self%momentum = self%scale*self%half_momentum(2:4)
       self%too_strong = .false.
+      if (self%turn%there) call self%turn%begin(self%dt, self%frame)
       if (self%forces%active) &
          call self%forces%start(system%effects, state%t + 0.5_wp*self%dt, self%frame, 1.0_wp, window_time)
    end subroutine start
@@ -138,11 +157,32 @@ contains
    !> Computes the mean momentum of a turn, for F and its derivative.
    pure subroutine take(self, b)
       class(reduced_equations_t), intent(inout) :: self
+      !> Or r.
+      real(wp), intent(in) :: b(3)
+      if (self%is_relative) then
+         call take_relative(self, b)
+      else
+         call take_absolute(self, b)
+      end if
+   end subroutine take
+
+   !> Takes an r.
+   pure subroutine take_relative(self, r)
+      class(reduced_equations_t), intent(inout) :: self
+      real(wp), intent(in) :: r(3)
+      self%frame_middle = self%turn%middle(r, dot_product(r, r))
+      self%b = r + self%frame_middle
+      call take_absolute(self, self%b)
+   end subroutine take_relative
+
+   !> Takes a b.
+   pure subroutine take_absolute(self, b)
+      class(reduced_equations_t), intent(inout) :: self
       real(wp), intent(in) :: b(3)
       self%mean = times_vector(self%inertia, b) + self%rotor
       self%change = self%mean - self%momentum
-      self%beta = dot_product(b, b)
-   end subroutine take
+      self%beta = dot_product(b, b) - self%turn%square
+   end subroutine take_absolute
 
    !> F(b) = (Δt/4s) G(b); shape (3). Keeps the torque. Without the torque's part where that is too strong.
    pure subroutine residual(self, system, b, f)
@@ -151,7 +191,11 @@ contains
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: f(3)
       real(wp) :: tau(3)
-      call self%take(b)
+      if (self%is_relative) then
+         call residual_in_frame(self, system, b, f)
+         return
+      end if
+      call take_absolute(self, b)
       f = (1 - self%beta)*self%change + 2*cross(b, self%mean)
       if (.not. self%forces%active) return
       call self%forces%turn(system%effects, b, self%rate, self%torque)
@@ -163,6 +207,24 @@ contains
       f = f - (1 + self%beta)*tau + (2*dot_product(b, tau))*b
    end subroutine residual
 
+   !> The same where the space axes turn: (1-β+d)(L̄-L0) + 2b×L̄ - ½Δt((1+ρ)τ̄ - 2r(b·τ̄)), in units of the step.
+   pure subroutine residual_in_frame(self, system, r, f)
+      class(reduced_equations_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: r(3)
+      real(wp), intent(out) :: f(3)
+      real(wp) :: tau(3)
+      call take_relative(self, r)
+      f = (1 - self%beta)*self%change + 2*cross(self%b, self%mean)
+      call self%forces%turn(system%effects, r, self%rate, self%torque)
+      if (max(abs(self%torque(1)), abs(self%torque(2)), abs(self%torque(3))) > self%torque_limit) then
+         self%too_strong = .true.
+         return
+      end if
+      tau = self%weight*self%torque
+      f = f - (1 + dot_product(r, r))*tau + (2*dot_product(self%b, tau))*r
+   end subroutine residual_in_frame
+
    !> ∂F/∂b, the Jacobian; shape (3,3).
    pure subroutine jacobian(self, system, b, matrix)
       class(reduced_equations_t), intent(inout) :: self
@@ -171,7 +233,11 @@ contains
       real(wp), intent(out) :: matrix(3, 3)
       call self%take(b)
       if (self%forces%active) call self%linearize_forces(system, b)
-      call add_free_part(self, b, matrix)
+      if (self%is_relative) then
+         call add_free_part_in_frame(self, b, matrix)
+      else
+         call add_free_part(self, b, matrix)
+      end if
    end subroutine jacobian
 
    !> The derivative of -½Δt((1+β)τ̄ - 2b(b·τ̄)) at b, kept until asked for again.
@@ -186,6 +252,10 @@ contains
          self%too_strong = .true.
          return
       end if
+      if (self%is_relative) then
+         call add_forces_in_frame(self, b, tau, by_b)
+         return
+      end if
       beta = dot_product(b, b)
       do j = 1, 3
          column = (1 + beta)*by_b(:, j) + (2*b(j))*tau - (2*(dot_product(b, by_b(:, j)) + tau(j)))*b
@@ -193,6 +263,23 @@ contains
          self%by_forces(:, j) = -self%weight*column
       end do
    end subroutine linearize_forces
+
+   !> The derivative of -½Δt((1+ρ)τ̄ - 2r(b·τ̄)) by the r last taken.
+   pure subroutine add_forces_in_frame(self, r, tau, by_r)
+      class(reduced_equations_t), intent(inout) :: self
+      !> r, shape (3); τ̄, N m, and its derivative by r; shapes (3), (3,3).
+      real(wp), intent(in) :: r(3), tau(3), by_r(3, 3)
+      real(wp) :: column(3), b_by_r(3, 3), along
+      integer :: j
+      b_by_r = self%turn%absolute_by_relative(r, self%frame_middle)
+      along = dot_product(self%b, tau)
+      do j = 1, 3
+         column = (1 + dot_product(r, r))*by_r(:, j) + (2*r(j))*tau &
+                  - (2*(dot_product(self%b, by_r(:, j)) + dot_product(tau, b_by_r(:, j))))*r
+         column(j) = column(j) - 2*along
+         self%by_forces(:, j) = -self%weight*column
+      end do
+   end subroutine add_forces_in_frame
 
    !> ∂F/∂b: the derivative of (1-β)(L̄ - L0) + 2b×L̄ and the effects' part.
    pure subroutine add_free_part(self, b, matrix)
@@ -215,6 +302,27 @@ contains
       matrix(2, 3) = matrix(2, 3) + twice(1)
    end subroutine add_free_part
 
+   !> The same by the r last taken: the derivative by b times ∂b/∂r.
+   pure subroutine add_free_part_in_frame(self, r, matrix)
+      type(reduced_equations_t), intent(in) :: self
+      real(wp), intent(in) :: r(3)
+      real(wp), intent(out) :: matrix(3, 3)
+      real(wp) :: n(3), by_b(3, 3), twice(3)
+      integer :: j
+      do j = 1, 3
+         n = self%inertia(:, j)
+         by_b(:, j) = (1 - self%beta)*n + 2*(cross(self%b, n) - self%b(j)*self%change)
+      end do
+      twice = 2*self%mean
+      by_b(2, 1) = by_b(2, 1) - twice(3)
+      by_b(3, 1) = by_b(3, 1) + twice(2)
+      by_b(1, 2) = by_b(1, 2) + twice(3)
+      by_b(3, 2) = by_b(3, 2) - twice(1)
+      by_b(1, 3) = by_b(1, 3) - twice(2)
+      by_b(2, 3) = by_b(2, 3) + twice(1)
+      matrix = self%by_forces + times_columns(by_b, self%turn%absolute_by_relative(r, self%frame_middle))
+   end subroutine add_free_part_in_frame
+
    !> Inverse of ∂F/∂b at the b last taken, from its adjugate, with the effects' part as `linearize_forces` left it;
    !> none where the determinant vanishes.
    pure subroutine invert(self, b, rows, determinant)
@@ -224,7 +332,11 @@ contains
       real(wp), intent(out) :: rows(3, 3)
       real(wp), intent(out) :: determinant
       real(wp) :: m(3, 3)
-      call add_free_part(self, b, m)
+      if (self%is_relative) then
+         call add_free_part_in_frame(self, b, m)
+      else
+         call add_free_part(self, b, m)
+      end if
       rows(:, 1) = cross(m(:, 2), m(:, 3))
       rows(:, 2) = cross(m(:, 3), m(:, 1))
       rows(:, 3) = cross(m(:, 1), m(:, 2))
@@ -270,6 +382,32 @@ contains
       end if
       state%t = state%t + self%dt
    end subroutine finish
+
+   !> The same where the space axes turn: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment, 2u∘((c - 1)∘L1 + ΔL), without
+   !> what rounding left of q·p.
+   pure subroutine finish_in_frame(self, root, state)
+      class(reduced_equations_t), intent(in) :: self
+      !> For which F has been asked last if there are effects.
+      real(wp), intent(in) :: root(3)
+      type(state_t), intent(inout) :: state
+      real(wp) :: b(3), r(3), c(4), impulse(3), square, factor, excess
+      if (self%is_relative) then
+         r = root
+         b = r + self%turn%middle(r, dot_product(r, r))
+         impulse = self%dt*self%torque
+      else
+         b = root
+         r = self%turn%to_relative(b)
+         impulse = 0.0_wp
+      end if
+      call measure_turn(r, square, factor, excess)
+      c(1) = -square
+      c(2:4) = r
+      call add_turned(factor*quat_product(state%q, c), excess, state%q, state%q_compensation)
+      call add_increment(state%p, state%p_compensation, 2*quat_product( &
+                         self%frame, self%turn%momentum_increment(b, r, factor, self%half_momentum, impulse)))
+      state%t = state%t + self%dt
+   end subroutine finish_in_frame
 
    !> Δt·2c½∘τ̄∘c½ = 2Δt [-2b·τ̄, (1+β)τ̄ - 2b(b·τ̄)]/(1+β), in the frame of the start; shape (4).
    pure function mid_impulse(self, b, factor) result(impulse)

@@ -8,7 +8,8 @@ module nutate_hamiltonian
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
-   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, rotate_to_space
+   use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
+      rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -17,7 +18,7 @@ module nutate_hamiltonian
 
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
-   public :: potential_gradient, potential_torque, hamilton_equations
+   public :: potential_gradient, potential_torque, hamilton_equations, conserved_energy, frame_rate_of, relative_rate
 
 contains
 
@@ -69,6 +70,26 @@ contains
       real(wp) :: omega(3)
       omega = times_vector(system%body%inverse_inertia, body_momentum(state) - system%effects%rotor_momentum)
    end function angular_velocity
+
+   !> Rᵀω: the rate of the space axes, body axes, rad/s; shape (3).
+   pure function frame_rate_of(effects, q) result(rate)
+      type(effect_list_t), intent(in) :: effects
+      !> Attitude, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: rate(3)
+      rate = 0.0_wp
+      if (effects%frame_turns) rate = rotate_to_body(q, effects%frame_rate)/dot_product(q, q)
+   end function frame_rate_of
+
+   !> Ω - Rᵀω: the rate at which the body turns in the space axes, body axes, rad/s; Ω where these do not turn; shape
+   !> (3).
+   pure function relative_rate(system, state) result(rate)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: rate(3)
+      rate = angular_velocity(system, state)
+      if (system%effects%frame_turns) rate = rate - frame_rate_of(system%effects, state%q)
+   end function relative_rate
 
    !> Conjugate momentum (4): p = ∂T/∂q̇ = M(q,q) q̇ = 4 Q(q) J Q(q)ᵀ q̇ for a finite J0; shape (4).
    pure function momentum_from_rate(body, j0, q, rate) result(p)
@@ -156,6 +177,16 @@ contains
       energy = kinetic_energy(system, state, inverse_j0) + potential_energy(system%effects, state%q)
    end function total_energy
 
+   !> What potentials leave alone, J: H; in space axes that turn, the Jacobi integral H - ω·l.
+   pure real(wp) function conserved_energy(system, state, inverse_j0) result(energy)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> 1/J0, kg⁻¹ m⁻²; default 0.
+      real(wp), intent(in), optional :: inverse_j0
+      energy = total_energy(system, state, inverse_j0)
+      if (system%effects%frame_turns) energy = energy - dot_product(system%effects%frame_rate, space_momentum(state))
+   end function conserved_energy
+
    !> ∂V/∂q of (9b) = Σ γ'(q)ᵀ∇U; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
    pure function potential_gradient(effects, q) result(gradient)
       type(effect_list_t), intent(in) :: effects
@@ -200,7 +231,7 @@ contains
    !>
    !> The multiplier λ of (9b), which (10) would give, is eliminated by the projection of (11). It takes the part of
    !> ∂V/∂q along q, which is the scalar part of 2q∘[γ·∇U, ∇U×γ]/|q|² and no other: so the potentials enter as torques
-   !> τ = γ×∇U, whose scalar part is 0.
+   !> τ = γ×∇U, whose scalar part is 0. Space axes that turn at ω add -½ω∘q and -½ω∘p.
    pure subroutine hamilton_equations(system, state, q_rate, p_rate, inverse_j0)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -210,21 +241,25 @@ contains
       real(wp), intent(out) :: p_rate(4)
       !> 1/J0, kg⁻¹ m⁻²; default 0.
       real(wp), intent(in), optional :: inverse_j0
-      real(wp) :: w(4), a(4), tau(3)
+      real(wp) :: w(4), a(4), tau(3), rate(3)
       integer :: i
       w = bilinear_form(state%q, state%p)
       a(1) = 0.0_wp
       if (present(inverse_j0)) a(1) = inverse_j0*w(1)
       a(2:4) = times_vector(system%body%inverse_inertia, w(2:4) - 2*system%effects%rotor_momentum)
+      rate = 0.5_wp*a(2:4) - frame_rate_of(system%effects, state%q)
       tau = potential_torque(system%effects, state%q)
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)
-            if (torque%acts_at(state%t)) tau = tau + torque%torque(state%t, state%q, 0.5_wp*a(2:4))
+            if (torque%acts_at(state%t)) tau = tau + torque%torque(state%t, state%q, rate)
          end associate
       end do
       q_rate = 0.25_wp*quat_product(state%q, a)
       p_rate = -0.25_wp*quat_product(state%p, quat_conjugate(a)) &
                + (2/dot_product(state%q, state%q))*quat_product(state%q, [0.0_wp, tau])
+      if (.not. system%effects%frame_turns) return
+      q_rate = q_rate - vector_quat_product(0.5_wp*system%effects%frame_rate, state%q)
+      p_rate = p_rate - vector_quat_product(0.5_wp*system%effects%frame_rate, state%p)
    end subroutine hamilton_equations
 
 end module nutate_hamiltonian

@@ -2,7 +2,7 @@
 module nutate_invariants
    use nutate_archive, only: archive_t
    use nutate_effect_list, only: effect_list_t
-   use nutate_hamiltonian, only: kinetic_energy, potential_energy, space_momentum
+   use nutate_hamiltonian, only: conserved_energy, kinetic_energy, potential_energy, space_momentum
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
    use nutate_state, only: state_t
@@ -24,7 +24,7 @@ module nutate_invariants
       integer :: components = ALL_COMPONENTS
       !> Unit vector along the conserved component, space axes; shape (3).
       real(wp) :: axis(3) = 0.0_wp
-      !> H at the start, J.
+      !> H at the start, J; the Jacobi integral where the space axes turn.
       real(wp) :: energy = 0.0_wp
       !> l at the start, space axes, N m s; shape (3).
       real(wp) :: momentum(3) = 0.0_wp
@@ -68,7 +68,7 @@ contains
       if (present(attitude)) then
          if (.not. attitude .and. self%components == ALL_COMPONENTS) self%components = ONLY_LENGTH
       end if
-      self%energy = kinetic_energy(system, state, self%inverse_j0) + potential_energy(system%effects, state%q)
+      self%energy = conserved_energy(system, state, self%inverse_j0)
       self%momentum = space_momentum(state)
       self%energy_scale = 0.0_wp
       self%momentum_scale = 0.0_wp
@@ -89,6 +89,8 @@ contains
       real(wp) :: kinetic, potential, residual, change(3)
       kinetic = kinetic_energy(system, state, self%inverse_j0)
       potential = potential_energy(system%effects, state%q)
+      if (system%effects%frame_turns) potential = potential - dot_product(system%effects%frame_rate, &
+                                                                          space_momentum(state))
       residual = kinetic + potential - self%energy
       if (present(work)) residual = residual - work
       self%energy_scale = max(self%energy_scale, kinetic + abs(potential))
@@ -139,7 +141,8 @@ contains
    end function ratio
 
    !> Which components of l the effects leave alone, on or off: all without torque; the one along n with potentials
-   !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise.
+   !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise. Where the space axes turn, none
+   !> but that along their axis.
    pure subroutine conserved_momentum(effects, components, axis)
       type(effect_list_t), intent(in) :: effects
       !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
@@ -162,6 +165,15 @@ contains
             end if
          end associate
       end do
+      if (effects%frame_turns) then
+         length = norm2(effects%frame_rate)
+         if (components == ALL_COMPONENTS) then
+            components = ALONG_AXIS
+            axis = effects%frame_rate/length
+         else if (norm2(cross(axis, effects%frame_rate)) > parallel*length) then
+            components = NO_COMPONENT
+         end if
+      end if
       if (effects%n_torques > 0) components = NO_COMPONENT
       if (components /= ALONG_AXIS) axis = 0.0_wp
    end subroutine conserved_momentum

@@ -15,13 +15,15 @@ module nutate_motion
       type(state_t) :: state = state_t()
       !> Ω, rad/s, and L = JΩ + h, N m s.
       real(wp) :: omega(3) = 0.0_wp, momentum(3) = 0.0_wp
+      !> Ω against the space axes, rad/s: less their own rate, where they turn.
+      real(wp) :: relative(3) = 0.0_wp
       !> What `find_rates` adds: Ω̇, rad/s²; the torque of the potentials and that of the torques, N m.
       real(wp) :: acceleration(3) = 0.0_wp, potential_torque(3) = 0.0_wp, torque(3) = 0.0_wp
    end type motion_t
 
 contains
 
-   !> Angular velocity and momentum of a state, whatever round-off |q| has gathered.
+   !> Angular velocities and momentum of a state, whatever round-off |q| has gathered.
    pure subroutine find_motion(system, state, motion)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -34,6 +36,9 @@ contains
          momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
          momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
          motion%omega = times_vector(system%body%inverse_inertia, momentum - system%effects%rotor_momentum)
+         motion%relative = motion%omega
+         if (system%effects%frame_turns) &
+            motion%relative = motion%omega - (2*half)*rotate_to_body(q, system%effects%frame_rate)
       end associate
    end subroutine find_motion
 
@@ -60,7 +65,7 @@ contains
          associate (torque => system%effects%torques(i)%item)
             if (.not. torque%acts_at(window_time)) cycle
             call torque%window(start, stop)
-            motion%torque = motion%torque + torque%torque(min(max(motion%state%t, start), stop), q, motion%omega)
+            motion%torque = motion%torque + torque%torque(min(max(motion%state%t, start), stop), q, motion%relative)
          end associate
       end do
       motion%acceleration = times_vector(system%body%inverse_inertia, cross(motion%momentum, motion%omega) + &
@@ -76,7 +81,7 @@ contains
       real(wp) :: rate(3)
       rate = cross(motion%momentum, motion%omega) + (motion%potential_torque + motion%torque)
       state%t = motion%state%t + h
-      state%q = motion%state%q + (0.5_wp*h)*quat_product(motion%state%q, [0.0_wp, motion%omega])
+      state%q = motion%state%q + (0.5_wp*h)*quat_product(motion%state%q, [0.0_wp, motion%relative])
       ! The first-order change of p = 2 q∘[0, L].
       state%p = quat_vector_product(state%q, 2*(motion%momentum + h*rate))
    end function displaced

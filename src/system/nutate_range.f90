@@ -36,6 +36,7 @@ contains
             if (status%ok()) call check_strength(effects%torques(i)%item, status)
          end do
          if (status%ok() .and. .not. all(is_moderate(effects%rotor_momentum))) status = too_strong('rotor')
+         if (status%ok() .and. .not. all(is_moderate(effects%frame_rate))) status = too_strong('rotating_frame')
       end associate
    end subroutine check_system
 
@@ -85,7 +86,8 @@ contains
       else
          omega = angular_velocity(system, state)
          ! |p||Ω| bounds the kinetic energy, whatever the rotors.
-         if (.not. is_moderate(maxval(abs(state%p))*maxval(abs(omega)))) status = too_fast()
+         if (.not. is_moderate(maxval(abs(state%p))*max(maxval(abs(omega)), maxval(abs(system%effects%frame_rate))))) &
+            status = too_fast()
          do i = 1, system%effects%n_torques
             associate (torque => system%effects%torques(i)%item)
                drag = torque%series_drag()
@@ -114,6 +116,9 @@ contains
                        ' s in size)', 'time_step')
       else if (abs(dt)*maxval(abs(angular_velocity(system, state))) > greatest_turn) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the body turns by more than '//in_words(greatest_turn)//' rad in one '// &
+                       'time_step (expected a shorter step)', 'time_step')
+      else if (abs(dt)*maxval(abs(system%effects%frame_rate)) > greatest_turn) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the frame turns by more than '//in_words(greatest_turn)//' rad in one '// &
                        'time_step (expected a shorter step)', 'time_step')
       end if
    end subroutine check_step

@@ -60,7 +60,8 @@ def write_scene(dice):
     """A scene that keeps the rules of scene files, whose values need not make sense."""
     scales = Scales(dice)
     effects = [dice.choice(EFFECTS)(dice, scales) for _ in range(dice.choice((0, 0, 1, 1, 2, 5)))]
-    parts = [body(dice, scales), initial(dice, scales), integrator(dice, scales, not effects), output(dice, scales)]
+    turns = any("&rotating_frame" in effect for effect in effects)
+    parts = [body(dice, scales), initial(dice, scales, turns), integrator(dice, scales, not effects), output(dice, scales)]
     parts += dict.fromkeys(effects)
     if dice.random() < 0.3:
         parts += [event(dice, scales) for _ in range(dice.choice((1, 1, 2, 4)))]
@@ -101,8 +102,10 @@ def moments(dice, scales):
     return ", ".join(number_text(moment) for moment in j)
 
 
-def initial(dice, scales):
+def initial(dice, scales, turns):
     lines = []
+    if turns and dice.random() < 0.5:
+        lines.append(f"rate_from = '{dice.choice(('inertial', 'frame'))}'")
     way = dice.randrange(4)
     if way == 0:
         lines.append(f"euler = {dice.uniform(-7, 7)}, {dice.choice((0.0, 3.141592653589793, 1e-200, 1.0))}, 0.5")
@@ -266,6 +269,12 @@ def rotor(_, scales):
     return group("rotor", [f"momentum = {scales.text(3, length=2, mass=1, time=-1)}"])
 
 
+def rotating_frame(dice, scales):
+    if dice.random() < 0.3:
+        return group("rotating_frame", [f"latitude = {dice.uniform(-90, 90)}", "degrees = .true."])
+    return group("rotating_frame", [f"rate = {scales.text(3, time=-1)}"])
+
+
 def from_samples(name, keys):
     """An effect of the samples without a function of its own: its numbers, each scaled at random."""
 
@@ -278,10 +287,10 @@ def from_samples(name, keys):
 
 
 EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3)), "omega_x", "L1", "l_z", "p0", "phi", "theta",
-                 "psi", "kinetic", "potential", "total"]
+                 "psi", "kinetic", "potential", "total", "jacobi"]
 
 # In the units of a scene, and then those that have no function of their own.
-EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor]
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

@@ -39,6 +39,7 @@ COLUMNS = {
     "energy": ["kinetic", "potential", "total", "work", "energy_residual"],
     "constraints": ["norm_error", "orthogonality"],
     "solver": ["iterations", "step_residual"],
+    "jacobi": ["jacobi"],
 }
 
 

@@ -85,6 +85,7 @@ contains
       if (.not. (all(is_moderate(q0)) .and. all(is_moderate(omega0)))) return
       associate (body => handle%system%body, effects => handle%system%effects)
          if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0) return
+         if (effects%frame_turns) return
          call check_motion(handle%system, make_state(handle%system, quat_normalized(q0), omega0), status)
          code = status%code
          if (code /= NUTATE_OK) return

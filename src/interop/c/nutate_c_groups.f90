@@ -255,6 +255,8 @@ contains
          do i = 1, system%effects%n_torques
             has = has .or. same_type_as(system%effects%torques(i)%item, alone%effects%torques(1)%item)
          end do
+      else if (alone%effects%frame_turns) then
+         has = system%effects%frame_turns
       end if
    end function has_effect_of
 

@@ -104,16 +104,17 @@ contains
       real(c_double), intent(inout), optional :: energy(5)
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
-      real(wp) :: kinetic, potential, work
+      real(wp) :: kinetic, potential, frame, work
       call look(stepper, present(energy), .false., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
       kinetic = kinetic_energy(handle%system, handle%run%state, handle%settings%inverse_auxiliary_inertia)
       potential = potential_energy(handle%system%effects, handle%run%state%q)
+      frame = dot_product(handle%system%effects%frame_rate, space_momentum(handle%run%state))
       work = work_done(handle)
       call add_failure(handle%failure, status)
       if (status%ok()) energy = [kinetic, potential, kinetic + potential, work, &
-                                 kinetic + potential - handle%first_energy - work]
+                                 kinetic + potential - frame - handle%first_energy - work]
       code = conclude(handle, status)
    end function nutate_stepper_energy
 

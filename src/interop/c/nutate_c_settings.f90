@@ -5,7 +5,7 @@ module nutate_c_settings
    use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
-   use nutate_hamiltonian, only: total_energy
+   use nutate_hamiltonian, only: conserved_energy
    use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
@@ -165,7 +165,7 @@ contains
       call choose(handle)
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
-      handle%first_energy = total_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
+      handle%first_energy = conserved_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
       call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia, &
                                 handle%plan%time_step < 0.0_wp)
       if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)

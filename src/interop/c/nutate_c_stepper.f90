@@ -6,7 +6,7 @@ module nutate_c_stepper
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key
    use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
-   use nutate_hamiltonian, only: make_state, total_energy
+   use nutate_hamiltonian, only: conserved_energy, make_state
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, in_words, greatest_number
@@ -284,7 +284,7 @@ contains
       if (.not. status%ok()) return
       inverse_j0 = handle%settings%inverse_auxiliary_inertia
       handle%failure = 0
-      energy = total_energy(handle%system, state, inverse_j0)
+      energy = conserved_energy(handle%system, state, inverse_j0)
       call add_failure(handle%failure, status)
       if (.not. status%ok()) return
       handle%run%state = state

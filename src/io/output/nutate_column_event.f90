@@ -20,11 +20,11 @@ module nutate_column_event
    !> The columns that can be asked for, comma separated: those that are smooth functions of the state.
    character(len=*), &
       parameter :: event_columns = 'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
-                                                  'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total'
+                                                  'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total,jacobi'
 
    !> Places in it.
    integer, parameter :: AT_Q0 = 1, AT_P0 = 5, AT_OMEGA1 = 9, AT_OMEGA_X = 12, AT_L1 = 15, AT_L_X = 18, AT_PHI = 21, &
-      AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25
+      AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25, AT_JACOBI = 27
 
    !> A sum of columns with weights.
    type, extends(event_t) :: column_event_t
@@ -126,6 +126,7 @@ contains
             x = 0.0_wp
             if (column /= AT_POTENTIAL) x = 0.5_wp*dot_product(omega, momentum - system%effects%rotor_momentum)
             if (column /= AT_KINETIC) x = x + potential_energy(system%effects, q)
+            if (column == AT_JACOBI) x = x - dot_product(omega - motion%relative, momentum)
          end select
       end associate
    end function column_value
@@ -135,17 +136,18 @@ contains
       !> Place in the list.
       integer, intent(in) :: column
       type(motion_t), intent(in) :: motion
-      real(wp) :: v(3), w(4), torque(3), momentum_rate(3)
+      real(wp) :: v(3), w(4), torque(3), momentum_rate(3), carried(3)
       torque = motion%potential_torque + motion%torque
+      carried = motion%omega - motion%relative
       momentum_rate = cross(motion%momentum, motion%omega) + torque
-      associate (q => motion%state%q, omega => motion%omega)
+      associate (q => motion%state%q, omega => motion%omega, relative => motion%relative)
          select case (column)
          case (AT_Q0:AT_Q0 + 3)
-            w = quat_vector_product(q, 0.5_wp*omega)
+            w = quat_vector_product(q, 0.5_wp*relative)
             x = w(column - AT_Q0 + 1)
          case (AT_P0:AT_P0 + 3)
             ! ṗ of p = 2 q∘[0, L].
-            w = quat_product(quat_vector_product(q, omega), [0.0_wp, motion%momentum]) + &
+            w = quat_product(quat_vector_product(q, relative), [0.0_wp, motion%momentum]) + &
                 quat_vector_product(q, 2*momentum_rate)
             x = w(column - AT_P0 + 1)
          case (AT_OMEGA1:AT_OMEGA1 + 2)
@@ -153,19 +155,21 @@ contains
          case (AT_L1:AT_L1 + 2)
             x = momentum_rate(column - AT_L1 + 1)
          case (AT_OMEGA_X:AT_OMEGA_X + 2)
-            v = rotate_to_space(unit(q), motion%acceleration)
+            v = rotate_to_space(unit(q), motion%acceleration + cross(omega, carried))
             x = v(column - AT_OMEGA_X + 1)
          case (AT_L_X:AT_L_X + 2)
-            v = rotate_to_space(unit(q), torque)
+            v = rotate_to_space(unit(q), torque + cross(motion%momentum, carried))
             x = v(column - AT_L_X + 1)
          case (AT_PHI:AT_PSI)
-            x = rate_of_angle(column, q, omega)
+            x = rate_of_angle(column, q, relative)
          case (AT_KINETIC)
             x = dot_product(omega, torque)
          case (AT_POTENTIAL)
-            x = -dot_product(omega, motion%potential_torque)
+            x = -dot_product(relative, motion%potential_torque)
+         case (AT_JACOBI)
+            x = dot_product(relative, motion%torque)
          case default
-            x = dot_product(omega, motion%torque)
+            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque)
          end select
       end associate
    end function column_rate

@@ -3,8 +3,8 @@
 module nutate_columns
    use nutate_archive, only: archive_t
    use nutate_attitude, only: euler_of_motion, follow_euler, quat_from_euler
-   use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum, &
-      total_energy
+   use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, potential_energy, &
+      relative_rate, space_momentum
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_normalized, rotate_to_space
    use nutate_observer, only: run_record_t
@@ -33,7 +33,7 @@ module nutate_columns
 
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
-      MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10
+      MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11
 
    !> All sets of columns, in the order in which they stand in a history.
    type(column_set_t), parameter :: column_sets(*) = [ &
@@ -46,7 +46,8 @@ module nutate_columns
       column_set_t('euler', 3, 'phi,theta,psi', angles=.true.), &
       column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual', attitude=.false.), &
       column_set_t('constraints', 2, 'norm_error,orthogonality'), &
-      column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.)]
+      column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.), &
+      column_set_t('jacobi', 1, 'jacobi')]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -59,7 +60,7 @@ module nutate_columns
       real(wp) :: phi = 0.0_wp, theta = 0.0_wp, psi = 0.0_wp
       !> The quaternion of these angles is q, 1, or -q, -1.
       real(wp) :: side = 1.0_wp
-      !> H of the first state, J. Only where a set needs it.
+      !> H of the first state, J; the Jacobi integral where the space axes turn. Only where a set needs it.
       real(wp) :: first_energy = 0.0_wp
       !> 1/J0, kg⁻¹ m⁻².
       real(wp) :: inverse_j0 = 0.0_wp
@@ -164,9 +165,9 @@ contains
       logical, intent(in), optional :: backward
       real(wp) :: omega(3)
       self%shared%inverse_j0 = inverse_j0
-      if (any(self%chosen == ENERGY)) self%shared%first_energy = total_energy(system, state, inverse_j0)
+      if (any(self%chosen == ENERGY)) self%shared%first_energy = conserved_energy(system, state, inverse_j0)
       if (.not. self%follows_steps) return
-      omega = angular_velocity(system, state)
+      omega = relative_rate(system, state)
       if (present(backward)) omega = merge(-omega, omega, backward)
       associate (shared => self%shared)
          call euler_of_motion(state%q, omega, shared%phi, shared%theta, shared%psi)
@@ -235,10 +236,14 @@ contains
          values(3) = values(1) + values(2)
          values(4) = record%work
          values(5) = values(3) - shared%first_energy - record%work
+         if (system%effects%frame_turns) values(5) = conserved_energy(system, state, shared%inverse_j0) &
+                                                     - shared%first_energy - record%work
       case (CONSTRAINTS)
          values = [dot_product(state%q, state%q) - 1, dot_product(state%q, state%p)]
       case (SOLVER)
          values = [real(record%iterations, wp), record%residual]
+      case (JACOBI)
+         values = conserved_energy(system, state, shared%inverse_j0)
       case default
          values = 0.0_wp
       end select

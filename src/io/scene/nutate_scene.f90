@@ -20,7 +20,7 @@ module nutate_scene
    use nutate_scene_ensemble, only: build_ensemble, ensemble_keys
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
-   use nutate_scene_initial, only: initial_keys, build_initial, check_initial
+   use nutate_scene_initial, only: add_frame_rate, initial_keys, build_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
    use nutate_scene_override, only: apply_override
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
@@ -157,7 +157,8 @@ contains
       !> The group `&integrator`.
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
-      if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0) call error%raise( &
+      if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_rotors > 0 .or. effects%frame_turns) &
+         call error%raise( &
          integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
    end subroutine check_free
 
@@ -178,6 +179,8 @@ contains
       call build_initial(first_group(scene%groups, 'initial'), q, omega, error)
       if (error%raised) return
       call build_effects(scene%groups, scene%system, error, path(1:index(path, '/', back=.true.)))
+      if (error%raised) return
+      call add_frame_rate(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
       if (error%raised) return
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')

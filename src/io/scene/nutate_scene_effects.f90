@@ -5,6 +5,7 @@ module nutate_scene_effects
    use nutate_keys, only: group_t, group_kind_t
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_scene_table, only: read_torque_table
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -87,12 +88,14 @@ contains
       effect%on = group%flag('on', .true.)
    end subroutine take_switch
 
-   !> Adds an effect that is off; a rotor, which cannot be switched, is not there then.
+   !> Adds an effect that is off; a rotor or a rotating frame, which cannot be switched, is not there then.
    subroutine add_idle(system, effect)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
       select type (effect)
       class is (rotor_t)
+         return
+      class is (rotating_frame_t)
          return
       class default
          call system%effects%add(effect)

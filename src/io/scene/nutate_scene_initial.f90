@@ -2,6 +2,8 @@
 module nutate_scene_initial
    use nutate_admissible, only: ANY_DIRECTION
    use nutate_attitude, only: angular_velocity_from_euler_rates, quat_from_axis_angle, quat_from_euler
+   use nutate_effect_list, only: effect_list_t
+   use nutate_hamiltonian, only: frame_rate_of
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_normalized, rotate_to_body
@@ -14,10 +16,10 @@ module nutate_scene_initial
    implicit none
    private
 
-   public :: initial_keys, build_initial, check_initial
+   public :: initial_keys, add_frame_rate, build_initial, check_initial
 
    !> Keys of the scene group `&initial`.
-   type(key_t), parameter :: initial_keys(8) = [ &
+   type(key_t), parameter :: initial_keys(9) = [ &
       key_t(name='quaternion', least=4, most=4, range=ANY_DIRECTION), &
       key_t(name='axis', least=3, most=3, range=ANY_DIRECTION), &
       key_t(name='angle'), &
@@ -25,6 +27,7 @@ module nutate_scene_initial
       key_t(name='angular_velocity', least=3, most=3), &
       key_t(name='euler_rates', least=3, most=3), &
       key_t(name='frame', kind=KEY_TEXT, choices='body,space'), &
+      key_t(name='rate_from', kind=KEY_TEXT, choices='inertial,frame'), &
       key_t(name='degrees', kind=KEY_LOGICAL)]
 
 contains
@@ -49,6 +52,21 @@ contains
       if (error%raised) return
       call build_rate(group, unit, q, omega)
    end subroutine build_initial
+
+   !> Adds the rate of the space axes to one that is given against them.
+   subroutine add_frame_rate(group, effects, q, omega, error)
+      type(group_t), intent(in) :: group
+      type(effect_list_t), intent(in) :: effects
+      !> Body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(inout) :: omega(3)
+      type(scene_error_t), intent(inout) :: error
+      if (group%text('rate_from', 'inertial') /= 'frame') return
+      if (.not. effects%frame_turns) call error%raise(group%line_of('rate_from'), 'there is no frame that turns', &
+                                                      expected='&rotating_frame with it')
+      omega = omega + frame_rate_of(effects, q)
+   end subroutine add_frame_rate
 
    !> Keys that exclude or need each other.
    subroutine check_keys(group, error)

@@ -8,6 +8,9 @@
 !> q; without torque L is one of them, another follows, and one pair does. A free body and a top of diagonal inertia
 !> have series of their own (`nutate_diagonal_series`).
 !>
+!> Where the space axes turn at ω, E is what is fixed in them: `Ė = E×(Ω - Rᵀω)`, and Rᵀω is a sum of the three rows
+!> with constant weights, so that `E×Rᵀω` needs no products. A free body moves as if they stood still.
+!>
 !> Where body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
 !> (`nutate_axial_frame`) and starts with its axes: there L/J₁ takes the place of Ω in the products. The angle by which
 !> the body turns in that frame is one more series.
@@ -16,6 +19,7 @@ module nutate_motion_series
    use nutate_effect_list, only: effect_list_t
    use nutate_diagonal_series, only: expand_axial_top, expand_free, expand_top, steepest_growth
    use nutate_kinds, only: wp
+   use nutate_lane_products, only: add_inner, add_outer, see_from_frame
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_power_series, only: highest_order, inverses
    use nutate_series_sum, only: length_of, rotation_between, sum_series
@@ -53,6 +57,9 @@ module nutate_motion_series
       !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the
       !> body.
       type(axial_frame_t), private :: axial
+      !> The rows turn in space at a rate; of it the components along them, rad/s; shape (3).
+      logical, private :: frame_turns = .false.
+      real(wp), private :: frame_rate(3) = 0.0_wp
       integer, private :: places(3) = [1, 2, 3]
       !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
       real(wp), private :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
@@ -86,8 +93,11 @@ contains
          diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
       end associate
       call self%axial%recognise(system)
+      self%frame_turns = system%effects%frame_turns .and. (self%torques%has_more .or. self%torques%rank > 0)
+      self%frame_rate = matmul(system%effects%frame_rate, self%torques%basis)
       self%places = 1 + modulo(self%axial%axis + [0, 1, 2], 3)
       self%best = TWO_PAIRS
+      if (self%frame_turns) return
       if (.not. self%torques%has_more .and. self%torques%rank == 0) then
          self%best = ONE_PAIR
          if (diagonal) self%best = FREE_BODY
@@ -206,19 +216,22 @@ contains
       logical, intent(in) :: acts(:)
       logical, intent(out) :: converges
       real(wp), dimension(2, 3) :: a, b, sums_a, sums_b
-      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), bound, across
+      real(wp) :: to_omega(3, 3), moments(3, 3), w(3), omega(3), tau(3), turn(3), carried(3, 3), bound, across
       logical :: two
       integer :: k
       to_omega = self%time_unit*system%body%inverse_inertia
       across = self%time_unit*self%axial%inverse_across
       moments = self%time_unit*self%torques%moments
       two = self%equations == TWO_PAIRS
+      turn = self%time_unit*self%frame_rate
       a(1, :) = self%momentum
       a(2, :) = self%frame(:, 1)
       b(1, :) = self%frame(:, 2)
       b(2, :) = self%frame(:, 3)
       w = self%momentum - system%effects%rotor_momentum
       bound = steepest_growth
+      converges = maxval(abs(turn)) <= bound
+      if (.not. converges) return
       do k = 0, self%order
          self%lanes_1(:, :, k) = a
          self%lanes_2(:, :, k) = b
@@ -233,6 +246,7 @@ contains
          if (.not. converges .or. k == self%order) return
          bound = bound*steepest_growth
          tau = 0.0_wp
+         if (self%frame_turns) call see_from_frame(turn, a, b, omega, carried)
          if (self%torques%n_moments > 0 .or. self%torques%has_more) &
             call add_torque(self, system%effects, k, acts, moments, omega, tau)
          call add_inner(k, self%lanes_1, self%omega, sums_a)
@@ -244,44 +258,11 @@ contains
          if (.not. two) cycle
          call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), self%omega(:, k), sums_b)
          b = inverses(k + 1)*sums_b
+         if (.not. self%frame_turns) cycle
+         a(2, :) = a(2, :) + inverses(k + 1)*carried(1, :)
+         b = b + inverses(k + 1)*carried(2:3, :)
       end do
    end subroutine expand_pairs
-
-   !> Coefficient k of lane × Ω, for a pair of lanes, without the products with the coefficients 0 and k: what comes
-   !> before does not wait for the newest.
-   pure subroutine add_inner(k, lanes, omega, sums)
-      integer, intent(in) :: k
-      real(wp), intent(in) :: lanes(2, 3, 0:highest_order), omega(3, 0:highest_order)
-      real(wp), intent(out) :: sums(2, 3)
-      real(wp), dimension(2) :: x, y, z
-      integer :: j
-      x = 0.0_wp
-      y = 0.0_wp
-      z = 0.0_wp
-      do j = 1, k - 1
-         x = x + (lanes(:, 2, j)*omega(3, k - j) - lanes(:, 3, j)*omega(2, k - j))
-         y = y + (lanes(:, 3, j)*omega(1, k - j) - lanes(:, 1, j)*omega(3, k - j))
-         z = z + (lanes(:, 1, j)*omega(2, k - j) - lanes(:, 2, j)*omega(1, k - j))
-      end do
-      sums(:, 1) = x
-      sums(:, 2) = y
-      sums(:, 3) = z
-   end subroutine add_inner
-
-   !> Adds these products.
-   pure subroutine add_outer(k, first, last, v, w, sums)
-      integer, intent(in) :: k
-      !> Coefficients 0 and k of the lanes, and of Ω; shapes (2,3) and (3).
-      real(wp), intent(in) :: first(2, 3), last(2, 3), v(3), w(3)
-      real(wp), intent(inout) :: sums(2, 3)
-      sums(:, 1) = sums(:, 1) + (first(:, 2)*w(3) - first(:, 3)*w(2))
-      sums(:, 2) = sums(:, 2) + (first(:, 3)*w(1) - first(:, 1)*w(3))
-      sums(:, 3) = sums(:, 3) + (first(:, 1)*w(2) - first(:, 2)*w(1))
-      if (k == 0) return
-      sums(:, 1) = sums(:, 1) + (last(:, 2)*v(3) - last(:, 3)*v(2))
-      sums(:, 2) = sums(:, 2) + (last(:, 3)*v(1) - last(:, 1)*v(3))
-      sums(:, 3) = sums(:, 3) + (last(:, 1)*v(2) - last(:, 2)*v(1))
-   end subroutine add_outer
 
    !> Adds m×E.
    pure subroutine add_moment(moment, row, tau)

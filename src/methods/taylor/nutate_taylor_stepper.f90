@@ -8,7 +8,7 @@ module nutate_taylor_stepper
    use nutate_hamiltonian, only: body_momentum
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
-   use nutate_quaternion, only: quat_product
+   use nutate_quaternion, only: quat_exp, quat_product
    use nutate_rigid_rates, only: begin_step, end_step, n_rates, prepare_rates, rigid_rates_t
    use nutate_motion_series, only: motion_series_t
    use nutate_power_series, only: highest_order
@@ -54,6 +54,9 @@ module nutate_taylor_stepper
       logical :: expanded = .false.
       type(state_t) :: first
       logical, allocatable :: acted(:)
+      !> Rate of the space axes, rad/s; shape (3); they turn, and the series is that of axes which do not.
+      real(wp) :: frame_rate(3) = 0.0_wp
+      logical :: turns_free = .false.
    contains
       procedure :: disturb
       procedure :: set_up
@@ -84,6 +87,9 @@ contains
       self%conserve = settings%conserve
       self%attitude = settings%attitude
       self%expanded = .false.
+      self%frame_rate = system%effects%frame_rate
+      self%turns_free = system%effects%frame_turns .and. &
+                        .not. (self%series%torques%has_more .or. self%series%torques%rank > 0)
       call prepare_rates(self%rates, system, settings%attitude)
       call self%projection%prepare(system, settings%attitude, usual_interval)
       call self%projection%remember_starts()
@@ -169,6 +175,7 @@ contains
       end if
       step = min(abs(time_unit)*reach_of(self, goal, abs(time_unit)), abs(goal%end_time - state%t))
       rate = maxval(abs(self%series%omega(:, 0)))/abs(time_unit)
+      if (.not. self%turns_free) rate = rate + maxval(abs(self%frame_rate))
       if (rate*step > self%series%largest_turn()) step = self%series%largest_turn()/rate
    end subroutine choose_step
 
@@ -281,6 +288,7 @@ contains
       call self%series%evaluate(time/self%series%time_unit, y(5:7), rotation)
       y(1:4) = self%first%q
       if (self%attitude) y(1:4) = quat_product(self%first%q, rotation)
+      if (self%turns_free) y(1:4) = quat_product(quat_exp((-0.5_wp*time)*self%frame_rate), y(1:4))
       y(8) = 0.0_wp
    end subroutine get_state
 
@@ -321,8 +329,8 @@ contains
       do i = 1, size(self%work)
          work = work + work_of(self, i, time)
       end do
-      if (self%conserve) call self%projection%project_inside(system, state, work, status)
       state%t = t
+      if (self%conserve) call self%projection%project_inside(system, state, work, status)
    end subroutine state_at
 
    !> Projects a copy of the state that the last step left.
