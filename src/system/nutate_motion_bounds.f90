@@ -74,7 +74,8 @@ contains
             if (bound%force > 1/most .and. bound%change_rate < most) &
                bounds%frequency = max(bounds%frequency, sqrt(bound%change_rate/bound%force))
          end do
-         bounds%known = total%known
+         ! What is seen from space axes that turn moves with them.
+         bounds%known = total%known .and. .not. effects%frame_turns
          bounds%torque = total%force
          bounds%drag = total%drag_slope
          bounds%rotor = effects%rotor_momentum

@@ -114,7 +114,7 @@ class Resumed(CheckpointTest):
         self.write("drive.nml", FORCED.replace("&gravity /", "").replace("anchor = 1.0, 1.0, 0.0, stiffness = 30.0",
                    "anchor = 1.0, 1.0, 0.0, stiffness = 0.1").replace("end_time = 0.6", "end_time = 3") + "&torque name = 'drive', "
                    "body = 0, 0, 30 /\n&event when = 'omega3', crosses = 25, direction = 1, count = 2 /\n"
-                   "&event when = 'omega3', crosses = 24.9, switch = 'drive over' /\n")
+                   "&event when = 'omega3', crosses = 24.9, switch = 'drive off' /\n")
         for method in [*CONSERVING[4:6], ("rk4", None, None), ("taylor", None, None)]:
             self.resumes_exactly("drive.nml", (5, 60, 170, 280), *method_settings(*method))
             self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)

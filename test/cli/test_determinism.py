@@ -21,6 +21,9 @@ class Determinism(CommandLineTest):
     def test_every_scene_with_every_column_and_solver(self):
         scenes = sorted(glob.glob(os.path.join(SCENES, "*.nml")))
         self.assertTrue(scenes)
+        for table in glob.glob(os.path.join(SCENES, "*.csv")):
+            with open(table, encoding="utf-8") as file:
+                self.write(os.path.basename(table), file.read())
         for scene in scenes:
             with open(scene, encoding="utf-8") as file:
                 self.write(os.path.basename(scene), file.read())
