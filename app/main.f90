@@ -13,6 +13,7 @@ program main
    use nutate_sweep, only: has_threads
    use nutate_sweep_command, only: sweep_command
    use nutate_version, only: version
+   use nutate_view_command, only: view_command
    implicit none
    integer :: exit_code
 
@@ -48,6 +49,8 @@ contains
          call plot_command(command, exit_code)
       case ('sweep')
          call sweep_command(command, exit_code)
+      case ('view')
+         call view_command(command, exit_code)
       case ('help')
          call show_page(help_page(command%topic), STANDARD_OUTPUT, exit_code)
       case ('version')

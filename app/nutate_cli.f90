@@ -30,7 +30,8 @@ module nutate_cli
       verb_t('check', 'say what would be simulated; write nothing'), &
       verb_t('cost', 'say what accuracy costs in time on this scene, with every method'), &
       verb_t('sweep', 'run the members of an ensemble, and keep a row of each'), &
-      verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv')]
+      verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv'), &
+      verb_t('view', 'run a scene and show the body turning, on a web page (with Python)')]
 
    !> One option.
    type :: option_t
@@ -38,20 +39,21 @@ module nutate_cli
       !> What its value stands for; blank for an option without value.
       character(len=16) :: value
       !> Commands that know it, comma separated; blank for one that stands for itself.
-      character(len=32) :: verbs
+      character(len=40) :: verbs
       character(len=80) :: purpose
    end type option_t
 
    !> All options.
    type(option_t), parameter :: options(*) = [ &
-      option_t('--output', 'FILE', 'run,plot,sweep', 'where to write: history (- is standard output), picture, rows'), &
+      option_t('--output', 'FILE', 'run,plot,view,sweep', &
+               'where to write: history (- is standard output), picture, page, rows'), &
       option_t('--members', 'A:B', 'sweep', 'run members A to B only, to a file of their own'), &
       option_t('--member', 'K', 'sweep', 'run member K alone, with its whole history; its row to standard output'), &
       option_t('--threads', 'N', 'sweep', 'run so many members at once; 1 unless given'), &
       option_t('--merge', '', 'sweep', 'put the files of --members together'), &
-      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,sweep', &
+      option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep', &
                'override a value of the scene; may be given several times'), &
-      option_t('--unset', 'GROUP.KEY', 'run,check,cost,sweep', &
+      option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep', &
                'take a key out of the scene; may be given several times'), &
       option_t('--plot', 'FILE.svg|png', 'run,cost', &
                'draw with gnuplot: of run the history, of cost errors against time'), &
@@ -63,7 +65,7 @@ module nutate_cli
       option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
       option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &
       option_t('--resume', '', 'sweep', 'go on with a sweep that was interrupted, if there is one'), &
-      option_t('--help', '', 'run,check,cost,plot,sweep', 'show this help'), &
+      option_t('--help', '', 'run,check,cost,plot,view,sweep', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
    !> What the arguments ask for.

@@ -8,7 +8,7 @@ module nutate_gnuplot
    implicit none
    private
 
-   public :: picture_t, gnuplot_is_here, is_picture, gnuplot_quoted, colours
+   public :: picture_t, gnuplot_is_here, is_picture, gnuplot_quoted, shell_quoted, colours
 
    !> Colours that differ for every kind of colour vision.
    character(len=7), parameter :: colours(10) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &

@@ -37,6 +37,7 @@ contains
       if (topic == 'cost') call add_cost_notes(page)
       if (topic == 'plot') call add_plot_notes(page)
       if (topic == 'sweep') call add_sweep_notes(page)
+      if (topic == 'view') call add_view_notes(page)
    end function help_page
 
    subroutine add_overview(page)
@@ -112,6 +113,18 @@ contains
       call page%line('with its history in FILE.memberK.csv.')
       call add_exit_codes(page)
    end subroutine add_sweep_notes
+
+   !> What the page shows and what it takes.
+   subroutine add_view_notes(page)
+      type(page_t), intent(inout) :: page
+      call page%line('')
+      call page%line('The page shows the body (its shape, or the box of its inertia), the paths of its axis 3, of the')
+      call page%line('angular velocity and of the angular momentum, the polhode on the inertia ellipsoid, and curves')
+      call page%line('with a moving cursor. It needs no network. It is SCENE.html unless --output names another file.')
+      call page%line('python3 writes it, with the Python package of nutate and plotly (pip install ".[view]" in a')
+      call page%line('checkout); in Python nutate.view(result) shows one in a notebook.')
+      call add_exit_codes(page)
+   end subroutine add_view_notes
 
    subroutine add_exit_codes(page)
       type(page_t), intent(inout) :: page

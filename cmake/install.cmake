@@ -40,7 +40,8 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/nutate-config.cmake ${CMAKE_CURRENT_BI
 # The Python package beside the library, knowing where that is.
 set(python_folder ${CMAKE_INSTALL_DATADIR}/nutate/python)
 install(FILES python/pyproject.toml python/README.md DESTINATION ${python_folder})
-install(DIRECTORY python/nutate DESTINATION ${python_folder} FILES_MATCHING PATTERN "*.py" PATTERN "py.typed" PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY python/examples DESTINATION ${python_folder} FILES_MATCHING PATTERN "*.py")
+install(DIRECTORY python/nutate DESTINATION ${python_folder} FILES_MATCHING PATTERN "*.py" PATTERN "*.js" PATTERN "py.typed" PATTERN __pycache__ EXCLUDE)
 install(CODE "file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${python_folder}/nutate/_location.py\"
    \"LIBRARY = '\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/libnutate.so.${PROJECT_VERSION_MAJOR}'\\n\")
    list(APPEND CMAKE_INSTALL_MANIFEST_FILES \"\${CMAKE_INSTALL_PREFIX}/${python_folder}/nutate/_location.py\")")

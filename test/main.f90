@@ -24,6 +24,7 @@ program unit
    use test_bounds, only: collect_bounds
    use test_c_events, only: collect_c_events
    use test_c_interface, only: collect_c_interface
+   use test_c_runs, only: collect_c_runs
    use test_changed_states, only: collect_changed_states
    use test_choice, only: collect_choice
    use test_composition, only: collect_composition
@@ -187,6 +188,7 @@ contains
          new_testsuite("body", collect_body), &
          new_testsuite("c_interface", collect_c_interface), &
          new_testsuite("c_events", collect_c_events), &
+         new_testsuite("c_runs", collect_c_runs), &
          new_testsuite("changed_states", collect_changed_states), &
          new_testsuite("choice", collect_choice), &
          new_testsuite("composition", collect_composition), &

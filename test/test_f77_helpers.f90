@@ -7,7 +7,7 @@ module test_f77_helpers
    use nutate_kinds, only: eps, wp
    use nutate_quaternion, only: rotation_matrix
    use nutate_status, only: NUTATE_STEP_LIMIT, status_t
-   use test_f77_routines, only: nue2q, nufree, num2q, nuq2e, nuq2m, nutext
+   use test_f77_routines, only: nue2q, nufree, num2q, nuq2e, nuq2m, nutext, nuwhy
    use test_problems, only: forced_body, problem_t
    use test_support, only: check_close
    use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -28,7 +28,8 @@ contains
                   new_unittest("F77 attitudes find the wrong argument", attitudes_find_wrong), &
                   new_unittest("F77 free motion is the exact one", free_motion_is_exact), &
                   new_unittest("F77 free motion finds the wrong argument", free_motion_finds_wrong), &
-                  new_unittest("F77 every INFO has its text", every_info_has_its_text)]
+                  new_unittest("F77 every INFO has its text", every_info_has_its_text), &
+                  new_unittest("F77 wrong arguments are named", wrong_arguments_are_named)]
    end subroutine collect_f77_helpers
 
    subroutine matrix_there_and_back(error)
@@ -148,5 +149,23 @@ contains
       call nutext(0, short)
       if (.not. allocated(error)) call check(error, short, 'succ')
    end subroutine every_info_has_its_text
+
+   subroutine wrong_arguments_are_named(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=72) :: text, other
+      call nuwhy('NUSTEP', -2, text)
+      call check(error, text, 'argument number 2 of NUSTEP, DT, is wrong')
+      call nuwhy('nurun', -16, text)
+      if (.not. allocated(error)) call check(error, text, 'argument number 16 of nurun, INFO, is wrong')
+      call nuwhy('NUSTEP', -13, text)
+      if (.not. allocated(error)) call check(error, text, 'argument number 13 is wrong')
+      call nuwhy('NUNONE', -1, text)
+      if (.not. allocated(error)) call check(error, text, 'argument number 1 is wrong')
+      call nuwhy('NUSTEP', -huge(1) - 1, text)
+      if (.not. allocated(error)) call check(error, text, 'argument number 2147483648 is wrong')
+      call nuwhy('NUSTEP', 1, text)
+      call nutext(1, other)
+      if (.not. allocated(error)) call check(error, text, other)
+   end subroutine wrong_arguments_are_named
 
 end module test_f77_helpers

@@ -6,7 +6,7 @@ module test_f77_routines
    private
 
    public :: nuinit, nubpot, nubtor, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, &
-      nufree, nutext, potential, torque, potspr, tormot, tornan, potnan
+      nufree, nutext, nuwhy, potential, torque, potspr, tormot, tornan, potnan
 
    abstract interface
       pure subroutine potential(gamma, u, du, iuser, ruser)
@@ -214,6 +214,13 @@ module test_f77_routines
          integer, intent(in) :: info
          character(len=*), intent(inout) :: text
       end subroutine nutext
+
+      subroutine nuwhy(name, info, text)
+         implicit none
+         character(len=*), intent(in) :: name
+         integer, intent(in) :: info
+         character(len=*), intent(inout) :: text
+      end subroutine nuwhy
    end interface
 
 contains

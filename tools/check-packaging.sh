@@ -43,6 +43,7 @@ as_fpm_dependency() {
 as_pip_package() {
    [ -x "$program" ] || bash tools/build.sh || return 1
    python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --disable-pip-version-check . scipy &&
+      [ -f "$scratch"/venv/lib/python*/site-packages/nutate/page.js ] &&
       (cd "$scratch" && NUTATE=$program venv/bin/python "$top/tools/run_python_tests.py" "$top/python/tests")
 }
 

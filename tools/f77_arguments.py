@@ -51,6 +51,12 @@ def table():
     return "\n".join(parts)
 
 
+def names_for_messages():
+    """The arguments of each routine as the table of nutate_f77_names has them."""
+    with open(os.path.join(TOP, "src", "interop", "f77", "nutate_f77_names.f90"), encoding="utf-8") as file:
+        return {name: arguments.split(",") for name, arguments in re.findall(r"routine_t\('(\w+) *', '([\w,]+)'\)", file.read())}
+
+
 def main():
     if sys.argv[1:] not in (["--check"], ["--write"]):
         sys.exit(__doc__)
@@ -63,6 +69,11 @@ def main():
             file.write(right)
     elif right != text:
         print("docs/f77.md: the arguments are not those of src/interop/f77: python3 tools/f77_arguments.py --write")
+        return 1
+    declared = {name: [re.match(r"\w+", argument)[0] for argument, _, _, _ in arguments]
+                for name, _, arguments in routines() if arguments and name not in ("NUTEXT", "NUWHY")}
+    if declared != names_for_messages():
+        print("src/interop/f77/nutate_f77_names.f90: its table is not that of the routines")
         return 1
     return 0
 

@@ -57,6 +57,18 @@ simulate compass scenes/compass.nml output.every=5
 quietly figure-plot "$program" plot "$data/compass.csv" --output docs/figures/plot_compass.svg || exit 1
 say "Drawn: docs/figures/plot_compass.svg"
 
+# A page of nutate view in a browser without a window, if they are to be had.
+if bash tools/setup.sh view; then
+   page=$top/$data/box.html
+   quietly figure-library bash tools/build.sh nutate && PYTHONPATH=python NUTATE_LIBRARY=$cmake_folder/libnutate.so \
+      quietly figure-page "$venv/bin/python" -c \
+      "import nutate; nutate.view('scenes/box.nml', begin=0.055).save('$page')" || exit 1
+   quietly figure-view chromium --headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
+      --hide-scrollbars --window-size=1200,750 --virtual-time-budget=20000 --screenshot=docs/figures/view_box.png \
+      "file://$page" || exit 1
+   say "Drawn: docs/figures/view_box.png"
+fi
+
 # What accuracy costs: timings of this machine, which differ from run to run.
 cost() { # SCENE
    local figure=docs/figures/cost_$1.svg

@@ -8,6 +8,7 @@ set -u
 [ $# -eq 1 ] && [ -n "$1" ] || die "say where to install: make install PREFIX=FOLDER"
 mkdir -p "$1" && prefix=$(cd "$1" && pwd) || exit 1
 
+say "Building with $FFLAGS what is installed (the first build takes a minute)"
 cmake_build install-build || exit 1
 quietly install cmake --install "$cmake_folder" --prefix "$prefix" || exit 1
 

@@ -1,6 +1,6 @@
 """Runs the tests of a folder, FOLDER/test_*.py, against the program that $NUTATE names.   run_python_tests.py FOLDER
 
-Reports failures only and ends with a line `N passed, N failed`, where a test with several failing parts counts once.
+Reports failures only and ends with a line `N passed, N failed, N skipped`, where a test with several failing parts counts once.
 """
 
 import os
@@ -25,8 +25,10 @@ def main():
     # A subtest's failure belongs to its test.
     failed = {getattr(test, "test_case", test).id() for test, _ in bad}
     failed |= {test.id() for test in result.unexpectedSuccesses}
-    passed = max(result.testsRun - len(failed) - len(result.skipped), 0)
-    print(f"{passed} passed, {len(failed)} failed")
+    # A class that is skipped as a whole counts once, and none of its tests has run.
+    skipped = sum(isinstance(test, unittest.TestCase) for test, _ in result.skipped)
+    passed = max(result.testsRun - len(failed) - skipped, 0)
+    print(f"{passed} passed, {len(failed)} failed, {len(result.skipped)} skipped")
     return 1 if failed else 0
 
 

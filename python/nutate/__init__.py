@@ -13,10 +13,15 @@ or step by step:
     stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 10))
     rows = stepper.run(1000, every=10)
 
+or to an accuracy, with the motion at any time:
+
+    solution = nutate.solve(system, omega0=(0.1, 0, 10), t_span=(0, 5), accuracy=1e-9)
+    q, omega = solution.sol(2.5)
+
 SI units, radians. Quaternions have their scalar first and take body components to space components; a Rotation of SciPy may
 stand for one. Every failure is a `NutateError`, and a ValueError or an OSError where that fits, but for what a callback
 raised, which comes out as it was. Scenes, systems and steppers own memory of the library, which `with` or `close` frees at a
-time of your choice. Scenes and systems can be copied and pickled, steppers cannot.
+time of your choice. All of them can be copied and pickled.
 """
 
 from ._library import NutateError, NutateOSError, NutateValueError, version
@@ -24,15 +29,19 @@ from .attitudes import (attitude_distance, axis_angle_from_quat, euler_from_quat
                         matrix_from_quat, omega_from_euler_rates, quat_from_axis_angle, quat_from_euler, quat_from_matrix,
                         quat_from_rotation_vector, quat_normalized, quat_product, rotate_to_body, rotate_to_space,
                         rotation_vector_from_quat)
+from ._page import Page, view
 from .events import Event, History
 from .scenes import Scene, run
+from .solutions import Motion, Solution, solve
 from .steppers import Stepper
 from .systems import System
+from .tables import to_pandas, to_xarray
 
 __version__ = version()
 
-__all__ = ["Event", "History", "NutateError", "NutateOSError", "NutateValueError", "Scene", "Stepper", "System", "attitude_distance",
+__all__ = ["Event", "History", "Motion", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Solution", "Stepper",
+           "System", "attitude_distance",
            "axis_angle_from_quat", "euler_from_quat", "exact_free_body", "follow_euler", "matrix_from_quat",
            "omega_from_euler_rates", "quat_from_axis_angle", "quat_from_euler", "quat_from_matrix",
            "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body", "rotate_to_space",
-           "rotation_vector_from_quat", "run", "version", "__version__"]
+           "rotation_vector_from_quat", "run", "solve", "to_pandas", "to_xarray", "version", "view", "__version__"]

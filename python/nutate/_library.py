@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import ctypes
+import contextlib
 import importlib
 import os
+import signal
 import sys
 import threading
 from typing import Any, Callable, Optional, Sequence, Union
@@ -30,6 +32,7 @@ Double = ctypes.c_double
 
 PotentialCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles, Doubles)
 HessianCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles)
+PollCallback = ctypes.CFUNCTYPE(Int, ctypes.c_void_p)
 TorqueCallback = ctypes.CFUNCTYPE(Int, Double, Doubles, Doubles, ctypes.c_void_p, Doubles)
 QuantityCallback = TorqueCallback
 
@@ -62,6 +65,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_scene_bound_potential": (Handle, Double, Double, Double),
     "nutate_scene_bound_torque": (Handle, Double, Double, Double, Double),
     "nutate_scene_system": (Handle, HandlePointer, Text, Size),
+    "nutate_scene_system": (Handle, HandlePointer, Text, Size),
     "nutate_scene_run": (Handle, HandlePointer, Text, Size),
     "nutate_scene_write": (Handle, Text, Text, Size),
     "nutate_history_size": (Handle, Sizes, Sizes),
@@ -87,6 +91,13 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_stepper_add_event": (Handle, QuantityCallback, ctypes.c_void_p, Text),
     "nutate_stepper_event_count": (Handle, Sizes),
     "nutate_stepper_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
+    "nutate_stepper_run_history": (Handle, Double, Long, Double, Doubles, Size, HandlePointer),
+    "nutate_stepper_get": (Handle, Text, Text, Size),
+    "nutate_stepper_set_poll": (Handle, PollCallback, ctypes.c_void_p),
+    "nutate_scene_set_poll": (Handle, PollCallback, ctypes.c_void_p),
+    "nutate_stepper_copy": (Handle, HandlePointer, Text, Size),
+    "nutate_stepper_save": (Handle, Text, Size, Sizes),
+    "nutate_stepper_restore": (Handle, Text, Size),
     "nutate_stepper_set_columns": (Handle, Text),
     "nutate_stepper_width": (Handle, Sizes),
     "nutate_stepper_column": (Handle, Size, Text, Size),
@@ -125,12 +136,12 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_attitude_distance": (Doubles, Doubles, Doubles),
     "nutate_exact_free_body": (Handle, Doubles, Doubles, Size, Doubles, Doubles, Doubles),
 }
-BAD_ARGUMENT, BAD_BODY, BAD_SCENE, IO = 5, 6, 7, 8
+NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCENE, IO, STEP_LIMIT = range(1, 10)
 
 
 class NutateError(Exception):
     """A call failed. `status` is its number, as NUTATE_... in nutate.h; `history` has the rows so far of a run that failed
-    half-way."""
+    half-way, as it has on whatever a callback raised, and on the KeyboardInterrupt of Ctrl-C."""
 
     def __init__(self, status: int, message: str) -> None:
         text = message or status_text(status)
@@ -276,6 +287,52 @@ def pointer(array: Optional[Array]) -> Any:
     return None if array is None else array.ctypes.data_as(Doubles)
 
 
+# Ctrl-C while the library works. Python would run the handler of the signal as soon as a callback enters Python, outside of
+# what catches exceptions there: ctypes would print what it raises and go on. So the signal is noted, the run is told to stop
+# when it asks, and the handler is called when it has. A second Ctrl-C goes to the handler at once, for a callback that hangs.
+noted: list[Any] = []
+waiting: list[Any] = []
+
+
+def note(number: int, frame: Any) -> None:
+    """Takes a signal in place of its handler."""
+    noted.append((number, frame))
+    if len(noted) > 1 and waiting:
+        waiting[-1](number, frame)
+
+
+def wants_to_stop(_: Any) -> int:
+    """The answer to a run that asks whether to stop."""
+    return 1 if noted and threading.get_ident() == threading.main_thread().ident else 0
+
+
+asked = PollCallback(wants_to_stop)
+
+
+def interruptible(function: Any, *arguments: Any) -> int:
+    """The status of a function of the library, which Ctrl-C ends where it asks; raise_interrupt is to follow."""
+    handler = signal.getsignal(signal.SIGINT) if threading.get_ident() == threading.main_thread().ident else None
+    if not callable(handler) or handler is note:
+        return int(function(*arguments))
+    waiting.append(handler)
+    try:
+        signal.signal(signal.SIGINT, note)
+        return int(function(*arguments))
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def raise_interrupt() -> None:
+    """Gives a signal that was noted to its handler, which mostly raises KeyboardInterrupt."""
+    if threading.get_ident() != threading.main_thread().ident or signal.getsignal(signal.SIGINT) is note:
+        return
+    handlers, signals = waiting[:], noted[:]
+    waiting.clear()
+    noted.clear()
+    for number, frame in signals[:1]:
+        handlers[0](number, frame)
+
+
 class Owner:
     """Something with a handle that is freed with it, and with callbacks that must live as long."""
 
@@ -306,10 +363,26 @@ class Owner:
 
     def _call(self, name: str, *arguments: Any) -> None:
         """Calls a function of this handle; raises what a callback raised, or NutateError."""
-        status = getattr(library, name)(self._handle, *arguments)
+        function = getattr(library, name)
+        if self._callbacks:
+            self._conclude(interruptible(function, self._handle, *arguments))
+            return
+        status = function(self._handle, *arguments)
         if status:
-            self._callbacks.raise_again()
             check(status, text_of(library.nutate_last_message, self._handle))
+
+    def _conclude(self, status: int, history: Optional[dict[str, Array]] = None, message: Optional[str] = None) -> None:
+        """Raises what interrupted a call, what a callback raised in it, or NutateError, with the rows so far."""
+        try:
+            raise_interrupt()
+            if status:
+                self._callbacks.raise_again()
+                check(status, text_of(library.nutate_last_message, self._handle) if message is None else message)
+        except BaseException as error:
+            if history is not None:
+                with contextlib.suppress(AttributeError):
+                    error.history = history  # type: ignore[attr-defined]
+            raise
 
     def _read(self, name: str, *shape: int) -> Array:
         """The numbers that a function of this handle writes."""
@@ -352,6 +425,9 @@ class Callbacks:
     def __init__(self) -> None:
         self._kept: list[Any] = []
         self._raised = threading.local()
+
+    def __bool__(self) -> bool:
+        return bool(self._kept)
 
     def raise_again(self) -> None:
         """Raises what a callback raised since the last call, if one did."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 from typing import Any, Callable, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Recipe, Text, Textual, check, create, encoded, failure, library, pointer, refusal,
-                       text_of)
+from ._library import (Array, MESSAGE_SIZE, Recipe, Text, Textual, asked, check, create, encoded, interruptible, library, pointer,
+                       refusal, text_of)
 from .events import History, take_events
 from .systems import add_potential, add_user_torque
 
@@ -36,6 +37,7 @@ class Scene(Recipe):
             handle = create(library.nutate_scene_parse, encoded(text or ""), None if name is None else encoded(name), array,
                             len(overrides))
         super().__init__(handle)
+        check(library.nutate_scene_set_poll(handle, asked, None))
         self._note(None, *overrides, text=read, name=None if name is None else os.fsdecode(name))
         self._unproved_steps = 0
 
@@ -66,6 +68,13 @@ class Scene(Recipe):
         self._call("nutate_scene_get_initial", pointer(q), pointer(omega))
         return q, omega
 
+    @property
+    def has_events(self) -> bool:
+        """There are groups &event in it."""
+        text = self._given[1]["text"]
+        lines = (text if isinstance(text, str) else os.fsdecode(text)).lower()
+        return re.search(r"^[^!'\"]*&event\b", lines, re.MULTILINE) is not None
+
     def add_user_torque(self, torque: Callable[..., npt.ArrayLike], bounds: Optional[npt.ArrayLike] = None) -> None:
         """As System.add_user_torque."""
         add_user_torque(self, "scene", torque, bounds)
@@ -80,45 +89,39 @@ class Scene(Recipe):
 
     def run(self) -> History:
         """Runs the scene: a dictionary of arrays, one for each column the scene asks for; its attribute `events` lists
-        the events that the run found. A run that fails half-way
-        raises NutateError, the rows so far are then its attribute `history`."""
+        the events that the run found. A run that fails half-way, or is ended by Ctrl-C, raises; the rows so far are then the attribute `history` of what it raised."""
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = library.nutate_scene_run(self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
-        columns = History({}, [])
-        try:
-            if handle:
-                columns = History(take_history(handle), take_events("history", handle))
-                steps = ctypes.c_int64()
-                check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
-                self._unproved_steps = steps.value
-        finally:
-            library.nutate_history_destroy(ctypes.byref(handle))
-        if status:
-            self._callbacks.raise_again()
-            error = failure(status, message.value.decode("utf-8", "replace"))
-            error.history = columns
-            raise error
+        status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
+        columns, self._unproved_steps = take_history(handle)
+        self._conclude(status, columns, message.value.decode("utf-8", "replace"))
         return columns
 
     def write(self, path: Optional[Textual] = None) -> None:
         """Runs the scene and writes its CSV file, as the program does; by default the one that the scene names."""
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
-        status = library.nutate_scene_write(self._handle, None if path is None else encoded(path), message,
-                                            MESSAGE_SIZE)
-        if status:
-            self._callbacks.raise_again()
-        check(status, message.value.decode("utf-8", "replace"))
+        status = interruptible(library.nutate_scene_write, self._handle, None if path is None else encoded(path), message,
+                               MESSAGE_SIZE)
+        self._conclude(status, message=message.value.decode("utf-8", "replace"))
 
 
-def take_history(handle: Any) -> dict[str, Array]:
-    """The columns of a history of the library."""
-    n_rows, n_columns = ctypes.c_size_t(), ctypes.c_size_t()
-    check(library.nutate_history_size(handle, ctypes.byref(n_rows), ctypes.byref(n_columns)))
-    values = np.empty((n_rows.value, n_columns.value))
-    check(library.nutate_history_values(handle, pointer(values), values.size))
-    names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
-    return dict(zip(names, values.T))
+def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[History, int]:
+    """The columns of a history of the library, and its steps without a proof; the history is freed. Their names may be known."""
+    if not handle:
+        return History({}, []), 0
+    try:
+        n_rows, n_columns, steps = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_int64()
+        check(library.nutate_history_size(handle, ctypes.byref(n_rows), ctypes.byref(n_columns)))
+        values = np.empty((n_rows.value, n_columns.value))
+        if values.size:
+            check(library.nutate_history_values(handle, pointer(values), values.size))
+        if names is None:
+            names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
+        check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
+        events = take_events("history", handle)
+    finally:
+        library.nutate_history_destroy(ctypes.byref(handle))
+    return History(dict(zip(names, values.T)), events), steps.value
 
 
 def run(path: Textual, *overrides: str) -> History:

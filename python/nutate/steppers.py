@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import numbers
 import operator
@@ -10,10 +11,11 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, Owner, create, encoded, library, pointer, quaternion, refusal, text_of, vector
+from ._library import (Array, MESSAGE_SIZE, Owner, asked, check, create, encoded, interruptible, library, make_again, pointer, quaternion,
+                       refusal, text_of, vector)
 from .attitudes import rotate_to_body
-from .events import Event, event_group, quantity, take_events
-from .scenes import Scene
+from .events import Event, History, event_group, quantity, take_events
+from .scenes import Scene, take_history
 from .systems import System
 
 
@@ -36,7 +38,12 @@ class Stepper(Owner):
     """Moves the state of a System, or of a Scene from its initial state.
 
     Settings are the keys of the group &integrator: Stepper(system, method="nielsen_krenk", order=4,
-    linear_solver="reduced", time_step=0.01). `with Stepper(...) as stepper:` frees it at the end.
+    linear_solver="reduced", time_step=0.01), or accuracy=1e-8, method="auto" for `run_to`. `with Stepper(...) as stepper:`
+    frees it at the end. copy.copy makes another one that goes on as this one would, to the last digit, and so does pickle,
+    as far as callbacks can be pickled.
+
+    What fails half-way in a run, in a callback or by Ctrl-C, raises; the rows so far are the attribute `history` of what is
+    raised.
     """
 
     destroy = "nutate_stepper_destroy"
@@ -44,6 +51,11 @@ class Stepper(Owner):
     def __init__(self, source: Union[System, Scene], **settings: Any) -> None:
         function = library.nutate_stepper_create_scene if isinstance(source, Scene) else library.nutate_stepper_create
         super().__init__(create(function, source._handle), source._callbacks)
+        check(library.nutate_stepper_set_poll(self._handle, asked, None))
+        self._source = (type(source), source._given, tuple(source._additions))
+        self._settings: dict[str, Any] = {}
+        self._sets: Optional[tuple[str, ...]] = None
+        self._names: Optional[list[str]] = None
         self.set(**settings)
 
     def __repr__(self) -> str:
@@ -55,6 +67,32 @@ class Stepper(Owner):
         """Sets keys of the group &integrator."""
         for key, value in settings.items():
             self._call("nutate_stepper_set", encoded(key), encoded(setting(key, value)))
+            self._settings.pop(key, None)
+            self._settings[key] = value
+
+    def get(self, key: str) -> str:
+        """What is in force for a key of &integrator, as a scene file says it: what was set, or what was chosen for it. One of
+        method, linear_solver, order, series_order, conserve, time_step, accuracy, local_tolerance (with an accuracy: the one
+        that the last run found)."""
+        self._call("nutate_stepper_get", encoded(key), ctypes.create_string_buffer(MESSAGE_SIZE), MESSAGE_SIZE)
+        return text_of(library.nutate_stepper_get, self._handle, encoded(key))
+
+    def __copy__(self) -> Stepper:
+        handle = create(library.nutate_stepper_copy, self._handle)
+        twin = Stepper.__new__(Stepper)
+        twin.__dict__.update(self.__dict__, _handle=handle, _settings=dict(self._settings))
+        check(library.nutate_stepper_set_poll(twin._handle, asked, None))
+        return twin
+
+    def __deepcopy__(self, _: Any) -> Stepper:
+        return copy.copy(self)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        needed = ctypes.c_size_t()
+        self._call("nutate_stepper_save", None, 0, ctypes.byref(needed))
+        saved = ctypes.create_string_buffer(needed.value)
+        self._call("nutate_stepper_save", saved, needed.value, None)
+        return restored, (self._source, self._settings, self._sets, saved.raw)
 
     def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
                   xyzw: Optional[npt.ArrayLike] = None, frame: str = "body") -> None:
@@ -82,19 +120,40 @@ class Stepper(Owner):
 
     def steps(self, dt: float, n: int) -> None:
         """n steps of the method of the same length, s."""
-        self._call("nutate_stepper_steps", float(dt), operator.index(n), None)
+        status = interruptible(library.nutate_stepper_steps, self._handle, float(dt), operator.index(n), None)
+        self._conclude(status)
 
-    def run(self, n: int, every: int = 1) -> dict[str, Array]:
+    def run(self, n: int, every: int = 1, initial: bool = False) -> dict[str, Array]:
         """n nominal steps of the setting time_step, as the program makes them: a dictionary of arrays, one for each
-        column, with a row after each `every` steps."""
+        column, with a row after each `every` steps; with `initial`, the present state comes first, as in a history."""
         n, every = operator.index(n), operator.index(every)
         if every < 1 or n < 0:
             raise refusal(f"n is {n} and every is {every} (expected at least 0 and 1)")
         names = self.column_names
         # One row more where an event ends the run.
-        rows, done = np.empty((n // every + 1, len(names))), ctypes.c_size_t()
-        self._call("nutate_stepper_run", n, every, pointer(rows), len(rows), ctypes.byref(done))
-        return dict(zip(names, rows[:done.value].T))
+        rows = np.empty((n // every + 1 + bool(initial), len(names)))
+        n_rows, first = ctypes.c_size_t(), rows[1:] if initial else rows
+        if initial:
+            self._call("nutate_stepper_row", pointer(rows[0]), len(names))
+        status = interruptible(library.nutate_stepper_run, self._handle, n, every, pointer(first), len(first),
+                               ctypes.byref(n_rows))
+        history = dict(zip(names, rows[:n_rows.value + bool(initial)].T))
+        self._conclude(status, history)
+        return history
+
+    def run_to(self, end_time: float, every: int = 1, interval: float = 0.0,
+               times: Optional[npt.ArrayLike] = None) -> History:
+        """Runs to a time, s: with nominal steps of the setting time_step, the last one shortened to end there, or with steps
+        chosen by their error where accuracy or local_tolerance is set. A dictionary of arrays, one for each column, as the
+        history of a scene: the first state, a row after each `every` steps, or after each `interval` of time, s, where steps
+        are chosen by their error, and the last state. Or rows at the `times`, s, in the order of the run, and no others."""
+        wanted = None if times is None else np.ascontiguousarray(np.atleast_1d(times), dtype=np.float64)
+        handle = ctypes.c_void_p()
+        status = interruptible(library.nutate_stepper_run_history, self._handle, float(end_time), operator.index(every),
+                               float(interval), pointer(wanted), 0 if wanted is None else wanted.size, ctypes.byref(handle))
+        history, _ = take_history(handle, self.column_names)
+        self._conclude(status, history)
+        return history
 
     def add_event(self, when: Union[str, Sequence[str], Callable[..., float]], name: Optional[str] = None, *,
                   crosses: Optional[float] = None, extremum: Optional[str] = None, direction: Optional[int] = None,
@@ -128,19 +187,22 @@ class Stepper(Owner):
         """Attitude, shape (4,), and angular velocity, body axes, rad/s, shape (3,), at a time inside the last step that was kept:
         as good as the method, and unnoticed by the steps that follow."""
         q, omega = np.empty(4), np.empty(3)
-        self._call("nutate_stepper_state_at", t, pointer(q), pointer(omega))
+        self._call("nutate_stepper_state_at", float(t), pointer(q), pointer(omega))
         return q, omega
 
     def set_columns(self, *sets: str) -> None:
         """Chooses the sets of columns of `run`, as &output columns does."""
         self._call("nutate_stepper_set_columns", encoded(",".join(sets)))
+        self._sets, self._names = sets, None
 
     @property
     def column_names(self) -> list[str]:
         """Names of the columns of `run`."""
-        width = ctypes.c_size_t()
-        self._call("nutate_stepper_width", ctypes.byref(width))
-        return [text_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
+        if self._names is None or not self._handle:
+            width = ctypes.c_size_t()
+            self._call("nutate_stepper_width", ctypes.byref(width))
+            self._names = [text_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
+        return list(self._names)
 
     @property
     def row(self) -> dict[str, float]:
@@ -238,3 +300,14 @@ class Stepper(Owner):
         iterations, residual = ctypes.c_int(), np.empty(1)
         self._call("nutate_stepper_solver", ctypes.byref(iterations), pointer(residual))
         return iterations.value, float(residual[0])
+
+
+def restored(source: Any, settings: dict[str, Any], sets: Optional[tuple[str, ...]], saved: bytes) -> Stepper:
+    """A stepper made as another one was, and put where that was saved."""
+    kind, given, additions = source
+    with make_again(kind, given, additions) as made:
+        stepper = Stepper(made, **settings)
+    if sets is not None:
+        stepper.set_columns(*sets)
+    stepper._call("nutate_stepper_restore", saved, len(saved))
+    return stepper

@@ -41,6 +41,7 @@ class System(Recipe):
                                                          or all of it, 3 x 3
         System(shape="box", size=(4, 1, 2))              with mass or density; also cylinder, cone, sphere, ellipsoid
         System(text="&body inertia = 5, 20, 17 / &gravity /")   as a scene file says it
+        System(scene=Scene("box.nml"))                   body and effects of a scene
 
     mass in kg, density in kg/m3; center_of_mass from the reference point, body axes, m; about_center: the moments or the
     tensor refer to the centre of mass.
@@ -53,13 +54,15 @@ class System(Recipe):
 
     def __init__(self, *, moments: Optional[npt.ArrayLike] = None, tensor: Optional[npt.ArrayLike] = None,
                  shape: Optional[str] = None, size: Optional[npt.ArrayLike] = None, text: Union[str, bytes, None] = None,
-                 mass: float = 0.0, density: float = 0.0, center_of_mass: Optional[npt.ArrayLike] = None,
+                 scene: Optional[Recipe] = None, mass: float = 0.0, density: float = 0.0, center_of_mass: Optional[npt.ArrayLike] = None,
                  about_center: bool = False) -> None:
-        if sum(way is not None for way in (moments, tensor, shape, text)) != 1:
-            raise refusal("a System takes one of moments, tensor, shape and text")
+        if sum(way is not None for way in (moments, tensor, shape, text, scene)) != 1:
+            raise refusal("a System takes one of moments, tensor, shape, text and scene")
         center = None if center_of_mass is None else vector(center_of_mass, 3, "center_of_mass")
         if text is not None:
             handle = create(library.nutate_system_parse, encoded(text))
+        elif scene is not None:
+            handle = create(library.nutate_scene_system, scene._handle)
         elif shape is not None:
             lengths = np.ascontiguousarray(np.atleast_1d(() if size is None else size), dtype=np.float64)
             handle = create(library.nutate_system_create_shape, encoded(shape), pointer(lengths), lengths.size, float(mass),
@@ -70,8 +73,8 @@ class System(Recipe):
         else:
             handle = create(library.nutate_system_create_moments, pointer(vector([] if moments is None else moments, 3, "moments")), float(mass),
                             pointer(center), bool(about_center))
-        super().__init__(handle)
-        self._note(moments=moments, tensor=tensor, shape=shape, size=size, text=text, mass=mass, density=density,
+        super().__init__(handle, None if scene is None else scene._callbacks)
+        self._note(moments=moments, tensor=tensor, shape=shape, size=size, text=text, scene=scene, mass=mass, density=density,
                    center_of_mass=center_of_mass, about_center=about_center)
 
     def __repr__(self) -> str:

@@ -1,11 +1,9 @@
 """The Python package: the numbers of the program bit for bit, callbacks, misuse. $NUTATE names the program."""
 
-import copy
 import csv
 import gc
 import glob
 import os
-import pickle
 import subprocess
 import tempfile
 import threading
@@ -455,14 +453,6 @@ class MisuseTest(unittest.TestCase):
         stepper = make_box()
         stepper.set(method="rk4", linear_solver="lapack")
         self.refuse(nutate.NutateError, ".", stepper.step, 0.01)
-
-    def test_a_stepper_is_not_copied(self):
-        stepper = make_box()
-        for way in (copy.copy, copy.deepcopy, pickle.dumps):
-            with self.subTest(way=way):
-                self.refuse(TypeError, "a Stepper cannot be copied", way, stepper)
-        gc.collect()
-        stepper.step(0.01)
 
     def test_a_text_with_a_nul_is_refused_as_a_whole(self):
         system, stepper = nutate.System(moments=(1, 2, 2.5)), make_box()

@@ -51,6 +51,60 @@ class OwnersTest(unittest.TestCase):
                 for name, values in twin.run().items():
                     np.testing.assert_array_equal(values, expected[name])
 
+    def test_a_copied_stepper_goes_on_as_the_first_to_the_last_digit(self):
+        for settings in ({}, {"order": 8, "linear_solver": "reduced"}, {"method": "taylor"}, {"method": "exact"}, {"method": "rk8"},
+                         {"method": "dop853", "conserve": True}, {"method": "rk4"}):
+            for way in self.WAYS:
+                stepper = make_box(**settings)
+                stepper.set_columns("quaternion", "euler", "energy", "solver")
+                stepper.run(37)
+                twin = way(stepper)
+                expected = stepper.run(40, every=3)
+                for name, values in twin.run(40, every=3).items():
+                    np.testing.assert_array_equal(values, expected[name], f"{settings} {name}")
+                stepper.close()
+                twin.step(0.01)
+
+    def test_a_copied_stepper_keeps_its_account_its_callbacks_and_what_was_chosen(self):
+        for way in self.WAYS:
+            system = nutate.System(moments=(1, 2, 2.5))
+            system.add_user_torque(spin_down)
+            with nutate.Stepper(system, method="auto", accuracy=1e-8) as stepper:
+                stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+                stepper.run_to(1.0)
+                system.add_user_torque(spin_down)
+                twin = way(stepper)
+                np.testing.assert_array_equal(twin.energy, stepper.energy)
+                np.testing.assert_array_equal(twin.estimated_error, stepper.estimated_error)
+                self.assertEqual(twin.get("method"), "dop853")
+                self.assertEqual(twin.get("local_tolerance"), stepper.get("local_tolerance"))
+                np.testing.assert_array_equal(twin.run_to(2.0)["q2"], stepper.run_to(2.0)["q2"])
+                twin.set(method="rk4", time_step=0.1)
+                twin.run(1)
+                self.assertEqual((twin.get("method"), stepper.get("method")), ("rk4", "dop853"))
+
+    def test_a_copied_stepper_of_a_scene_knows_its_step(self):
+        stepper = nutate.Stepper(nutate.Scene(BOX))
+        stepper.run(3)
+        stepper.keep_steps()
+        stepper.step(0.01)
+        inside = stepper.time - 0.005
+        np.testing.assert_array_equal(copy.copy(stepper).state_at(inside)[0], stepper.state_at(inside)[0])
+        twin = pickle.loads(pickle.dumps(stepper))
+        with self.assertRaises(nutate.NutateError):
+            twin.state_at(inside)
+        for each in (stepper, twin):
+            each.step(0.01)
+        np.testing.assert_array_equal(twin.state_at(inside + 0.01)[0], stepper.state_at(inside + 0.01)[0])
+
+    def test_a_stepper_takes_back_its_own_bytes_only(self):
+        stepper = make_box(order=4)
+        stepper.step(0.01)
+        saved = pickle.dumps(stepper)
+        for wrong in (saved.replace(b"stepper 0", b"stepper 9"), saved.replace(b"nielsen_krenk", b"nielsen_krank")):
+            with self.assertRaises(ValueError):
+                pickle.loads(wrong)
+
     def test_with_frees_at_its_end(self):
         with nutate.System(moments=(1, 2, 2.5)) as system, nutate.Stepper(system) as stepper, nutate.Scene(BOX) as scene:
             stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))

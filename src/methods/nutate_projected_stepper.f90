@@ -32,6 +32,7 @@ module nutate_projected_stepper
       procedure :: set_up
       procedure :: advance
       procedure :: show
+      procedure :: copy
       procedure :: keep_steps
       procedure :: mark_step
       procedure :: state_at
@@ -111,6 +112,20 @@ contains
       type(state_t), intent(inout) :: state
       call self%projection%show(system, state)
    end subroutine show
+
+   !> Makes a stepper that goes on as this one would.
+   recursive subroutine copy(self, twin)
+      class(projected_stepper_t), intent(inout) :: self
+      class(stepper_t), allocatable, intent(out) :: twin
+      class(stepper_t), allocatable :: base
+      call move_alloc(self%base, base)
+      allocate (twin, source=self)
+      select type (twin)
+      class is (projected_stepper_t)
+         call base%copy(twin%base)
+      end select
+      call move_alloc(base, self%base)
+   end subroutine copy
 
    !> The starts of steps are kept where they are taken again: without the projection.
    recursive subroutine keep_steps(self)

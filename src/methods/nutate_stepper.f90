@@ -83,6 +83,8 @@ module nutate_stepper
       procedure, non_overridable :: renew
       !> Moves a state by one step.
       procedure, non_overridable :: step => take_step
+      !> Makes a stepper that goes on as this one would; one that has another inside, which keeps steps, copies that so.
+      procedure :: copy
       !> Keeps the starts of steps from now on, for `state_at`; to be called after `prepare`.
       procedure :: keep_steps
       !> The state at a time inside the last step (dense output), as good as the method: the step taken again with that
@@ -202,6 +204,21 @@ contains
       call self%advance(system, state, dt, state%t + 0.5_wp*dt, status)
       if (status%code == 0) call self%show(system, state)
    end subroutine take_step
+
+   !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself: gfortran 12 does not
+   !> copy a `class(*)` inside of another object.
+   recursive subroutine copy(self, twin)
+      !> As it was.
+      class(stepper_t), intent(inout) :: self
+      class(stepper_t), allocatable, intent(out) :: twin
+      class(*), allocatable :: again, its_own
+      if (allocated(self%again)) call move_alloc(self%again, again)
+      allocate (twin, source=self)
+      if (.not. allocated(again)) return
+      allocate (its_own, source=again)
+      call move_alloc(its_own, twin%again)
+      call move_alloc(again, self%again)
+   end subroutine copy
 
    !> Keeps the starts of steps from now on, for `state_at`. What takes parts of them again is a copy of this stepper.
    subroutine keep_steps(self)

@@ -2,6 +2,7 @@
 module nutate_c_event_runs
    use nutate_c_effects, only: judge_failure
    use nutate_c_handles, only: stepper_handle_t
+   use nutate_c_polls, only: find_steps_asking
    use nutate_c_rows, only: row_taker_t, write_row
    use nutate_c_settings, only: prepare_if_needed
    use nutate_c_stepping, only: take_back
@@ -47,7 +48,9 @@ contains
       if (status%ok()) call run%expect(handle%events, handle%system, status)
       if (.not. status%ok()) return
       call remember(handle, first, run%events)
-      call run%go(handle%system, status, taker)
+      call find_steps_asking(run, handle%poll, handle%failure, handle%system, status)
+      if (status%ok()) call run%go(handle%system, status, taker)
+      handle%found_tolerance = run%plan%goal%local_tolerance
       if (handle%failure(1) /= 0) then
          call take_back(handle, first, status)
          handle%found%n = 0

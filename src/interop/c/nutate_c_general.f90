@@ -18,7 +18,7 @@ module nutate_c_general
    public :: nutate_get_version, nutate_status_text, nutate_last_message, nutate_exact_free_body
 
    !> What a status means; the first is that of 0.
-   character(len=*), parameter :: meanings(0:13) = [character(len=64) :: &
+   character(len=*), parameter :: meanings(0:14) = [character(len=64) :: &
       'success', &
       'the iteration of a step did not converge', &
       'the step is too long to follow the motion', &
@@ -32,7 +32,8 @@ module nutate_c_general
       'not a handle of this kind: NULL, another kind, or destroyed', &
       'a callback reported a failure', &
       'a text did not fit into its buffer and was cut', &
-      'memory ran out']
+      'memory ran out', &
+      'the run was asked to stop']
 
 contains
 

@@ -6,6 +6,7 @@ module nutate_c_handles
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: report_failures_to
    use nutate_c_found, only: found_events_t
+   use nutate_c_polls, only: poll_t
    use nutate_c_text, only: message_to_c
    use nutate_columns, only: columns_t
    use nutate_event_tracker, only: event_list_t, event_tracker_t
@@ -15,7 +16,7 @@ module nutate_c_handles
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    implicit none
@@ -24,7 +25,7 @@ module nutate_c_handles
    public :: handle_t, system_handle_t, scene_handle_t, stepper_handle_t, history_handle_t
    public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK
    public :: find_system, find_scene, find_stepper, find_history, find_handle
-   public :: open_slot, erase_mark, copy_system, null_argument, report, conclude
+   public :: open_slot, erase_mark, copy_system, null_argument, report, conclude, make_room
 
    !> Marks of the four kinds.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
@@ -50,6 +51,8 @@ module nutate_c_handles
    !> A scene.
    type, extends(handle_t) :: scene_handle_t
       type(scene_t) :: scene
+      !> Whom its runs ask whether to go on.
+      type(poll_t) :: poll
    end type scene_handle_t
 
    !> The rows of a run.
@@ -104,6 +107,13 @@ module nutate_c_handles
       integer(long) :: unproved_steps = 0
       !> `estimate` and `round_off` of the last run with an accuracy, rad.
       real(wp) :: error(2) = 0.0_wp
+      !> Method, order are open, and chosen for each run to a time.
+      logical :: chooses_method = .false., chooses_order = .false.
+      !> Time of the run that `auto` has chosen a method for, s; and the error of a step that pilot runs of the last run
+      !> with an accuracy have found, rad.
+      real(wp) :: duration = 0.0_wp, found_tolerance = 0.0_wp
+      !> Whom runs ask whether to go on.
+      type(poll_t) :: poll
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first
       real(wp) :: first_energy = 0.0_wp
@@ -197,6 +207,24 @@ contains
       call to%effects%append(from%effects)
       call report_failures_to(to%effects, cell)
    end subroutine copy_system
+
+   !> Room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
+   subroutine make_room(history, status)
+      type(history_handle_t), intent(inout) :: history
+      type(status_t), intent(inout) :: status
+      real(wp), allocatable :: grown(:, :)
+      integer(c_size_t), parameter :: first_room = 1024
+      integer :: failed
+      if (.not. allocated(history%values)) allocate (history%values(history%width, 0))
+      if (history%rows < size(history%values, 2, c_size_t)) return
+      allocate (grown(history%width, max(first_room, 2*history%rows)), stat=failed)
+      if (failed /= 0) then
+         status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many rows')
+         return
+      end if
+      grown(:, 1:history%rows) = history%values
+      call move_alloc(grown, history%values)
+   end subroutine make_room
 
    !> The status of an argument that is null and must not be.
    pure function null_argument(name) result(status)

@@ -4,8 +4,9 @@ module nutate_c_history
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, &
       c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
-   use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
-      open_slot, report, scene_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, make_room, &
+      null_argument, open_slot, report, scene_handle_t, HISTORY_MARK
+   use nutate_c_polls, only: integrate_asking, poll_t
    use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t
    use nutate_event, only: event_t
@@ -15,7 +16,7 @@ module nutate_c_history
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
-   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_FINITE, &
       NUTATE_NO_MEMORY, NUTATE_OK
@@ -26,15 +27,13 @@ module nutate_c_history
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
       nutate_history_values, nutate_history_unproved, nutate_history_destroy
 
-   !> Room for rows at the start.
-   integer(c_size_t), parameter :: first_room = 1024
-
    !> Keeps rows in memory.
    type, extends(observer_t) :: collector_t
       type(columns_t) :: columns
       type(history_handle_t), pointer :: history => null()
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int), pointer :: failure(:) => null()
+      type(poll_t) :: whom
    contains
       procedure :: observe => collect_row
       procedure :: poll => poll_collector
@@ -46,6 +45,7 @@ module nutate_c_history
    type, extends(history_t) :: writer_t
       integer(c_int), pointer :: failure(:) => null()
       type(event_history_t) :: events
+      type(poll_t) :: whom
    contains
       procedure :: show_event => write_event
       procedure :: observe => write_row
@@ -206,6 +206,7 @@ contains
       type(system_t) :: system
       type(state_t) :: state
       type(run_summary_t) :: summary
+      type(run_plan_t) :: plan
       integer(c_int), target :: failure(2)
       failure = 0
       call lock_texts()
@@ -214,18 +215,20 @@ contains
       call unlock_texts()
       if (.not. status%ok()) return
       handle%width = collector%columns%width
-      allocate (handle%values(handle%width, first_room))
       call copy_system(from%scene%system, system, c_loc(failure))
       collector%history => handle
       collector%failure => failure
+      collector%whom = from%poll
       collector%sees_every_step = collector%columns%follows_steps
       call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia, &
                                    backward=from%scene%plan%end_time < from%scene%initial%t)
       call add_failure(failure, status)
       if (.not. status%ok()) return
       state = from%scene%initial
-      call integrate(system, from%scene%integrator, state, from%scene%plan, status, collector, summary, &
-                     from%scene%events)
+      plan = from%scene%plan
+      call integrate_asking(from%poll, failure, system, from%scene%integrator, state, plan, status, collector, &
+                            summary, from%scene%events)
+      call add_failure(failure, status)
       handle%unproved_steps = summary%unproved_steps
    end subroutine collect
 
@@ -238,10 +241,13 @@ contains
       type(system_t) :: system
       type(state_t) :: state
       type(status_t) :: closing
+      type(run_plan_t) :: plan
       integer(c_int), target :: failure(2)
       failure = 0
       call copy_system(from%scene%system, system, c_loc(failure))
       writer%failure => failure
+      writer%whom = from%poll
+      plan = from%scene%plan
       call lock_texts()
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
                        from%scene%integrator%inverse_auxiliary_inertia, status, from%scene%output%degrees, &
@@ -251,8 +257,8 @@ contains
       if (.not. status%ok()) return
       call add_failure(failure, status)
       state = from%scene%initial
-      if (status%ok()) call integrate(system, from%scene%integrator, state, from%scene%plan, &
-                                     status, writer, events=from%scene%events)
+      if (status%ok()) call integrate_asking(from%poll, failure, system, from%scene%integrator, state, plan, &
+                                            status, writer, events=from%scene%events)
       call add_failure(failure, status)
       call lock_texts()
       if (status%ok() .and. writer%events%wanted) call writer%events%file%finish(status)
@@ -328,28 +334,13 @@ contains
       if (status%ok()) call self%history%found%put(system, event, number, state, status)
    end subroutine collect_event
 
-   !> Room for one more row. Errors: `NUTATE_NO_MEMORY`.
-   subroutine make_room(history, status)
-      type(history_handle_t), intent(inout) :: history
-      type(status_t), intent(inout) :: status
-      real(wp), allocatable :: grown(:, :)
-      integer :: failed
-      if (history%rows < size(history%values, 2, c_size_t)) return
-      allocate (grown(history%width, 2*history%rows), stat=failed)
-      if (failed /= 0) then
-         status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many rows')
-         return
-      end if
-      grown(:, 1:history%rows) = history%values
-      call move_alloc(grown, history%values)
-   end subroutine make_room
-
-   !> Ends the run where a callback has failed.
+   !> Ends the run where a callback has failed, or the program wants it.
    subroutine poll_collector(self, fraction, status)
       class(collector_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       status = judge_failure(self%failure)
+      if (status%ok()) call self%whom%ask(status)
    end subroutine poll_collector
 
    !> Follows angles that must not lose turns.
@@ -370,12 +361,13 @@ contains
       if (status%ok()) call self%history_t%observe(system, state, record, status)
    end subroutine write_row
 
-   !> Ends the run where a callback has failed.
+   !> Ends the run where a callback has failed, or the program wants it.
    subroutine poll_writer(self, fraction, status)
       class(writer_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       status = judge_failure(self%failure)
+      if (status%ok()) call self%whom%ask(status)
    end subroutine poll_writer
 
 end module nutate_c_history

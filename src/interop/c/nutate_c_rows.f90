@@ -1,9 +1,9 @@
-!> Rows of a run in an array of C.
+!> Rows of a run in an array of C, or in a history.
 module nutate_c_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_null_ptr, c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
-   use nutate_c_handles, only: stepper_handle_t
+   use nutate_c_handles, only: history_handle_t, make_room, stepper_handle_t
    use nutate_event, only: event_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
@@ -20,7 +20,9 @@ module nutate_c_rows
       !> `double[capacity][width]`, or null; rows that it has room for, beyond the greatest integer a negative number.
       type(c_ptr) :: array = c_null_ptr
       integer(c_size_t) :: capacity = 0
-      !> There is an array.
+      !> Takes the rows in place of an array, and has room for all.
+      type(history_handle_t), pointer :: history => null()
+      !> There is an array, or a history.
       logical :: wants_rows = .false.
       !> Rows so far.
       integer(c_size_t) :: rows = 0
@@ -50,7 +52,9 @@ contains
       !> Rows that it must hold.
       integer(long), intent(in) :: needed
       type(status_t), intent(out) :: status
-      if (.not. c_associated(self%array)) return
+      self%wants_rows = associated(self%history)
+      if (self%wants_rows) self%history%width = width
+      if (.not. c_associated(self%array) .or. self%wants_rows) return
       if (self%capacity >= 0 .and. self%capacity < needed) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the array for the rows is too small', 'capacity')
          return
@@ -104,7 +108,11 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
-      if (taker%rows >= size(taker%values, 2, c_size_t)) then
+      if (associated(taker%history)) then
+         call make_room(taker%history, status)
+         if (status%code /= 0) return
+         taker%values => taker%history%values
+      else if (taker%rows >= size(taker%values, 2, c_size_t)) then
          status = fail(NUTATE_STEP_LIMIT, 'the run has more rows than the array has room for')
          return
       end if
@@ -114,6 +122,7 @@ contains
       end associate
       call add_failure(handle%failure, status)
       if (status%code == 0) taker%rows = taker%rows + 1
+      if (associated(taker%history)) taker%history%rows = taker%rows
    end subroutine put_row
 
    !> Writes a row of a run whose steps are chosen by their error.
@@ -149,12 +158,13 @@ contains
       if (status%code == 0) call self%handle%found%put(system, event, number, state, status)
    end subroutine take_event
 
-   !> Ends the run where a callback has failed.
+   !> Ends the run where a callback has failed, or the program wants it.
    subroutine ask_callbacks(self, fraction, status)
       class(row_taker_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       status = judge_failure(self%handle%failure)
+      if (status%ok()) call self%handle%poll%ask(status)
    end subroutine ask_callbacks
 
    !> Follows angles that must not lose turns.

@@ -4,22 +4,22 @@ module nutate_c_runs
    use nutate_admissible, only: admits, POSITIVE
    use nutate_c_event_runs, only: run_with_events
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
+   use nutate_c_polls, only: integrate_asking, steps_between_looks
    use nutate_c_rows, only: row_taker_t, write_row
-   use nutate_c_settings, only: prepare_if_needed
+   use nutate_c_settings, only: choose_for, prepare_if_needed
    use nutate_c_stepping, only: take_back, test_step
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps, take_nominal_step
    use nutate_kinds, only: wp, long
    use nutate_limits, only: is_countable, is_moderate
    use nutate_progress, only: is_over, run_summary_t, start_run
-   use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
    implicit none
    private
 
-   public :: nutate_stepper_run, nutate_stepper_run_to, nutate_stepper_count_rows
+   public :: nutate_stepper_run, nutate_stepper_run_to, nutate_stepper_count_rows, run_to
 
 contains
 
@@ -72,15 +72,7 @@ contains
       taker%array = rows
       taker%capacity = capacity
       plan = run_plan_t(end_time=end_time, every=every, interval=interval)
-      call check_run(handle, plan, status)
-      if (status%ok()) then
-         if (handle%plan%goal%active()) then
-            plan%goal = handle%plan%goal
-            call run_controlled(handle, plan, taker, status)
-         else
-            call run_nominal(handle, plan, taker, status)
-         end if
-      end if
+      call run_to(handle, plan, taker, status)
       if (present(n_rows)) n_rows = taker%rows
       code = conclude(handle, status)
    end function nutate_stepper_run_to
@@ -103,6 +95,28 @@ contains
       n_rows = rows_of(n, every)
       code = NUTATE_OK
    end function nutate_stepper_count_rows
+
+   !> Runs to the end time of a plan that says when rows are due: with nominal steps, or steps chosen by their error.
+   !> Errors: `NUTATE_BAD_ARGUMENT`, why a step failed, those of callbacks and rows.
+   subroutine run_to(handle, plan, taker, status)
+      type(stepper_handle_t), intent(inout), target :: handle
+      type(run_plan_t), intent(inout) :: plan
+      type(row_taker_t), intent(inout) :: taker
+      type(status_t), intent(out) :: status
+      call check_run(handle, plan, status)
+      if (.not. status%ok()) return
+      if (handle%plan%goal%active()) then
+         plan%goal = handle%plan%goal
+         call choose_for(handle, plan%end_time)
+         call run_by_plan(handle, plan, taker, status)
+      else if (allocated(plan%times)) then
+         call get_going(handle, status)
+         plan%time_step = handle%plan%time_step
+         if (status%ok()) call run_by_plan(handle, plan, taker, status)
+      else
+         call run_nominal(handle, plan, taker, status)
+      end if
+   end subroutine run_to
 
    !> Prepares what nominal steps need. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine get_going(handle, status)
@@ -189,6 +203,8 @@ contains
             if (mod(i, every) == 0 .or. is_over(handle%run)) call write_row(handle, taker, status)
             if (status%code /= 0) exit
          end if
+         if (mod(i, steps_between_looks) == 0) call handle%poll%ask(status)
+         if (status%code /= 0) exit
       end do
       if (handle%run%n_steps < huge(n)) handle%under_way = .false.
    end subroutine continue_run
@@ -283,11 +299,11 @@ contains
       call run_with_events(handle, whole, taker, status)
    end subroutine look_for_events
 
-   !> Steps chosen by their error, to the end time of a plan. Errors: those of the method, of callbacks and rows; after
-   !> a failed callback the state is that before the run.
-   subroutine run_controlled(handle, plan, taker, status)
+   !> Steps that the run itself chooses, to the end time of a plan. Errors: those of the method, of callbacks and rows;
+   !> after a failed callback the state is that before the run.
+   subroutine run_by_plan(handle, plan, taker, status)
       type(stepper_handle_t), intent(inout), target :: handle
-      type(run_plan_t), intent(in) :: plan
+      type(run_plan_t), intent(inout) :: plan
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
       type(run_summary_t) :: summary
@@ -306,8 +322,12 @@ contains
       call keep_work(handle)
       handle%under_way = .false.
       if (abs(plan%end_time - state%t) > 0.0_wp) then
-         call integrate(handle%system, handle%settings, state, plan, status, taker, summary)
-      else
+         call integrate_asking(handle%poll, handle%failure, handle%system, handle%settings, state, plan, status, &
+                               taker, summary)
+         handle%found_tolerance = plan%goal%local_tolerance
+      else if (.not. allocated(plan%times)) then
+         call write_row(handle, taker, status)
+      else if (size(plan%times) > 0) then
          call write_row(handle, taker, status)
       end if
       if (handle%failure(1) /= 0) then
@@ -323,6 +343,6 @@ contains
       do i = 1, size(summary%work)
          call add_increment(handle%work, handle%work_compensation, summary%work(i))
       end do
-   end subroutine run_controlled
+   end subroutine run_by_plan
 
 end module nutate_c_runs

@@ -16,7 +16,7 @@ module nutate_c_settings
    implicit none
    private
 
-   public :: set_key, prepare, prepare_if_needed
+   public :: set_key, get_key, prepare, prepare_if_needed, choose_for
 
 contains
 
@@ -76,6 +76,44 @@ contains
       call move_alloc(kept, group%settings)
    end subroutine drop
 
+   !> What is in force for a key of `&integrator`: what was set, or else what was chosen for it. Errors: those of
+   !> `prepare`; `NUTATE_BAD_ARGUMENT` for a key that is not known here.
+   subroutine get_key(handle, key, value, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      character(len=*), intent(in) :: key
+      !> As in a scene; a text without its quotes.
+      character(len=*), intent(out) :: value
+      type(status_t), intent(out) :: status
+      value = ''
+      call prepare_if_needed(handle, status)
+      if (.not. status%ok()) return
+      associate (settings => handle%settings, plan => handle%plan)
+         select case (key)
+         case ('method')
+            value = settings%method
+         case ('linear_solver')
+            value = settings%linear_solver
+         case ('order')
+            write (value, '(i0)') settings%order
+         case ('series_order')
+            write (value, '(i0)') settings%series_order
+         case ('conserve')
+            value = merge('.true. ', '.false.', settings%conserve)
+         case ('time_step')
+            write (value, '(es24.16e3)') merge(0.0_wp, plan%time_step, plan%goal%active())
+         case ('accuracy')
+            write (value, '(es24.16e3)') plan%goal%accuracy
+         case ('local_tolerance')
+            write (value, '(es24.16e3)') merge(handle%found_tolerance, plan%goal%local_tolerance, &
+                                               plan%goal%accuracy > 0.0_wp)
+         case default
+            status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, linear_solver, order, series_order, '// &
+                          'conserve, time_step, accuracy, local_tolerance', 'key')
+         end select
+      end associate
+      value = adjustl(value)
+   end subroutine get_key
+
    !> Prepares the method that the settings ask for. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine prepare(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
@@ -108,7 +146,6 @@ contains
       type(status_t), intent(inout) :: status
       type(group_t) :: group
       type(scene_error_t) :: error
-      character(len=:), allocatable :: reason
       logical :: has_length
 
       group = handle%group
@@ -125,11 +162,7 @@ contains
          return
       end if
       if (.not. has_length) handle%plan%time_step = 0.0_wp
-      ! When runs end is not known yet.
-      if (handle%settings%method == AUTOMATIC_METHOD) call choose_method( &
-         handle%system, handle%first, 0.0_wp, max(handle%plan%goal%accuracy, handle%plan%goal%local_tolerance), &
-         handle%settings, reason)
-      call choose_order(handle%system, 0.0_wp, handle%plan%goal%accuracy, handle%settings)
+      call choose(handle)
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
       handle%first_energy = conserved_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
@@ -141,6 +174,40 @@ contains
                                                      handle%plan%goal%accuracy > 0.0_wp .or. &
                                                      need_attitude(handle%sets)
    end subroutine read_settings
+
+   !> Chooses method and order where they are open, for a run of the duration that the handle says.
+   subroutine choose(handle)
+      !> Its settings as they were read.
+      type(stepper_handle_t), intent(inout) :: handle
+      character(len=:), allocatable :: reason
+      associate (goal => handle%plan%goal)
+         handle%chooses_method = handle%settings%method == AUTOMATIC_METHOD
+         handle%chooses_order = handle%settings%order == 0
+         if (handle%chooses_method) call choose_method(handle%system, handle%run%state, handle%duration, &
+                                                       max(goal%accuracy, goal%local_tolerance), handle%settings, &
+                                                       reason)
+         call choose_order(handle%system, handle%duration, goal%accuracy, handle%settings)
+      end associate
+   end subroutine choose
+
+   !> Chooses again where a run to a time has another duration than the choice was made for: fast tops and strong
+   !> damping are told by it.
+   subroutine choose_for(handle, end_time)
+      !> Prepared.
+      type(stepper_handle_t), intent(inout) :: handle
+      !> s.
+      real(wp), intent(in) :: end_time
+      if (.not. (handle%chooses_method .or. handle%chooses_order)) return
+      handle%duration = end_time - handle%run%state%t
+      if (handle%chooses_method) then
+         handle%settings%method = AUTOMATIC_METHOD
+      else
+         handle%settings%order = 0
+      end if
+      call choose(handle)
+      handle%ready = .false.
+      handle%plain = .false.
+   end subroutine choose_for
 
    !> Appends a key of one number.
    subroutine put_number(group, name, number)

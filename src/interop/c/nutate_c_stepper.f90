@@ -5,8 +5,8 @@ module nutate_c_stepper
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
-   use nutate_c_settings, only: prepare, set_key
-   use nutate_c_text, only: lock_texts, take_text, unlock_texts
+   use nutate_c_settings, only: get_key, prepare, set_key
+   use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
    use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
@@ -20,7 +20,8 @@ module nutate_c_stepper
    private
 
    public :: nutate_stepper_create, nutate_stepper_create_scene, nutate_stepper_destroy, nutate_stepper_set, &
-      nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, nutate_stepper_set_canonical
+      nutate_stepper_get, nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, &
+      nutate_stepper_set_canonical
 
    !> Sets of columns of a stepper that no scene has chosen.
    character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
@@ -111,6 +112,22 @@ contains
       end if
       code = conclude(handle, status)
    end function nutate_stepper_set
+
+   integer(c_int) function nutate_stepper_get(stepper, key, buffer, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, key, buffer
+      integer(c_size_t), intent(in), value :: size
+      character(len=:), allocatable :: name
+      character(len=32) :: value
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      call take_text(key, name)
+      call get_key(handle, name, value, status)
+      code = conclude(handle, status)
+      if (code == NUTATE_OK) code = text_to_c(trim(value), buffer, size)
+   end function nutate_stepper_get
 
    integer(c_int) function nutate_stepper_set_time_step(stepper, time_step) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper

@@ -3,6 +3,7 @@ module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use nutate_c_effects, only: judge_failure
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, STEPPER_MARK
+   use nutate_c_polls, only: steps_between_looks
    use nutate_c_settings, only: prepare_if_needed
    use nutate_failure_causes, only: add_jump
    use nutate_kinds, only: wp
@@ -62,6 +63,11 @@ contains
          if (code /= NUTATE_OK) return
          if (handle%stepper%unproved > 0) handle%unproved_steps = handle%unproved_steps + 1
          if (present(done)) done = i
+         if (mod(i, steps_between_looks) == 0) then
+            call handle%poll%ask(handle%status)
+            code = handle%status%code
+            if (code /= NUTATE_OK) return
+         end if
       end do
    end function nutate_stepper_steps
 

@@ -1,4 +1,4 @@
-! Messages for FORTRAN 77: external subroutine, see nutate_f77_steps.f90 for what the routines have in common.
+! Messages for FORTRAN 77: external subroutines, see nutate_f77_steps.f90 for what the routines have in common.
 
 !> NUTEXT says in words what an INFO means.
 subroutine nutext(info, text)
@@ -32,3 +32,33 @@ subroutine nutext(info, text)
       text = 'no INFO has this value'
    end select
 end subroutine nutext
+
+!> NUWHY says in words what an INFO of a routine means, with the name of the argument that is wrong.
+subroutine nuwhy(name, info, text)
+   use nutate_f77_names, only: argument_name
+   implicit none
+   !> (input) The routine, such as 'NUSTEP'.
+   character(len=*), intent(in) :: name
+   !> (input) The INFO that it gave.
+   integer, intent(in) :: info
+   !> (output) One line, padded with blanks; 72 characters hold all of it.
+   character(len=*), intent(inout) :: text
+   interface
+      subroutine nutext(info, text)
+         implicit none
+         integer, intent(in) :: info
+         character(len=*), intent(inout) :: text
+      end subroutine nutext
+   end interface
+   character(len=:), allocatable :: argument
+   character(len=12) :: number
+   argument = ''
+   ! No routine has more arguments than fit here; -huge(info) has no counterpart to be counted to.
+   if (info < 0 .and. info > -100) argument = argument_name(name, -info)
+   if (argument == '') then
+      call nutext(info, text)
+   else
+      write (number, '(i0)') -info
+      text = 'argument number '//trim(number)//' of '//trim(name)//', '//argument//', is wrong'
+   end if
+end subroutine nuwhy

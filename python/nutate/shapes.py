@@ -1,0 +1,133 @@
+"""What bodies look like: surfaces and edges of shapes, and of the box that has the inertia of a body of any other form."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._library import Array, NutateError
+from .scenes import Scene
+from .systems import System
+
+# Colours of the faces towards -1 and 1, -2 and 2, -3 and 3, or of sectors about the axis; they differ for every kind of colour
+# vision.
+FACES = ("#0b3c5d", "#56b4e9", "#8c510a", "#e69f00", "#009e73", "#d55e00")
+SECTORS = ("#56b4e9", "#0b3c5d", "#e69f00", "#0b3c5d")
+AROUND = 32
+
+
+class Surface:
+    """Triangles of a surface, body axes, m: points of shape (n, 3), corners of shape (m, 3), a colour for each; and the lines
+    of its edges, parted by nan, of shape (k, 3)."""
+
+    def __init__(self, points: npt.ArrayLike, corners: npt.ArrayLike, colours: list[str], edges: npt.ArrayLike) -> None:
+        self.points = np.asarray(points, dtype=np.float64)
+        self.corners = np.asarray(corners, dtype=np.int64)
+        self.colours = colours
+        self.edges = np.asarray(edges, dtype=np.float64)
+
+    def moved(self, axes: Array, origin: Array) -> Surface:
+        """The same surface, its axes turned to the columns of a matrix, its middle put elsewhere."""
+        return Surface(self.points @ axes.T + origin, self.corners, self.colours, self.edges @ axes.T + origin)
+
+    @property
+    def size(self) -> float:
+        """Distance of the farthest point from the reference point, m."""
+        return float(np.linalg.norm(self.points, axis=1).max())
+
+
+def box(edges: Array) -> Surface:
+    """A box with its edges along the axes."""
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    points: list[Any] = []
+    corners: list[list[int]] = []
+    colours: list[str] = []
+    for axis in range(3):
+        for side in (-1, 1):
+            face = signs[signs[:, axis] == side][[0, 1, 3, 2]]
+            corners += [[len(points), len(points) + 1, len(points) + 2], [len(points), len(points) + 2, len(points) + 3]]
+            points += list(face * edges / 2)
+            colours += [FACES[2 * axis + (side > 0)]] * 2
+    pairs = [(a, b) for a in signs for b in signs if np.abs(a - b).sum() == 2 and tuple(a) < tuple(b)]
+    lines = [row for a, b in pairs for row in (a * edges / 2, b * edges / 2, np.full(3, np.nan))]
+    return Surface(points, corners, colours, lines)
+
+
+def turned_profile(radii: Array, heights: Array) -> Surface:
+    """The surface of a profile that is turned about axis 3, its colours by sectors so that spin is seen."""
+    angles = 2 * np.pi * np.arange(AROUND + 1) / AROUND
+    points = [(r * np.cos(angle), r * np.sin(angle), z) for r, z in zip(radii, heights) for angle in angles]
+    corners, colours = [], []
+    for i in range(len(radii) - 1):
+        for k in range(AROUND):
+            a, b = i * (AROUND + 1) + k, (i + 1) * (AROUND + 1) + k
+            corners += [[a, a + 1, b], [a + 1, b + 1, b]]
+            colours += [SECTORS[k * len(SECTORS) // AROUND]] * 2
+    rims = [i for i in range(1, len(radii) - 1) if len(radii) <= 4]
+    lines = [row for i in rims for row in [*points[i * (AROUND + 1):(i + 1) * (AROUND + 1)], (np.nan,) * 3]]
+    return Surface(points, corners, colours, lines or np.empty((0, 3)))
+
+
+def ellipsoid(axes: Array) -> Surface:
+    """An ellipsoid with its semi-axes along the axes."""
+    polar = np.pi * np.arange(AROUND // 2 + 1) / (AROUND // 2)
+    unit = turned_profile(np.sin(polar), -np.cos(polar))
+    return Surface(unit.points * axes, unit.corners, unit.colours, unit.edges)
+
+
+def of_shape(shape: str, size: Array) -> Surface:
+    """A shape of scene files about its centre of mass."""
+    if shape == "box":
+        return box(size)
+    if shape == "cylinder":
+        return turned_profile(size[0] * np.array([0, 1, 1, 0]), size[1] * np.array([-0.5, -0.5, 0.5, 0.5]))
+    if shape == "cone":
+        return turned_profile(size[0] * np.array([0, 1, 0]), size[1] * np.array([-0.75, 0.25, 0.25]))
+    return ellipsoid(size if shape == "ellipsoid" else np.full(3, size[0]))
+
+
+def inertia_box(system: System) -> Surface:
+    """The homogeneous box with the inertia of the body about its centre of mass; 1 kg where its mass is not known, since forms do
+    not depend on it."""
+    mass, center = system.mass, system.center_of_mass
+    inertia = system.inertia - mass * (center @ center * np.eye(3) - np.outer(center, center))
+    moments, axes = np.linalg.eigh(inertia)
+    squares = (moments.sum() / 2 - moments) * 12 / (mass or 1.0)
+    # A plate has an edge of zero; and moments that no body has would give less.
+    edges = np.sqrt(np.maximum(squares, 1e-4 * squares.max()))
+    if np.linalg.det(axes) < 0:
+        axes[:, 0] *= -1
+    return box(edges).moved(axes, center)
+
+
+def surface_of(system: System, scene: Optional[Scene] = None) -> Surface:
+    """What a body looks like: the shape that it was given, else the box of its inertia."""
+    for shape, size in candidates(system, scene):
+        # Overrides, or a text that says it in another way: what is drawn must have the inertia.
+        try:
+            with System(shape=shape, size=size, mass=system.mass, center_of_mass=system.center_of_mass) as twin:
+                if np.allclose(twin.inertia, system.inertia, rtol=1e-9, atol=0):
+                    return of_shape(shape, np.atleast_1d(np.asarray(size, dtype=np.float64))).moved(np.eye(3), system.center_of_mass)
+        except NutateError:
+            continue
+    return inertia_box(system)
+
+
+def candidates(system: System, scene: Optional[Scene]) -> list[tuple[str, Any]]:
+    """Shapes that the body may have, from what it was made of."""
+    given = system._given[1]
+    if given.get("shape") is not None:
+        return [(given["shape"], given["size"])]
+    scene = scene or given.get("scene")
+    texts = [given.get("text")] if scene is None else [*scene._given[0][1:], scene._given[1]["text"]]
+    words = [text if isinstance(text, str) else os.fsdecode(text) for text in texts if text is not None]
+    # Comments may speak of shapes, too.
+    plain = "\n".join(re.sub(r"!.*", "", text) for text in words)
+    shapes = re.findall(r"\bshape\s*=\s*['\"]?(\w+)", plain)
+    sizes = [np.array([float(number) for number in re.split(r"[\s,]+", found.lower().replace("d", "e").strip(" ,\n"))])
+             for found in re.findall(r"\bsize\s*=((?:[\s,]*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?)+)", plain)]
+    return [(shape, size) for shape in shapes for size in sizes]

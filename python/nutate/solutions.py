@@ -1,0 +1,392 @@
+"""A motion from start to end in one call, as SciPy's solve_ivp has it for other equations."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any, Callable, Iterator, Optional, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, quaternion,
+                       refusal, vector)
+from .scenes import Scene
+from .steppers import Stepper
+from .systems import System
+from .tables import Columns
+
+SETS = ("quaternion", "conjugate_momentum", "angular_velocity", "angular_momentum_space", "energy", "constraints")
+# Failures of a step, which leave the rows so far.
+STEPS_FAILED = (NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, STEP_LIMIT)
+# Turn between two looks for events, rad, and looks in a step at least.
+LOOK_TURN, LEAST_LOOKS = 0.2, 8
+# Steps to look through at a time: an event that ends the motion is found before those behind it are asked.
+STEPS_AT_A_TIME = 32
+
+Event = Callable[[float, Array, Array], float]
+
+
+class Motion:
+    """A motion at any time from its start to its end: motion(t) gives the attitude and the angular velocity (body axes, rad/s)
+    at a time, shapes (4,) and (3,), or at n times, shapes (n, 4) and (n, 3). Between the ends of the steps that were taken it
+    goes on from the step before by the same method with the same tolerance: as good as the steps themselves."""
+
+    def __init__(self, stepper: Stepper, ends: dict[str, Array]) -> None:
+        self._stepper = branch_of(stepper)
+        self._ends = ends
+        self._sense = 1.0 if ends["t"][-1] >= ends["t"][0] else -1.0
+
+    def __repr__(self) -> str:
+        return f"<Motion from t={self.t_min:g} s to t={self.t_max:g} s>"
+
+    @property
+    def t_min(self) -> float:
+        """s"""
+        return float(min(self._ends["t"][[0, -1]]))
+
+    @property
+    def t_max(self) -> float:
+        """s"""
+        return float(max(self._ends["t"][[0, -1]]))
+
+    def __call__(self, t: npt.ArrayLike) -> tuple[Array, Array]:
+        rows = self.rows(t)
+        q, omega = stacked(rows, "q", range(4)), stacked(rows, "omega", range(1, 4))
+        return (q[0], omega[0]) if np.ndim(t) == 0 else (q, omega)
+
+    def rows(self, t: npt.ArrayLike) -> dict[str, Array]:
+        """All columns of the solution at a time or times, s."""
+        wanted = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        if wanted.ndim != 1 or not np.all((wanted >= self.t_min) & (wanted <= self.t_max)):
+            raise refusal(f"a time is outside of the motion (expected {self.t_min!r} to {self.t_max!r} s)")
+        times, places = np.unique(wanted, return_inverse=True)
+        found = {name: np.empty(len(times)) for name in self._ends}
+        for k, chosen in self._pieces(times):
+            rows = self._row(k) if times[chosen[0]] == self._ends["t"][k] else self._inside(k, times[chosen])
+            for name, values in rows.items():
+                found[name][chosen] = values
+        return {name: values[places] for name, values in found.items()}
+
+    def _pieces(self, times: Array) -> Iterator[tuple[int, Any]]:
+        """The ends of steps, each with those of the times that it or the step after it has."""
+        ends = self._sense * self._ends["t"]
+        last = np.searchsorted(ends, self._sense * times, side="right") - 1
+        on_end = ends[last] == self._sense * times
+        for k in np.unique(last):
+            for chosen in (np.flatnonzero((last == k) & on_end), np.flatnonzero((last == k) & ~on_end)):
+                if len(chosen):
+                    yield int(k), chosen if self._sense > 0 else chosen[::-1]
+
+    def _row(self, k: int) -> dict[str, Array]:
+        """The end of a step."""
+        return {name: values[k:k + 1] for name, values in self._ends.items()}
+
+    def _inside(self, k: int, times: Array) -> dict[str, Array]:
+        """Rows inside the step that starts at the end of another one."""
+        start = self._row(k)
+        self._stepper.set_canonical(stacked(start, "q", range(4))[0], stacked(start, "p", range(4))[0], start["t"][0])
+        rows = self._stepper.run_to(times[-1], times=times)
+        rows["work"] = rows["work"] + start["work"]
+        rows["energy_residual"] = rows["total"] - self._ends["total"][0] - rows["work"]
+        return rows
+
+
+class Solution(Columns):
+    """What `solve` found.
+
+    t           times of the rows, s, shape (n,)
+    q, omega    attitudes, shape (n, 4), and angular velocities, body axes, rad/s, shape (n, 3)
+    energy      energies by name, J, each of shape (n,): kinetic, potential, total, work, energy_residual
+    sol         the motion at any time between: sol(t) gives q and omega; None without dense_output
+    status      0: the end was reached; 1: an event ended the motion; -1: a step failed
+    message     the same in words; success is status >= 0
+    errors      the largest errors of the invariants at the rows: "norm" (q.q - 1), "orthogonality" (q.p, kg m2/s), "energy"
+                (total - total at the start - work, J), "momentum" (of what is conserved of it, N m s), and "attitude", a bound
+                on that of the attitude at the end, rad, nan where no accuracy was asked for
+    t_events, q_events, omega_events    for each event the times when it happened and the states then
+    method      what was integrated with
+    n_steps     steps that were taken up to the end; None without dense_output
+    unproved_steps  of these the ones that rest on a root without a proof
+
+    solution["omega3"] is a column by its name, solution.columns all of them; to_pandas() and to_xarray() make tables.
+    """
+
+    sol: Optional[Motion]
+
+    def __init__(self, columns: dict[str, Array], sol: Optional[Motion], **facts: Any) -> None:
+        super().__init__(columns)
+        self.sol = sol
+        self.status: int = facts["status"]
+        self.message: str = facts["message"]
+        self.method: str = facts["method"]
+        self.n_steps: Optional[int] = facts["n_steps"]
+        self.unproved_steps: int = facts["unproved_steps"]
+        self.errors: dict[str, float] = facts["errors"]
+        self.t_events: list[Array] = facts["t_events"]
+        self.q_events: list[Array] = facts["q_events"]
+        self.omega_events: list[Array] = facts["omega_events"]
+        self.system: System = facts["system"]
+        self.q = stacked(columns, "q", range(4))
+        self.omega = stacked(columns, "omega", range(1, 4))
+        self.energy = {name: columns[name] for name in ("kinetic", "potential", "total", "work", "energy_residual")}
+
+    @property
+    def success(self) -> bool:
+        """The end was reached, or an event ended the motion."""
+        return self.status >= 0
+
+    def __repr__(self) -> str:
+        errors = ", ".join(f"{name} {value:.1e}" for name, value in self.errors.items())
+        steps = "" if self.n_steps is None else f"{self.n_steps} steps of "
+        return (f"<Solution of {len(self.t)} rows, t={self.t[0]:g} to {self.t[-1]:g} s, {steps}{self.method}: "
+                f"{self.message}; errors: {errors}>") if len(self.t) else f"<Solution without rows: {self.message}>"
+
+    def view(self, **options: Any) -> Any:
+        """As nutate.view."""
+        from ._page import view
+        return view(self, **options)
+
+
+def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.ArrayLike] = None,
+          t_span: Optional[Sequence[float]] = None, t_eval: Optional[npt.ArrayLike] = None,
+          accuracy: Optional[float] = 1e-8, method: Optional[str] = "auto",
+          events: Union[None, Event, Sequence[Event]] = None, *, frame: str = "body", dense_output: bool = True,
+          **settings: Any) -> Solution:
+    """The motion of a System from t_span[0] to t_span[1], s, forward or back, from the attitude q0 (scalar first, or a Rotation of
+    SciPy; the identity unless given) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space"). A Scene
+    gives its body and effects, and start and end where they are not given.
+
+    accuracy   error of the attitude that is not to be exceeded at the end, rad; pilot runs find the steps for it. Or give
+               local_tolerance=, the error of each step, or time_step=; these and other `settings` are the keys of &integrator
+    method     "auto" chooses by the accuracy; see docs/scenes.md
+    t_eval     times of the rows, s, in the order of the run; otherwise the ends of the steps
+    events     event(t, q, omega), or several: functions that are 0 where they happen. As in SciPy they may have attributes:
+               direction (1: only where it grows, -1: only where it falls) and terminal (True: the motion ends there; n: at the
+               n-th time). They are looked for inside the steps, some 30 times a turn of the body; what changes its sign twice
+               between two looks is missed
+    dense_output  False saves the memory of `sol` where t_eval is given and there are no events
+
+    What a callback or event raises comes out as it is, with the rows so far as its attribute `history`, and so does the
+    KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""
+    body, q0, omega0, span = start_of(system, q0, omega0, t_span)
+    if "time_step" in settings or "local_tolerance" in settings:
+        accuracy = None
+    if "time_step" in settings and method == "auto":
+        method = None
+    given = {"accuracy": accuracy, "method": method, **settings}
+    if "time_step" in given:
+        given["time_step"] = np.copysign(float(given["time_step"]), span[1] - span[0])
+    looked_for = [events] if callable(events) else list(events or ())
+    times = None if t_eval is None else times_of(t_eval, span)
+    with Stepper(body, **{key: value for key, value in given.items() if value is not None}) as stepper:
+        stepper.set_columns(*SETS)
+        stepper.set_state(q0, omega0, span[0], frame=frame)
+        rows_only = times is not None and not dense_output and not looked_for
+        ends, failed = run_of(stepper, span[1], times if rows_only else None)
+        sol = None if rows_only or not len(ends["t"]) else Motion(stepper, ends)
+        found = Found(looked_for)
+        if sol is not None:
+            try:
+                found.look(sol, ends)
+            except BaseException as error:
+                error.history = ends  # type: ignore[attr-defined]
+                raise
+        columns = ends if sol is None else rows_of(sol, ends, times, found)
+        return Solution(columns, sol if dense_output else None, system=copy.copy(body), method=stepper.get("method"),
+                        n_steps=None if rows_only else steps_before(ends["t"], found.end), unproved_steps=stepper.unproved_steps,
+                        errors=errors_of(stepper, columns, failed), **found.states(sol), **outcome(failed, found))
+
+
+def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLike],
+             t_span: Optional[Sequence[float]]) -> tuple[System, Any, Array, tuple[float, float]]:
+    """The system, and the start and the times of its motion, those of a scene where they are not given."""
+    span = None if t_span is None else vector(t_span, 2, "t_span")
+    if isinstance(system, Scene):
+        if system.has_events:
+            raise refusal("the scene has groups &event, which its run heeds (expected a scene without them, and events=)")
+        attitude, rates = system.initial
+        q0 = attitude if q0 is None else q0
+        omega0 = rates if omega0 is None else omega0
+        span = np.array([0.0, system.plan[1]]) if span is None else span
+        system = System(scene=system)
+    if omega0 is None or span is None:
+        raise refusal("solve takes omega0 and t_span, unless a Scene has them")
+    return system, quaternion((1, 0, 0, 0) if q0 is None else q0, "q0"), vector(omega0, 3, "omega0"), (float(span[0]), float(span[1]))
+
+
+def times_of(t_eval: npt.ArrayLike, span: tuple[float, float]) -> Array:
+    """The times of the rows. They must be in the order of the run, and in it."""
+    times = np.atleast_1d(np.asarray(t_eval, dtype=np.float64))
+    sense = 1.0 if span[1] >= span[0] else -1.0
+    if (times.ndim != 1 or np.any(np.diff(sense * times) <= 0) or not np.all(np.isfinite(times))
+            or np.any(sense * times < sense * span[0]) or np.any(sense * times > sense * span[1])):
+        raise refusal("t_eval is not in order, or not inside t_span")
+    return times
+
+
+def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[dict[str, Array], Optional[NutateError]]:
+    """The rows of a run, and why a step failed, if one did."""
+    try:
+        return stepper.run_to(end, times=times), None
+    except NutateValueError:
+        raise
+    except NutateError as error:
+        if error.status not in STEPS_FAILED or not len(error.history.get("t", ())):
+            raise
+        return error.history, error
+
+
+def branch_of(stepper: Stepper) -> Stepper:
+    """A stepper that takes steps as good as those of a run that another one has done."""
+    branch = copy.copy(stepper)
+    if float(stepper.get("accuracy")) > 0:
+        method = stepper.get("method")
+        keys = {"nielsen_krenk": ("order", "linear_solver"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
+        branch.set(method=method, local_tolerance=stepper.get("local_tolerance"), **{key: stepper.get(key) for key in keys})
+    return branch
+
+
+def stacked(columns: dict[str, Array], name: str, numbers: Any) -> Array:
+    """Columns NAME with the numbers, side by side."""
+    return np.stack([columns[f"{name}{i}"] for i in numbers], axis=-1)
+
+
+def rows_of(sol: Motion, ends: dict[str, Array], times: Optional[Array], found: Found) -> dict[str, Array]:
+    """The rows that were asked for, up to the event that ended the motion, with a last row there."""
+    sense, last = sol._sense, found.end if found.end is not None else float(ends["t"][-1])
+    wanted = ends["t"] if times is None else times
+    wanted = wanted[sense * wanted <= sense * last]
+    if times is None and found.end is not None and (not len(wanted) or wanted[-1] != last):
+        wanted = np.append(wanted, last)
+    return ends if len(wanted) == len(ends["t"]) and times is None else sol.rows(wanted)
+
+
+def steps_before(ends: Array, end: Optional[float]) -> int:
+    """Steps of a run up to a time, or to its end."""
+    if end is None:
+        return max(len(ends) - 1, 0)
+    return int(np.count_nonzero(np.abs(ends - ends[0]) < abs(end - ends[0])))
+
+
+def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[NutateError]) -> dict[str, float]:
+    """The largest errors of the invariants."""
+    asked_for = float(stepper.get("accuracy")) > 0 and failed is None
+    errors = {"attitude": float(stepper.estimated_error[0]) if asked_for else float("nan")}
+    if not len(columns["t"]):
+        return errors
+    conserved, axis = stepper.conserved
+    momentum = np.stack([columns[name] for name in ("l_x", "l_y", "l_z")], axis=-1)
+    change = momentum - momentum[0]
+    if conserved:
+        errors["momentum"] = float(np.max(np.linalg.norm(change, axis=1) if conserved == 3 else np.abs(change @ axis)))
+    for name, column in (("energy", "energy_residual"), ("norm", "norm_error"), ("orthogonality", "orthogonality")):
+        errors[name] = float(np.max(np.abs(columns[column])))
+    return errors
+
+
+def outcome(failed: Optional[NutateError], found: Found) -> dict[str, Any]:
+    """Status and message."""
+    if found.end is not None:
+        name = getattr(found.events[found.ended_by], "__name__", "")
+        return {"status": 1, "message": f"event {found.ended_by} ({name}) ended the motion"}
+    if failed is not None:
+        return {"status": -1, "message": str(failed)}
+    return {"status": 0, "message": "the end was reached"}
+
+
+class Found:
+    """When events happened."""
+
+    def __init__(self, events: Sequence[Event]) -> None:
+        self.events = events
+        self.times: list[list[float]] = [[] for _ in events]
+        # When and by which event the motion was ended.
+        self.end: Optional[float] = None
+        self.ended_by = -1
+
+    def look(self, sol: Motion, ends: dict[str, Array]) -> None:
+        """Looks for them in all steps up to the end."""
+        seen = [Seen(event) for event in self.events]
+        for first in range(0, len(ends["t"]) - 1 if self.events else 0, STEPS_AT_A_TIME):
+            part = {name: ends[name][first:first + STEPS_AT_A_TIME + 1] for name in ("t", "omega1", "omega2", "omega3")}
+            times = look_times(part)
+            q, omega = sol(times)
+            for k, t in enumerate(times):
+                for i, each in enumerate(seen):
+                    self.times[i] += each.look(sol, float(t), q[k], omega[k])
+            self._find_end(sol)
+            if self.end is not None:
+                return
+
+    def _find_end(self, sol: Motion) -> None:
+        """Which event ends the motion first, if one does; what happens later does not count."""
+        for i, event in enumerate(self.events):
+            allowed = int(getattr(event, "terminal", None) or 0)
+            if allowed and len(self.times[i]) >= allowed:
+                end = self.times[i][allowed - 1]
+                if self.end is None or sol._sense * end < sol._sense * self.end:
+                    self.end, self.ended_by = end, i
+        if self.end is not None:
+            self.times = [[t for t in happened if sol._sense * t <= sol._sense * self.end] for happened in self.times]
+
+    def states(self, sol: Optional[Motion]) -> dict[str, list[Array]]:
+        """Times and states of the events."""
+        times = [np.array(happened) for happened in self.times]
+        states = [sol(happened) if sol is not None and len(happened) else (np.empty((0, 4)), np.empty((0, 3)))
+                  for happened in times]
+        return {"t_events": times, "q_events": [q for q, _ in states], "omega_events": [omega for _, omega in states]}
+
+
+def look_times(ends: dict[str, Array]) -> Array:
+    """Times to look at, several in each step."""
+    t, rate = ends["t"], np.linalg.norm(stacked(ends, "omega", range(1, 4)), axis=1)
+    turns = np.abs(np.diff(t)) * np.maximum(rate[:-1], rate[1:])
+    looks = np.maximum(LEAST_LOOKS, np.ceil(turns / LOOK_TURN)).astype(int)
+    pieces = [np.linspace(t[k], t[k + 1], n, endpoint=False) for k, n in enumerate(looks)]
+    return np.concatenate([*pieces, t[-1:]])
+
+
+class Seen:
+    """An event, and its last look that was not 0."""
+
+    def __init__(self, event: Event) -> None:
+        self.event = event
+        self.direction = getattr(event, "direction", 0)
+        self.before: Optional[tuple[float, float]] = None
+
+    def look(self, sol: Motion, t: float, q: Array, omega: Array) -> list[float]:
+        """Looks at a time later than the last one: when the event happened in between. That it is 0 at the start does not
+        count."""
+        value = float(self.event(t, q, omega))
+        before, self.before = self.before, (t, value) if value != 0 else None
+        if before is None:
+            return []
+        if before[1] * value > 0 or self.direction * (value - before[1]) < 0 or np.isnan(value):
+            return []
+        return [root(lambda at: float(self.event(at, *sol(at))), before[0], t, before[1], value)]
+
+
+def root(function: Callable[[float], float], a: float, b: float, f_a: float, f_b: float) -> float:
+    """A root between a and b, to the round-off of the time: secants by the rule of Illinois, halves where they are slow."""
+    tolerance = 4 * np.spacing(max(abs(a), abs(b)))
+    while f_b != 0 and abs(b - a) > tolerance:
+        width = abs(b - a)
+        for _ in range(3):
+            t = b - f_b * (b - a) / (f_b - f_a)
+            if not min(a, b) < t < max(a, b):
+                t = 0.5 * (a + b)
+            f_t = function(t)
+            if f_t * f_b <= 0:
+                a, f_a = b, f_b
+            else:
+                f_a *= 0.5
+            b, f_b = t, f_t
+            if f_b == 0 or abs(b - a) <= tolerance:
+                return b
+        if abs(b - a) > 0.5 * width:
+            t = 0.5 * (a + b)
+            f_t = function(t)
+            if f_t * f_b <= 0:
+                a, f_a = b, f_b
+            b, f_b = t, f_t
+    return b

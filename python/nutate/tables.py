@@ -1,0 +1,80 @@
+"""Columns of a run as tables of other packages: pandas, xarray."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from typing import Any, Iterator, Mapping, Union
+
+import numpy as np
+
+from ._library import Array
+
+# Columns that are components of one quantity: its name, its axis and the unit; then those that stand alone.
+VECTORS = (("q", ("q0", "q1", "q2", "q3"), "quaternion", "1"), ("p", ("p0", "p1", "p2", "p3"), "quaternion", "kg m2/s"),
+           ("omega", ("omega1", "omega2", "omega3"), "body_axis", "rad/s"),
+           ("omega_space", ("omega_x", "omega_y", "omega_z"), "space_axis", "rad/s"),
+           ("L", ("L1", "L2", "L3"), "body_axis", "N m s"), ("l", ("l_x", "l_y", "l_z"), "space_axis", "N m s"))
+AXES = {"quaternion": [0, 1, 2, 3], "body_axis": [1, 2, 3], "space_axis": ["x", "y", "z"]}
+UNITS = {"t": "s", "kinetic": "J", "potential": "J", "total": "J", "work": "J", "energy_residual": "J", "phi": "rad",
+         "theta": "rad", "psi": "rad", "orthogonality": "kg m2/s"}
+
+
+def unit_of(name: str) -> str:
+    """Unit of a column."""
+    for _, names, _, unit in VECTORS:
+        if name in names:
+            return unit
+    if name.endswith("_deg"):
+        return "deg/s" if re.match("omega", name) else "deg"
+    return UNITS.get(name, "1")
+
+
+class Columns(Mapping[str, Array]):
+    """Columns by their names, "t" the first."""
+
+    def __init__(self, columns: Mapping[str, Array]) -> None:
+        self.columns = dict(columns)
+        self.t = self.columns["t"]
+
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    def to_pandas(self) -> Any:
+        """As nutate.to_pandas."""
+        return to_pandas(self)
+
+    def to_xarray(self) -> Any:
+        """As nutate.to_xarray."""
+        return to_xarray(self)
+
+
+def to_pandas(history: Union[Mapping[str, Array], Columns]) -> Any:
+    """The columns of a run, of nutate.run, of a stepper or of nutate.solve, as a DataFrame of pandas with the time, s, as its
+    index; attrs["units"] has their units."""
+    pandas = importlib.import_module("pandas")
+    frame = pandas.DataFrame({name: values for name, values in history.items() if name != "t"},
+                             index=pandas.Index(np.asarray(history["t"]), name="t"))
+    frame.attrs["units"] = {name: unit_of(name) for name in history}
+    return frame
+
+
+def to_xarray(history: Union[Mapping[str, Array], Columns]) -> Any:
+    """The columns of a run as a Dataset of xarray over the time, s: attitude q, angular velocity omega and momenta with an axis
+    of their own, all else column by column; each has its unit in attrs["units"]."""
+    xarray = importlib.import_module("xarray")
+    rest = {name: values for name, values in history.items() if name != "t"}
+    variables: dict[str, Any] = {}
+    for name, names, axis, unit in VECTORS:
+        if all(part in rest for part in names):
+            variables[name] = (("t", axis), np.stack([rest.pop(part) for part in names], axis=-1), {"units": unit})
+    variables.update({name: (("t",), np.asarray(values), {"units": unit_of(name)}) for name, values in rest.items()})
+    used = {dimension for dimensions, _, _ in variables.values() for dimension in dimensions}
+    axes = {axis: values for axis, values in AXES.items() if axis in used}
+    return xarray.Dataset(variables, coords={"t": ("t", np.asarray(history["t"]), {"units": "s"}), **axes})

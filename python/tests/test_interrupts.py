@@ -1,0 +1,159 @@
+"""Ctrl-C in long runs, and what is left of runs that end half-way."""
+
+import os
+import signal
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import nutate
+from test_nutate import BOX, make_box
+
+# Time of the processor, s, so that it is the same where others work too. No run sleeps.
+SOON = 0.2 if os.environ.get("NUTATE_SLOW_BUILD") is None else 5.0
+
+
+class Stop:
+    """Sends Ctrl-C after a while; says how long it took to be heard."""
+
+    def __init__(self, after=0.3, times=1):
+        self.sent = None
+        self._after, self._times = after, times
+        self._thread = threading.Thread(target=self._send)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error):
+        self._thread.join()
+
+    def _send(self):
+        for _ in range(self._times):
+            time.sleep(self._after)
+            self.sent = time.process_time()
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+class InterruptTest(unittest.TestCase):
+    """Runs that would take minutes."""
+
+    def stop(self, call, wants_rows=True, soon=SOON):
+        """Interrupts a call: the rows that it leaves."""
+        with Stop() as stop, self.assertRaises(KeyboardInterrupt) as caught:
+            call()
+        self.assertLess(time.process_time() - stop.sent, soon)
+        self.assertIs(signal.getsignal(signal.SIGINT), signal.default_int_handler)
+        history = getattr(caught.exception, "history", {"t": ()})
+        if wants_rows:
+            self.assertGreater(len(history["t"]), 0)
+        return history
+
+    def test_nominal_steps_end_with_their_rows(self):
+        stepper = make_box()
+        rows = self.stop(lambda: stepper.run(10 ** 9, every=1000))
+        np.testing.assert_array_equal(make_box().run(1000 * len(rows["t"]), every=1000)["q1"], rows["q1"])
+        reached = stepper.time
+        stepper.run(1)
+        self.assertAlmostEqual(stepper.time, reached + 0.01, delta=1e-9)
+
+    def test_steps_and_pilot_runs_and_runs_to_a_time_end(self):
+        self.stop(lambda: make_box().steps(1e-3, 10 ** 9), wants_rows=False)
+        self.stop(lambda: make_box(method="taylor", accuracy=1e-10).run_to(1e7, every=1000), wants_rows=False)
+        self.stop(lambda: make_box(method="taylor", local_tolerance=1e-10).run_to(1e7, every=1000))
+        self.stop(lambda: nutate.solve(nutate.System(moments=(5, 20, 17)), omega0=(0.1, 0, 10), t_span=(0, 1e6),
+                                       method="dop853"), wants_rows=False)
+
+    def test_scenes_end_with_their_rows(self):
+        scene = nutate.Scene(BOX, "integrator.end_time=1e7", "output.every=1000")
+        self.stop(scene.run)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "box.csv")
+            self.stop(lambda: scene.write(path), wants_rows=False)
+            self.assertEqual(os.listdir(folder), ["box.csv.partial"])
+
+    def test_a_torque_of_python_is_no_obstacle(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(lambda t, q, omega: -1e-3 * omega)
+        stepper = nutate.Stepper(system, time_step=1e-2)
+        stepper.set_state((1, 0, 0, 0), (1, 2, 3))
+        rows = self.stop(lambda: stepper.run(10 ** 7, every=5))
+        self.assertTrue(np.all(np.diff(rows["kinetic"]) < 0))
+
+    def test_a_callback_that_hangs_ends_by_the_second_one(self):
+        def hang(t, q, omega):
+            while t > 0.1:
+                time.sleep(0.01)
+            return np.zeros(3)
+
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(hang)
+        stepper = nutate.Stepper(system, time_step=1e-2)
+        stepper.set_state((1, 0, 0, 0), (1, 2, 3))
+        with Stop(times=2), self.assertRaises(KeyboardInterrupt):
+            stepper.run(100)
+
+    def test_a_handler_of_ones_own_is_called(self):
+        heard = []
+        before = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
+        try:
+            with Stop(), self.assertRaisesRegex(nutate.NutateError, "asked to stop"):
+                make_box().steps(1e-3, 10 ** 9)
+        finally:
+            signal.signal(signal.SIGINT, before)
+        self.assertEqual(heard, [signal.SIGINT])
+
+    def test_other_threads_are_not_stopped(self):
+        rows = {}
+        worker = threading.Thread(target=lambda: rows.update(make_box().run(10 ** 6, every=10 ** 5)))
+        worker.start()
+        self.stop(lambda: make_box().run(10 ** 9, every=1000), soon=2 * SOON)
+        worker.join()
+        self.assertEqual(len(rows["t"]), 10)
+
+
+class RowsTest(unittest.TestCase):
+    """Rows that were made are not lost when a callback raises."""
+
+    def test_what_a_callback_raises_has_the_rows_before(self):
+        def fail(t, q, omega):
+            if t > 0.5:
+                raise ZeroDivisionError("half-way")
+            return np.zeros(3)
+
+        def make(**settings):
+            system = nutate.System(moments=(1, 2, 2.5))
+            system.add_user_torque(fail)
+            stepper = nutate.Stepper(system, **settings)
+            stepper.set_state((1, 0, 0, 0), (1, 2, 3))
+            return stepper
+
+        scene = nutate.Scene(BOX)
+        scene.add_user_torque(fail)
+        for call, count in ((lambda: make(time_step=0.1).run(20), 5), (lambda: make(time_step=0.1).run(20, initial=True), 6),
+                            (lambda: make(time_step=0.1).run_to(2.0), 6), (scene.run, 51)):
+            with self.assertRaisesRegex(ZeroDivisionError, "half-way") as caught:
+                call()
+            self.assertEqual(len(caught.exception.history["t"]), count)
+            self.assertLessEqual(caught.exception.history["t"][-1], 0.5 + 1e-9)
+        for settings in ({"local_tolerance": 1e-6, "method": "dop853"}, {"accuracy": 1e-6, "method": "dop853"}):
+            with self.assertRaises(ZeroDivisionError) as caught:
+                make(**settings).run_to(2.0)
+            self.assertEqual(list(caught.exception.history)[:1] or ["t"], ["t"])
+
+    def test_a_step_that_fails_leaves_the_rows_before(self):
+        stepper = nutate.Stepper(nutate.System(moments=(1, 1, 1.5)), time_step=1.0, max_iterations=1)
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(lambda t, q, omega: np.full(3, np.nan if t > 0.5 else 0.0))
+        stepper = nutate.Stepper(system, time_step=0.1)
+        stepper.set_state((1, 0, 0, 0), (1, 2, 3))
+        with self.assertRaises(nutate.NutateError) as caught:
+            stepper.run(20)
+        self.assertEqual(len(caught.exception.history["t"]), 5)
+
+
+if __name__ == "__main__":
+    unittest.main()

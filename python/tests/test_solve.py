@@ -1,0 +1,217 @@
+"""nutate.solve: a motion from start to end in one call."""
+
+import os
+import pickle
+import unittest
+
+import numpy as np
+
+import nutate
+from test_nutate import BOX, SCENES
+
+FLIP = 0.9664094834075236  # first time at which omega3 of the box is 0, s
+
+
+def make_box():
+    """The box of scenes/box.nml."""
+    return nutate.System(shape="box", size=(4, 1, 2), mass=12)
+
+
+def distance(a, b):
+    """Largest angle between attitudes, rad."""
+    return max(nutate.attitude_distance(x, y) for x, y in zip(a, b))
+
+
+class SolveTest(unittest.TestCase):
+    """Against exact motions, and against what it says of itself."""
+
+    def test_every_method_keeps_its_accuracy_between_steps_too(self):
+        times = np.linspace(0, 5, 97)
+        q, omega = nutate.exact_free_body(make_box(), (1, 0, 0, 0), (0.1, 0, 10), times)
+        for method, accuracy in (("auto", 1e-8), ("taylor", 1e-10), ("dop853", 1e-7), ("rk8", 1e-7), ("nielsen_krenk", 1e-6),
+                                 ("rk4", 1e-4)):
+            solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 5), accuracy=accuracy, method=method)
+            found_q, found_omega = solution.sol(times)
+            self.assertLess(distance(found_q, q), accuracy, method)
+            self.assertLess(np.abs(found_omega - omega).max(), 10 * accuracy, method)
+            self.assertEqual((solution.status, solution.success, solution.t[-1]), (0, True, 5.0))
+            self.assertEqual((solution.q.shape, solution.omega.shape), ((len(solution.t), 4), (len(solution.t), 3)))
+            self.assertEqual(solution.method, "exact" if method == "auto" else method)
+            self.assertLessEqual(solution.errors["attitude"], accuracy)
+
+    def test_between_steps_the_account_is_that_of_the_steps(self):
+        system = nutate.System(moments=(1, 1, 0.5), mass=1, center_of_mass=(0, 0, 1))
+        system.add("gravity")
+        system.add("damping", coefficient=(0.1, 0.1, 0.1))
+        for settings in ({"method": "nielsen_krenk", "accuracy": 1e-6}, {"accuracy": 1e-9}, {"time_step": 0.01}):
+            solution = nutate.solve(system, omega0=(0, 1, 20), t_span=(0, 2), **settings)
+            rows = solution.sol.rows(np.linspace(0, 2, 33))
+            self.assertLess(rows["work"][-1], -1)
+            self.assertLess(np.abs(rows["energy_residual"]).max(), 1e-11)
+            self.assertLess(np.abs(rows["norm_error"]).max(), 1e-14)
+            for name, values in solution.sol.rows(solution.t).items():
+                np.testing.assert_array_equal(values, solution[name])
+
+    def test_rows_at_times_of_ones_own_are_those_of_the_motion(self):
+        times = [0.0, 0.3, 1.75, 2.0]
+        for dense in (True, False):
+            solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 2), t_eval=times, method="taylor",
+                                    dense_output=dense)
+            np.testing.assert_array_equal(solution.t, times)
+            q, omega = nutate.exact_free_body(make_box(), (1, 0, 0, 0), (0.1, 0, 10), times)
+            self.assertLess(distance(solution.q, q), 1e-8)
+            self.assertEqual(solution.sol is None, not dense)
+            self.assertEqual(list(solution.energy), ["kinetic", "potential", "total", "work", "energy_residual"])
+            for name, values in solution.energy.items():
+                np.testing.assert_array_equal(values, solution[name])
+
+    def test_a_motion_goes_back_in_time(self):
+        there = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(2, 5), method="taylor")
+        back = nutate.solve(make_box(), there.q[-1], there.omega[-1], (5, 2), t_eval=[4.5, 3, 2], method="taylor")
+        np.testing.assert_array_equal(back.t, [4.5, 3, 2])
+        self.assertLess(distance(back.q, there.sol(back.t)[0]), 4e-8)
+        self.assertEqual((back.sol.t_min, back.sol.t_max), (2, 5))
+
+    def test_errors_are_those_of_the_rows(self):
+        top = nutate.System(moments=(1, 1, 0.5), mass=1, center_of_mass=(0, 0, 1))
+        top.add("gravity")
+        solution = nutate.solve(top, (np.cos(0.2), np.sin(0.2), 0, 0), (0, 0, 30), (0, 3))
+        self.assertEqual(solution.errors["energy"], np.abs(solution["energy_residual"]).max())
+        self.assertEqual(solution.errors["norm"], np.abs(solution["norm_error"]).max())
+        self.assertEqual(solution.errors["momentum"], np.abs(solution["l_z"] - solution["l_z"][0]).max())
+        self.assertLess(solution.errors["momentum"], 1e-12)
+        self.assertGreater(np.ptp(solution["l_x"]), 0.1)
+        self.assertTrue(np.isnan(nutate.solve(top, omega0=(0, 0, 30), t_span=(0, 1), time_step=0.01).errors["attitude"]))
+
+    def test_axes_and_rotations_are_what_set_state_takes(self):
+        q = np.array([0.8, 0.0, 0.6, 0.0])
+        body = nutate.solve(make_box(), q, nutate.rotate_to_body(q, (0.1, 0, 10)), (0, 1))
+        space = nutate.solve(make_box(), q, (0.1, 0, 10), (0, 1), frame="space")
+        np.testing.assert_allclose(space.q, body.q, atol=1e-13)
+
+    def test_a_scene_gives_what_is_not_given(self):
+        scene = nutate.Scene(os.path.join(SCENES, "heavy_top.nml"), "integrator.end_time=0.5")
+        solution = nutate.solve(scene)
+        np.testing.assert_array_equal(solution.q[0], scene.initial[0])
+        self.assertEqual(solution.t[-1], 0.5)
+        history = nutate.run(os.path.join(SCENES, "heavy_top.nml"), "integrator.end_time=0.5", "integrator.accuracy=1e-9",
+                             "integrator.method=taylor", "-integrator.order", "-integrator.linear_solver")
+        self.assertLess(nutate.attitude_distance(solution.q[-1], [history[f"q{i}"][-1] for i in range(4)]), 2e-8)
+        with open(BOX, encoding="utf-8") as box:
+            text = box.read() + "&event when = 'omega3', crosses = 0.0 /\n"
+        with self.assertRaisesRegex(nutate.NutateError, "&event"):
+            nutate.solve(nutate.Scene(text=text))
+
+    def test_strong_damping_is_told_by_the_duration(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add("damping", coefficient=(1e4, 1e4, 1e4))
+        self.assertEqual(nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1e-3)).method, "taylor")
+        self.assertEqual(nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1e4), accuracy=1e-4).method, "nielsen_krenk")
+
+    def test_a_solution_is_pickled_with_its_motion(self):
+        solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), method="taylor")
+        again = pickle.loads(pickle.dumps(solution))
+        np.testing.assert_array_equal(again.sol(0.123)[0], solution.sol(0.123)[0])
+        self.assertEqual(repr(again), repr(solution))
+        self.assertIn("steps of taylor: the end was reached", repr(solution))
+
+    def test_what_cannot_be_is_refused(self):
+        for wrong in (dict(t_span=(0, 1)), dict(omega0=(0, 0, 1)), dict(omega0=(0, 0, 1), t_span=(0, 1), t_eval=[0.5, 0.2]),
+                      dict(omega0=(0, 0, 1), t_span=(0, 1), t_eval=[1.5]), dict(omega0=(0, 0), t_span=(0, 1)),
+                      dict(omega0=(0, 0, 1), t_span=(0, 1), accuracy=2), dict(omega0=(0, 0, 1), t_span=(0, 1), method="euler"),
+                      dict(omega0=(0, 0, 1), t_span=(0, 1, 2)), dict(omega0=(0, 0, 1), t_span=(0, np.inf))):
+            with self.subTest(wrong=wrong), self.assertRaises(nutate.NutateValueError):
+                nutate.solve(make_box(), **wrong)
+        solution = nutate.solve(make_box(), omega0=(0, 0, 1), t_span=(0, 1))
+        for outside in (-0.1, 1.1, np.nan):
+            with self.assertRaises(nutate.NutateValueError):
+                solution.sol(outside)
+
+
+class EventTest(unittest.TestCase):
+    """Functions that are 0 where something happens."""
+
+    def test_times_are_exact(self):
+        for settings in ({}, {"method": "taylor"}, {"method": "dop853"}, {"time_step": 0.01, "order": 8}):
+            solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 6), events=lambda t, q, omega: omega[2], **settings)
+            np.testing.assert_allclose(solution.t_events[0], FLIP * np.array([1, 3, 5]), atol=1e-8)
+            self.assertLess(np.abs(solution.omega_events[0][:, 2]).max(), 1e-11)
+            self.assertEqual((solution.q_events[0].shape, solution.status), ((3, 4), 0))
+
+    def test_direction_and_terminal_are_heeded(self):
+        def falling(t, q, omega):
+            return omega[2]
+
+        def last(t, q, omega):
+            return t - 10.0
+
+        falling.direction, falling.terminal = -1, 2
+        solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 50), method="taylor", events=[last, falling])
+        np.testing.assert_allclose(solution.t_events[1], FLIP * np.array([1, 5]), atol=1e-7)
+        self.assertEqual((len(solution.t_events[0]), solution.status), (0, 1))
+        self.assertIn("falling", solution.message)
+        self.assertEqual(solution.t[-1], solution.t_events[1][-1])
+        self.assertLess(abs(solution.omega[-1, 2]), 1e-11)
+        self.assertTrue(np.all(np.diff(solution.t) > 0))
+        some = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 50), method="taylor", events=[last, falling],
+                            t_eval=np.arange(50.0))
+        np.testing.assert_array_equal(some.t, np.arange(5.0))
+
+    def test_the_start_is_no_event(self):
+        solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=lambda t, q, omega: t)
+        self.assertEqual(len(solution.t_events[0]), 0)
+        touched = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=lambda t, q, omega: t - 1.0)
+        np.testing.assert_array_equal(touched.t_events[0], [1.0])
+
+    def test_what_an_event_raises_comes_out_with_the_rows(self):
+        def fail(t, q, omega):
+            raise ZeroDivisionError
+
+        with self.assertRaises(ZeroDivisionError) as caught:
+            nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=fail)
+        self.assertEqual(caught.exception.history["t"][-1], 1.0)
+
+    def test_a_step_that_fails_ends_the_motion_and_says_why(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(lambda t, q, omega: np.full(3, np.nan if t > 0.5 else 0.0))
+        solution = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), time_step=0.1)
+        self.assertEqual((solution.status, solution.success), (-1, False))
+        self.assertAlmostEqual(solution.t[-1], 0.5)
+        self.assertIn("not finite", solution.message)
+        self.assertEqual(solution.sol(0.25)[0].shape, (4,))
+
+
+class TableTest(unittest.TestCase):
+    """pandas and xarray in one call."""
+
+    def setUp(self):
+        self.solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), t_eval=np.linspace(0, 1, 5))
+        self.history = nutate.run(BOX, "integrator.end_time=1", "output.columns='euler','angular_velocity_space'")
+
+    def test_pandas(self):
+        try:
+            import pandas
+        except ImportError:
+            self.skipTest("pandas is not there")
+        frame = self.solution.to_pandas()
+        self.assertIsInstance(frame, pandas.DataFrame)
+        np.testing.assert_array_equal(frame.index, self.solution.t)
+        np.testing.assert_array_equal(frame["omega3"], self.solution.omega[:, 2])
+        self.assertEqual(frame.attrs["units"]["total"], "J")
+        self.assertEqual(list(nutate.to_pandas(self.history)), ["omega_x", "omega_y", "omega_z", "phi", "theta", "psi"])
+
+    def test_xarray(self):
+        try:
+            import xarray
+        except ImportError:
+            self.skipTest("xarray is not there")
+        data = self.solution.to_xarray()
+        self.assertIsInstance(data, xarray.Dataset)
+        np.testing.assert_array_equal(data["q"], self.solution.q)
+        np.testing.assert_array_equal(data["omega"].sel(body_axis=3), self.solution.omega[:, 2])
+        self.assertEqual((data["omega"].attrs["units"], data["total"].attrs["units"]), ("rad/s", "J"))
+        self.assertEqual(nutate.to_xarray(self.history)["omega_space"].dims, ("t", "space_axis"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,220 @@
+"""nutate.view: web pages of motions. Looked at in a headless Chromium with software WebGL, where there is one."""
+
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+import numpy as np
+
+import nutate
+from nutate import shapes
+from test_nutate import BOX, SCENES
+
+try:
+    import plotly
+except ImportError:
+    plotly = None
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+SIZE = 1000, 700
+
+
+def find_browser():
+    """A browser that starts: Ubuntu's package is none where there is no snap."""
+    for name in BROWSERS:
+        path = shutil.which(name)
+        if path and subprocess.run([path, "--version"], capture_output=True, timeout=60).returncode == 0:
+            return path
+    return None
+
+
+def browse(browser, page, *options):
+    """What a browser says of a page, its standard output and what came to its console."""
+    with tempfile.TemporaryDirectory() as profile:
+        ran = subprocess.run([browser, "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--no-first-run",
+                              "--enable-unsafe-swiftshader", "--hide-scrollbars", f"--window-size={SIZE[0]},{SIZE[1]}",
+                              "--enable-logging=stderr", "--disable-dev-shm-usage",
+                              "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={profile}", *options, f"file://{page}"],
+                             capture_output=True, text=True, timeout=180)
+    console = re.findall(r":(?:INFO|WARNING|ERROR):CONSOLE.*", ran.stderr)
+    return ran.stdout, [line for line in console if "willReadFrequently" not in line]
+
+
+def read_png(path):
+    """Pixels of a PNG of 8 bits, shape (height, width, 3)."""
+    with open(path, "rb") as file:
+        data = file.read()
+    place, packed, head = 8, b"", None
+    while place < len(data):
+        size, = struct.unpack(">I", data[place:place + 4])
+        kind, body = data[place + 4:place + 8], data[place + 8:place + 8 + size]
+        head = struct.unpack(">IIBBBBB", body) if kind == b"IHDR" else head
+        packed += body if kind == b"IDAT" else b""
+        place += size + 12
+    width, height, _, colour = head[:4]
+    channels = {2: 3, 6: 4}[colour]
+    rows = np.frombuffer(zlib.decompress(packed), dtype=np.uint8).reshape(height, 1 + width * channels)
+    image = np.zeros((height + 1, width + 1, channels), dtype=np.int64)
+    for y in range(height):
+        image[y + 1, 1:] = unfiltered(rows[y, 0], rows[y, 1:].reshape(width, channels).astype(np.int64), image[y])
+    return image[1:, 1:, :3]
+
+
+def unfiltered(kind, line, above):
+    """A line of a PNG; `above` has a pixel of zeros before its first."""
+    if kind == 0:
+        return line
+    if kind == 2:
+        return (line + above[1:]) % 256
+    found = np.zeros_like(above)
+    for x in range(len(line)):
+        left, up, corner = found[x], above[x + 1], above[x]
+        if kind == 1:
+            guess = left
+        elif kind == 3:
+            guess = (left + up) // 2
+        else:
+            p = left + up - corner
+            distances = np.stack([np.abs(p - left), np.abs(p - up), np.abs(p - corner)])
+            guess = np.choose(np.argmin(distances, axis=0), (left, up, corner))
+        found[x + 1] = (line[x] + guess) % 256
+    return found[1:]
+
+
+def is_like(image, colour, near=40):
+    """Pixels of a colour in any light: those whose hue is near."""
+    wanted = np.array([int(colour[i:i + 2], 16) for i in (1, 3, 5)], dtype=float)
+    length = np.linalg.norm(image, axis=-1)
+    along = image @ wanted / np.maximum(length, 1) / np.linalg.norm(wanted)
+    return (along > np.cos(near / 300)) & (length > 60) & (np.ptp(image, axis=-1) > 30)
+
+
+@unittest.skipUnless(plotly, "plotly is not there")
+class PageTest(unittest.TestCase):
+    """What pages hold."""
+
+    def test_a_page_needs_nothing_but_itself(self):
+        page = nutate.view(BOX, None, "integrator.end_time=2")
+        self.assertNotRegex(re.sub(r"<script>.*?</script>", "", page.text, flags=re.DOTALL), r"https?://")
+        self.assertNotIn("<script src", page.text)
+        self.assertIn("Free box on its intermediate axis", page.text)
+        self.assertIn("<iframe srcdoc=", page._repr_html_())
+        self.assertIn("MB", repr(page))
+
+    def test_whatever_moved_can_be_shown(self):
+        box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+        solution = nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 2))
+        stepper = nutate.Stepper(box, time_step=0.01)
+        stepper.set_state((1, 0, 0, 0), (0.1, 0, 10))
+        for page in (nutate.view(solution), solution.view(title="<&>"), nutate.view(nutate.Scene(BOX)),
+                     nutate.view(stepper.run(100), box), nutate.view(nutate.solve(box, omega0=(0, 0, 0), t_span=(0, 1)))):
+            self.assertGreater(len(page.text), 1e6)
+        self.assertIn("&lt;&amp;&gt;", solution.view(title="<&>").text)
+        for wrong in (lambda: nutate.view(stepper.run(100)), lambda: nutate.view({"t": np.arange(3.0)}, box)):
+            with self.assertRaises(nutate.NutateError):
+                wrong()
+
+    def test_the_program_writes_one(self):
+        path = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]
+        with tempfile.TemporaryDirectory() as folder:
+            def run(*arguments):
+                return subprocess.run([os.environ["NUTATE"], "view", *arguments], cwd=folder, capture_output=True, text=True,
+                                      env={**os.environ, "PATH": path})
+
+            if subprocess.run(["python3", "-c", "import nutate"], env={**os.environ, "PATH": path},
+                              capture_output=True).returncode:
+                self.skipTest("this Python is not called python3")
+            self.assertEqual(run(BOX).returncode, 0)
+            ran = run(os.path.join(SCENES, "heavy_top.nml"), "--output", "it's.html", "--set", "integrator.end_time=0.1",
+                      "--unset=scene.title")
+            self.assertEqual((ran.returncode, ran.stdout, ran.stderr), (0, "", ""))
+            self.assertEqual(sorted(os.listdir(folder)), ["box.html", "it's.html"])
+            for status, says, arguments in ((2, "absent.nml", ["absent.nml"]), (2, "boddy", [BOX, "--set", "boddy.mass=1"]),
+                                            (4, "cannot write no/a.html", [BOX, "--output", "no/a.html"])):
+                ran = run(*arguments)
+                self.assertEqual((ran.returncode, ran.stderr.count("\n")), (status, 1), ran.stderr)
+                self.assertIn(says, ran.stderr)
+
+
+class ShapeTest(unittest.TestCase):
+    """What bodies look like."""
+
+    def test_shapes_are_those_that_were_given(self):
+        expected = {"box": 4 * np.sqrt(21) / 8, "precessing_top": None, "gravity_gradient_satellite": None}
+        for name, size in expected.items():
+            scene = nutate.Scene(os.path.join(SCENES, f"{name}.nml"))
+            surface = shapes.surface_of(nutate.System(scene=scene), scene)
+            self.assertTrue(np.all(surface.corners < len(surface.points)))
+            self.assertEqual(len(surface.colours), len(surface.corners))
+            if size:
+                self.assertAlmostEqual(surface.size, size)
+        scene = nutate.Scene(BOX, "body.shape=cylinder", "body.size=1,3")
+        surface = shapes.surface_of(nutate.System(scene=scene), scene)
+        self.assertAlmostEqual(np.ptp(surface.points[:, 2]), 3)
+        self.assertAlmostEqual(np.linalg.norm(surface.points[:, :2], axis=1).max(), 1)
+        cone = shapes.surface_of(nutate.System(shape="cone", size=(1, 4), mass=1, center_of_mass=(0, 0, 3)))
+        self.assertAlmostEqual(cone.points[:, 2].min(), 0)
+
+    def test_other_bodies_are_the_box_of_their_inertia(self):
+        edges, q = np.array([4.0, 1.0, 2.0]), np.array([0.5, 0.5, 0.5, 0.5])
+        box = nutate.System(shape="box", size=edges, mass=12)
+        rotation = nutate.matrix_from_quat(q)
+        turned = nutate.System(tensor=rotation @ box.inertia @ rotation.T, mass=12, center_of_mass=(0, 0, 0))
+        for system in (turned, nutate.System(moments=(5, 20, 17), mass=12)):
+            self.assertAlmostEqual(shapes.surface_of(system).size, np.linalg.norm(edges) / 2)
+        plate = shapes.surface_of(nutate.System(moments=(1, 1, 2)))
+        self.assertGreater(np.ptp(plate.points[:, 2]), 0)
+
+
+@unittest.skipUnless(plotly, "plotly is not there")
+class BrowserTest(unittest.TestCase):
+    """What a browser without a network shows."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.browser = find_browser()
+        if cls.browser is None:
+            raise unittest.SkipTest("there is no Chromium")
+
+    def test_a_body_is_seen(self):
+        box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
+        page = nutate.view(nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 6)), begin=0.4)
+        with tempfile.TemporaryDirectory() as folder:
+            path, picture = os.path.join(folder, "box.html"), os.path.join(folder, "box.png")
+            page.save(path)
+            _, console = browse(self.browser, path, "--virtual-time-budget=20000", f"--screenshot={picture}")
+            self.assertEqual(console, [])
+            image = read_png(picture)
+            kept = os.environ.get("NUTATE_VIEW_PICTURE")
+            if kept:
+                shutil.copy(picture, kept)
+        body = image[60:420, :600]
+        self.assertGreater(sum(np.count_nonzero(is_like(body, colour)) for colour in shapes.FACES), 3000)
+        self.assertGreater(np.count_nonzero(is_like(image[60:420, 600:], "#9ecae1")), 3000)
+        self.assertGreater(np.count_nonzero(is_like(image[440:], "#d55e00")), 100)
+
+    def test_it_plays(self):
+        box = nutate.System(moments=(5, 20, 17), mass=12)
+        page = nutate.view(nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 6)), play=True)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "box.html")
+            page.save(path)
+            # Frames come in the browser's own time, which is short where the machine has much to do.
+            for wait in (8, 30, 90):
+                text, console = browse(self.browser, path, f"--timeout={1000 * wait}", "--dump-dom")
+                self.assertEqual(console, [])
+                shown = re.search(r'id="nutate-time">t = ([-.e\d]+) s<', text)
+                if shown and float(shown.group(1)) != 0.0:
+                    break
+        self.assertIn('data-nutate="drawn"', text)
+        self.assertNotEqual(float(shown.group(1)), 0.0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,233 @@
+!> C interface: copies of steppers, in memory and as bytes. What each function does stands in `include/nutate_runs.h`.
+module nutate_c_copies
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_ptr, c_size_t
+   use nutate_archive, only: archive_t
+   use nutate_byte_archive, only: byte_archive_t
+   use nutate_c_effects, only: report_failures_to
+   use nutate_c_handles, only: conclude, find_stepper, null_argument, open_slot, report, stepper_handle_t
+   use nutate_c_polls, only: poll_t
+   use nutate_c_quantity, only: c_event_t
+   use nutate_c_settings, only: prepare
+   use nutate_progress, only: start_run, transfer_progress
+   use nutate_run_plan, only: run_plan_t
+   use nutate_state, only: state_t
+   use nutate_stepper, only: stepper_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_TRUNCATED
+   use nutate_version, only: version
+   implicit none
+   private
+
+   public :: nutate_stepper_copy, nutate_stepper_save, nutate_stepper_restore
+
+contains
+
+   integer(c_int) function nutate_stepper_copy(stepper, copy, message, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, copy, message
+      integer(c_size_t), intent(in), value :: size
+      type(c_ptr), pointer :: slot
+      type(stepper_handle_t), pointer :: from, handle
+      class(stepper_t), allocatable :: method
+      type(status_t) :: status
+      integer :: failed
+      slot => open_slot(copy)
+      from => find_stepper(stepper)
+      if (.not. associated(slot)) then
+         status = null_argument('copy')
+      else if (.not. associated(from)) then
+         status = fail(NUTATE_BAD_HANDLE, 'stepper is not the handle of a stepper')
+      else
+         if (allocated(from%stepper)) call move_alloc(from%stepper, method)
+         allocate (handle, source=from, stat=failed)
+         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
+         if (allocated(method)) then
+            if (failed == 0) call method%copy(handle%stepper)
+            call move_alloc(method, from%stepper)
+         end if
+         if (failed == 0) then
+            call report_failures_to(handle%system%effects, c_loc(handle%failure))
+            call point_events(handle)
+            handle%poll = poll_t()
+            slot = c_loc(handle)
+         end if
+      end if
+      code = report(status, message, size)
+   end function nutate_stepper_copy
+
+   integer(c_int) function nutate_stepper_save(stepper, bytes, size, needed) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, bytes
+      integer(c_size_t), intent(in), value :: size
+      integer(c_size_t), intent(inout), optional :: needed
+      type(stepper_handle_t), pointer :: handle
+      character(kind=c_char), pointer :: room(:)
+      character(len=:), allocatable :: content
+      type(byte_archive_t) :: archive
+      type(status_t) :: status
+      integer :: i
+      if (present(needed)) needed = 0
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      call archive%begin_writing()
+      call transfer_handle(handle, archive, status)
+      if (status%ok() .and. archive%problem() /= '') status = fail(NUTATE_BAD_ARGUMENT, archive%problem())
+      if (status%ok()) then
+         content = archive%content()
+         if (present(needed)) needed = len(content, c_size_t)
+         if (c_associated(bytes) .and. size >= len(content, c_size_t)) then
+            call c_f_pointer(bytes, room, [len(content)])
+            do i = 1, len(content)
+               room(i) = content(i:i)
+            end do
+         else if (c_associated(bytes)) then
+            status = fail(NUTATE_TRUNCATED, 'the bytes do not fit into their buffer', 'size')
+         end if
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_save
+
+   integer(c_int) function nutate_stepper_restore(stepper, bytes, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, bytes
+      integer(c_size_t), intent(in), value :: size
+      type(stepper_handle_t), pointer :: handle
+      character(kind=c_char), pointer :: given(:)
+      character(len=:), allocatable :: content
+      type(byte_archive_t) :: before, archive
+      type(status_t) :: status, again
+      integer :: i
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (.not. c_associated(bytes) .or. size < 0 .or. size > huge(1)) then
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'bytes is NULL, or size out of its range', 'bytes'))
+         return
+      end if
+      call c_f_pointer(bytes, given, [size])
+      allocate (character(len=int(size)) :: content)
+      do i = 1, int(size)
+         content(i:i) = given(i)
+      end do
+      call before%begin_writing()
+      call transfer_handle(handle, before, status)
+      call archive%begin_reading(content)
+      call transfer_handle(handle, archive, status)
+      if (status%ok() .and. archive%problem() /= '') &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the bytes are not those of a stepper of this system, with these '// &
+                       'settings, saved by this version', 'bytes')
+      if (.not. status%ok()) then
+         content = before%content()
+         call before%begin_reading(content)
+         call transfer_handle(handle, before, again)
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_restore
+
+   !> Makes the events of the program report their failures to the stepper.
+   subroutine point_events(handle)
+      type(stepper_handle_t), intent(inout), target :: handle
+      integer :: i
+      do i = 1, handle%events%count()
+         select type (item => handle%events%slots(i)%item)
+         class is (c_event_t)
+            item%failure = c_loc(handle%failure)
+         end select
+      end do
+   end subroutine point_events
+
+   !> Shows to an archive all that changes in a stepper: another one of the same system, settings and columns goes on in
+   !> its place. Errors: those of callbacks.
+   subroutine transfer_handle(handle, archive, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      class(archive_t), intent(inout) :: archive
+      type(status_t), intent(out) :: status
+      logical :: ready, stale
+      call archive%expect('stepper '//version)
+      call archive%expect(handle%names)
+      if (handle%events%count() > 0) call archive%refuse('a stepper with events cannot be saved (expected a copy)')
+      ready = handle%ready
+      stale = handle%stale
+      call archive%transfer(stale)
+      call archive%transfer(ready)
+      call archive%transfer(handle%keeps_steps)
+      call handle%first%transfer(archive)
+      call transfer_run(handle, archive, status)
+      if (.not. (status%ok() .and. archive%is_whole())) return
+      if (archive%is_reading() .and. .not. stale) call prepare(handle, status)
+      if (status%ok() .and. .not. stale) call transfer_method(handle, ready, archive, status)
+      handle%stale = stale
+      handle%ready = ready .and. status%ok()
+      if (archive%is_reading()) then
+         handle%plain = .false.
+         handle%tested = .false.
+      end if
+      if (.not. status%ok()) return
+      call handle%columns%transfer(archive)
+      call transfer_account(handle, archive)
+   end subroutine transfer_handle
+
+   !> The method, as it was chosen, and what it remembers. Errors: those of its `prepare`.
+   subroutine transfer_method(handle, ready, archive, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      !> It has not been replaced since by settings or by a run.
+      logical, intent(in) :: ready
+      class(archive_t), intent(inout) :: archive
+      type(status_t), intent(inout) :: status
+      character(len=:), allocatable :: method, solver
+      associate (settings => handle%settings)
+         method = settings%method
+         solver = settings%linear_solver
+         call archive%transfer(method)
+         call archive%transfer(solver)
+         call archive%transfer(settings%order)
+         call archive%transfer(settings%series_order)
+         call archive%transfer(settings%conserve)
+         call archive%transfer(settings%attitude)
+         if (archive%is_reading() .and. archive%is_whole()) then
+            settings%method = method
+            settings%linear_solver = solver
+            call prepare(handle, status)
+         end if
+      end associate
+      if (ready .and. status%ok() .and. archive%is_whole()) call handle%stepper%transfer(archive)
+   end subroutine transfer_method
+
+   !> Work, and what else counts from where the state was set.
+   subroutine transfer_account(handle, archive)
+      type(stepper_handle_t), intent(inout) :: handle
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(handle%first_energy)
+      call archive%transfer(handle%work)
+      call archive%transfer(handle%work_compensation)
+      call archive%transfer(handle%unproved_steps)
+      call archive%transfer(handle%error)
+      call archive%transfer(handle%duration)
+      call archive%transfer(handle%found_tolerance)
+      call archive%transfer(handle%t_reached)
+      call archive%transfer(handle%under_way)
+   end subroutine transfer_account
+
+   !> The present state, and the run of nominal steps that has led to it.
+   subroutine transfer_run(handle, archive, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      class(archive_t), intent(inout) :: archive
+      type(status_t), intent(inout) :: status
+      type(state_t) :: state
+      logical :: has_run
+      has_run = allocated(handle%run%summary%work)
+      call archive%transfer(has_run)
+      if (archive%is_reading()) then
+         state = handle%run%state
+         call start_run(handle%run, handle%system%effects, state, run_plan_t(), status)
+         if (.not. has_run) deallocate (handle%run%summary%work)
+      end if
+      if (has_run) then
+         call transfer_progress(handle%run, archive)
+      else
+         call handle%run%state%transfer(archive)
+      end if
+      call archive%transfer(handle%run%t_first)
+      call archive%transfer(handle%run%n_steps)
+      call archive%transfer(handle%run%plan%time_step)
+      call archive%transfer(handle%run%plan%end_time)
+   end subroutine transfer_run
+
+end module nutate_c_copies

@@ -1,0 +1,140 @@
+!> Runs that can be asked to stop: what a C program wants to be asked while they go on.
+module nutate_c_polls
+   use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_funptr, c_int, c_null_funptr, c_null_ptr, &
+      c_ptr
+   use nutate_c_effects, only: judge_failure
+   use nutate_event_tracker, only: event_list_t
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: conclude_run, run_summary_t
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_STOPPED
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: poll_t, integrate_asking, find_steps_asking, steps_between_looks
+
+   !> Whom to ask, and when that was done last.
+   type :: poll_t
+      type(c_funptr) :: function = c_null_funptr
+      !> Passed through.
+      type(c_ptr) :: user = c_null_ptr
+      !> Count of the system's clock when it was asked.
+      integer(long), private :: asked = 0
+   contains
+      !> There is someone to ask.
+      procedure :: is_there
+      !> Asks, if it is time to.
+      procedure :: ask
+   end type poll_t
+
+   !> Asks in pilot runs, of which nothing is seen.
+   type, extends(observer_t) :: pilot_observer_t
+      type(poll_t) :: whom
+      !> Status and what the callback returned, of a callback that failed; shape (2).
+      integer(c_int), pointer :: failure(:) => null()
+   contains
+      procedure :: observe => observe_pilot
+      procedure :: poll => poll_pilot
+   end type pilot_observer_t
+
+   abstract interface
+      integer(c_int) function asked_function(user) bind(C)
+         import :: c_int, c_ptr
+         type(c_ptr), intent(in), value :: user
+      end function asked_function
+   end interface
+
+   !> Time between two questions, s: a tenth of what a person notices, and a question to a program in Python takes 1e-6
+   !> s.
+   real(wp), parameter :: patience = 0.02_wp
+   !> Steps between two looks at the clock, which takes a tenth of the cheapest step.
+   integer(long), parameter :: steps_between_looks = 64
+
+contains
+
+   !> There is someone to ask.
+   pure logical function is_there(self)
+      class(poll_t), intent(in) :: self
+      is_there = c_associated(self%function)
+   end function is_there
+
+   !> Asks, if it is time to. Errors: `NUTATE_STOPPED` where the answer is not 0.
+   subroutine ask(self, status)
+      class(poll_t), intent(inout) :: self
+      !> Success on entry.
+      type(status_t), intent(inout) :: status
+      procedure(asked_function), pointer :: function
+      integer(long) :: now, rate
+      if (.not. c_associated(self%function)) return
+      call system_clock(now, rate)
+      if (self%asked > 0 .and. now - self%asked < int(patience*real(rate, wp), long)) return
+      self%asked = now
+      call c_f_procpointer(self%function, function)
+      if (function(self%user) /= 0) status = fail(NUTATE_STOPPED, 'the run was asked to stop')
+   end subroutine ask
+
+   !> Runs to the end of a plan as `integrate` does, and asks in pilot runs as well. Errors: those of `integrate`, of
+   !> callbacks in pilot runs, and `NUTATE_STOPPED`.
+   subroutine integrate_asking(whom, failure, system, settings, state, plan, status, observer, summary, events)
+      !> The observer asks by itself.
+      type(poll_t), intent(in) :: whom
+      !> Status and what the callback returned, of a callback that failed; shape (2).
+      integer(c_int), intent(in), target :: failure(:)
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      type(state_t), intent(inout) :: state
+      !> The tolerance of steps is put in, where pilot runs have found it.
+      type(run_plan_t), intent(inout) :: plan
+      type(status_t), intent(out) :: status
+      class(observer_t), intent(inout) :: observer
+      type(run_summary_t), intent(out), optional :: summary
+      type(event_list_t), intent(in), optional :: events
+      type(run_t) :: run
+      call run%begin(system, settings, state, plan, status)
+      if (present(events) .and. status%ok()) call run%expect(events, system, status)
+      if (status%ok()) call find_steps_asking(run, whom, failure, system, status)
+      if (status%ok()) call run%go(system, status, observer)
+      plan%goal%local_tolerance = run%plan%goal%local_tolerance
+      call conclude_run(run%progress_t, state, summary)
+   end subroutine integrate_asking
+
+   !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in pilot runs. Errors: those of pilot
+   !> runs and of callbacks, and `NUTATE_STOPPED`.
+   subroutine find_steps_asking(run, whom, failure, system, status)
+      type(run_t), intent(inout) :: run
+      type(poll_t), intent(in) :: whom
+      !> Status and what the callback returned, of a callback that failed; shape (2).
+      integer(c_int), intent(in), target :: failure(:)
+      type(system_t), intent(in) :: system
+      type(status_t), intent(out) :: status
+      type(pilot_observer_t) :: pilots
+      pilots%whom = whom
+      pilots%failure => failure
+      call run%find_steps(system, status, pilots)
+   end subroutine find_steps_asking
+
+   !> Ends a pilot run where a callback has failed.
+   subroutine observe_pilot(self, system, state, record, status)
+      class(pilot_observer_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%failure)
+   end subroutine observe_pilot
+
+   !> Ends a pilot run where a callback has failed, or the program wants it.
+   subroutine poll_pilot(self, fraction, status)
+      class(pilot_observer_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      status = judge_failure(self%failure)
+      if (status%ok()) call self%whom%ask(status)
+   end subroutine poll_pilot
+
+end module nutate_c_polls

@@ -1,0 +1,118 @@
+!> C interface: runs of steppers into histories, and runs that can be asked to stop. What each function does stands in
+!> `include/nutate_runs.h`.
+module nutate_c_run_history
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
+      c_ptr, c_size_t
+   use nutate_c_handles, only: conclude, find_scene, find_stepper, history_handle_t, null_argument, open_slot, &
+      scene_handle_t, stepper_handle_t, HISTORY_MARK
+   use nutate_c_polls, only: poll_t
+   use nutate_c_rows, only: row_taker_t
+   use nutate_c_runs, only: run_to
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_run_plan, only: run_plan_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_stepper_run_history, nutate_stepper_set_poll, nutate_scene_set_poll
+
+contains
+
+   integer(c_int) function nutate_stepper_run_history(stepper, end_time, every, interval, times, n_times, history) &
+      result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, times, history
+      real(c_double), intent(in), value :: end_time, interval
+      integer(c_int64_t), intent(in), value :: every
+      integer(c_size_t), intent(in), value :: n_times
+      type(c_ptr), pointer :: slot
+      type(stepper_handle_t), pointer :: handle
+      type(history_handle_t), pointer :: rows
+      type(row_taker_t) :: taker
+      type(run_plan_t) :: plan
+      type(status_t) :: status
+      integer :: failed
+      slot => open_slot(history)
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (.not. associated(slot)) then
+         code = conclude(handle, null_argument('history'))
+         return
+      end if
+      plan = run_plan_t(end_time=end_time, every=every, interval=interval)
+      call take_times(times, n_times, handle%run%state%t, plan, status)
+      if (status%ok()) then
+         allocate (rows, stat=failed)
+         if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a history')
+      end if
+      if (status%ok()) then
+         rows%mark = HISTORY_MARK
+         rows%names = handle%names
+         slot = c_loc(rows)
+         taker%history => rows
+         call run_to(handle, plan, taker, status)
+         rows%unproved_steps = handle%unproved_steps
+         rows%found = handle%found
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_run_history
+
+   integer(c_int) function nutate_stepper_set_poll(stepper, poll, user) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, user
+      type(c_funptr), intent(in), value :: poll
+      type(stepper_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      handle%poll = poll_t(function=poll, user=user)
+      code = NUTATE_OK
+   end function nutate_stepper_set_poll
+
+   integer(c_int) function nutate_scene_set_poll(scene, poll, user) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, user
+      type(c_funptr), intent(in), value :: poll
+      type(scene_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      handle%poll = poll_t(function=poll, user=user)
+      code = NUTATE_OK
+   end function nutate_scene_set_poll
+
+   !> Takes the times of rows into a plan. Errors: `NUTATE_BAD_ARGUMENT` for times out of their order, or outside of the
+   !> run.
+   subroutine take_times(address, n, start, plan, status)
+      !> `double[n]`, or null: none.
+      type(c_ptr), intent(in) :: address
+      integer(c_size_t), intent(in) :: n
+      !> s.
+      real(wp), intent(in) :: start
+      type(run_plan_t), intent(inout) :: plan
+      type(status_t), intent(inout) :: status
+      real(c_double), pointer :: times(:)
+      real(wp) :: sense, before
+      integer(c_size_t) :: i
+      if (.not. c_associated(address)) return
+      if (n < 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the number of times is out of its range', 'n_times')
+         return
+      end if
+      call c_f_pointer(address, times, [n])
+      sense = sign(1.0_wp, plan%end_time - start)
+      before = start
+      do i = 1, n
+         if (.not. is_moderate(times(i))) exit
+         if (sense*times(i) < sense*before .or. sense*times(i) > sense*plan%end_time) exit
+         if (i > 1 .and. .not. abs(times(i) - before) > 0.0_wp) exit
+         before = times(i)
+      end do
+      if (i <= n) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the times of the rows are not in order from the present time '// &
+                       'to end_time', 'times')
+         return
+      end if
+      plan%times = times
+   end subroutine take_times
+
+end module nutate_c_run_history

@@ -1,0 +1,247 @@
+/* Runs into histories, runs that are asked to stop, and copies of steppers. Each function returns 0, or the line of the
+ * first check that fails. */
+#include "test_c_support.h"
+
+int test_c_run_histories(void);
+int test_c_polls(void);
+int test_c_copies(void);
+int test_c_saved_steppers(void);
+int test_c_misused_runs(void);
+
+/* Ends a run when it has been asked so often. */
+static int stop_later(void *user)
+{
+    int *asked = user;
+    return --*asked <= 0;
+}
+
+static int same_state(nutate_stepper *a, nutate_stepper *b)
+{
+    double p[4], q[4], pb[4], qb[4], t, tb, e[5], eb[5];
+    nutate_stepper_time(a, &t), nutate_stepper_time(b, &tb);
+    nutate_stepper_quaternion(a, q), nutate_stepper_quaternion(b, qb);
+    nutate_stepper_conjugate_momentum(a, p), nutate_stepper_conjugate_momentum(b, pb);
+    nutate_stepper_energy(a, e), nutate_stepper_energy(b, eb);
+    return !memcmp(&t, &tb, sizeof t) && !memcmp(q, qb, sizeof q) && !memcmp(p, pb, sizeof p) && !memcmp(e, eb, sizeof e);
+}
+
+/* The rows of nutate_stepper_run_to, with nominal steps and with an accuracy; rows at times of one's own. */
+int test_c_run_histories(void)
+{
+    static const char *const ways[2][2] = {{"time_step", "0.01"}, {"accuracy", "1e-6"}};
+    static const double times[4] = {0.0, 0.123, 0.5, 1.0};
+    double rows[2000], kept[2000], t[4];
+    nutate_stepper *a = NULL, *b = NULL;
+    nutate_history *history = NULL;
+    size_t n, m, width;
+    char method[32];
+    int way;
+    for (way = 0; way < 2; ++way) {
+        EXPECT(NUTATE_OK, make_stepper(&a));
+        EXPECT(NUTATE_OK, make_stepper(&b));
+        EXPECT(NUTATE_OK, nutate_stepper_set_columns(a, "quaternion,energy"));
+        EXPECT(NUTATE_OK, nutate_stepper_set_columns(b, "quaternion,energy"));
+        EXPECT(NUTATE_OK, nutate_stepper_set(a, ways[way][0], ways[way][1]));
+        EXPECT(NUTATE_OK, nutate_stepper_set(b, ways[way][0], ways[way][1]));
+        EXPECT(NUTATE_OK, nutate_stepper_run_to(a, 1.0, 1, 0.0, rows, 200, &n));
+        EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 1.0, 1, 0.0, NULL, 0, &history));
+        EXPECT(NUTATE_OK, nutate_history_size(history, &m, &width));
+        CHECK(m == n && n > 10 && width == 10);
+        EXPECT(NUTATE_OK, nutate_history_values(history, kept, 2000));
+        CHECK(!memcmp(rows, kept, n * width * sizeof(double)));
+        CHECK(same_state(a, b));
+        EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+        EXPECT(NUTATE_OK, nutate_stepper_set_state(b, 0.0, one, vector));
+        EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 1.0, 1, 0.0, times, 4, &history));
+        EXPECT(NUTATE_OK, nutate_history_column(history, "t", t, 4));
+        CHECK(!memcmp(t, times, sizeof t));
+        CHECK(same_state(a, b));
+        EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+        EXPECT(NUTATE_OK, nutate_stepper_get(b, "method", method, sizeof method));
+        CHECK(!strcmp(method, way == 0 ? "nielsen_krenk" : "exact"));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&a));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&b));
+    }
+    return 0;
+}
+
+/* Every kind of run ends between two steps, with its rows, and can go on. */
+int test_c_polls(void)
+{
+    nutate_stepper *stepper = NULL;
+    nutate_scene *scene = NULL;
+    nutate_history *history = NULL;
+    double t;
+    int64_t done;
+    size_t n;
+    int asked = 1;
+    EXPECT(NUTATE_OK, make_stepper(&stepper));
+    EXPECT(NUTATE_OK, nutate_stepper_set_poll(stepper, stop_later, &asked));
+    EXPECT(NUTATE_STOPPED, nutate_stepper_steps(stepper, 0.01, 1000000000, &done));
+    CHECK(done == 64);
+    EXPECT(NUTATE_OK, nutate_stepper_set_time_step(stepper, 0.01));
+    asked = 2;
+    EXPECT(NUTATE_STOPPED, nutate_stepper_run_history(stepper, 1e7, 1, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_OK, nutate_history_size(history, &n, NULL));
+    CHECK(n > 64);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "method", "taylor"));
+    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "accuracy", "1e-8"));
+    asked = 1;
+    EXPECT(NUTATE_OK, nutate_stepper_time(stepper, &t));
+    EXPECT(NUTATE_STOPPED, nutate_stepper_run_to(stepper, t + 1e6, 1000, 0.0, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_set_poll(stepper, NULL, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, t + 1.0, 1, 0.0, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_scene_parse(scene_text, NULL, (const char *[]){"integrator.end_time=1e6"}, 1, &scene, NULL, 0));
+    asked = 1;
+    EXPECT(NUTATE_OK, nutate_scene_set_poll(scene, stop_later, &asked));
+    EXPECT(NUTATE_STOPPED, nutate_scene_run(scene, &history, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_history_size(history, &n, NULL));
+    CHECK(n == 1025);
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    return 0;
+}
+
+/* A stepper of a top with a torque of its own, between two batches of nominal steps. */
+static int make_top(const char *method, struct answer *answer, nutate_stepper **stepper)
+{
+    static const double start[4] = {0.96, 0.28, 0.0, 0.0}, spin[3] = {0.0, 0.2, 9.0};
+    nutate_system *system = NULL;
+    EXPECT(NUTATE_OK, nutate_system_parse("&body inertia = 1, 1, 0.5, mass = 1, center_of_mass = 0, 0, 1 / &gravity /",
+                                          &system, NULL, 0));
+    if (answer) EXPECT(NUTATE_OK, nutate_system_add_user_torque(system, answer_torque, answer));
+    EXPECT(NUTATE_OK, nutate_stepper_create(system, stepper, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_system_destroy(&system));
+    EXPECT(NUTATE_OK, nutate_stepper_set_columns(*stepper, "euler,energy"));
+    EXPECT(NUTATE_OK, nutate_stepper_set(*stepper, "method", method));
+    EXPECT(NUTATE_OK, nutate_stepper_set_time_step(*stepper, 0.02));
+    EXPECT(NUTATE_OK, nutate_stepper_set_state(*stepper, 0.0, start, spin));
+    return 0;
+}
+
+int test_c_copies(void)
+{
+    static const char *const methods[] = {"nielsen_krenk", "rk4", "dop853", "rk8", "taylor"};
+    struct answer answer = {1e9, 0, 0, 0, 0.0};
+    nutate_stepper *stepper = NULL, *copy = NULL;
+    double row[2][9], q[2][4], omega[3];
+    size_t i;
+    for (i = 0; i < 5; ++i) {
+        CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_keep_steps(stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 20, 1, NULL, 0, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.02));
+        EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &copy, NULL, 0));
+        EXPECT(NUTATE_OK, nutate_stepper_state_at(stepper, 0.41, q[0], omega));
+        EXPECT(NUTATE_OK, nutate_stepper_state_at(copy, 0.41, q[1], omega));
+        CHECK(!memcmp(q[0], q[1], sizeof q[0]));
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 30, 30, row[0], 1, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_run(copy, 30, 30, row[1], 1, NULL));
+        CHECK(!memcmp(row[0], row[1], sizeof row[0]));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&copy));
+    }
+    return 0;
+}
+
+/* What fails in a callback is reported to the copy that called it, and to no other. */
+static int failures_of_copies(void)
+{
+    struct answer answer = {0.5, 0, 0, 7, 0.0};
+    nutate_stepper *stepper = NULL, *copy = NULL;
+    CHECK(!make_top("nielsen_krenk", &answer, &stepper));
+    EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 5, 1, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &copy, NULL, 0));
+    EXPECT(NUTATE_CALLBACK, nutate_stepper_run(copy, 100, 1, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 5, 1, NULL, 0, NULL));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&copy));
+    return 0;
+}
+
+int test_c_saved_steppers(void)
+{
+    static const char *const methods[] = {"nielsen_krenk", "rk4", "dop853", "rk8", "taylor"};
+    struct answer answer = {1e9, 0, 0, 0, 0.0};
+    nutate_stepper *stepper = NULL, *other = NULL;
+    double row[2][9];
+    char *bytes;
+    size_t i, size, again;
+    CHECK(!failures_of_copies());
+    for (i = 0; i < 5; ++i) {
+        CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 20, 1, NULL, 0, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_save(stepper, NULL, 0, &size));
+        CHECK(size > 200 && (bytes = malloc(size)));
+        EXPECT(NUTATE_TRUNCATED, nutate_stepper_save(stepper, bytes, size - 1, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_save(stepper, bytes, size, &again));
+        CHECK(size == again);
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 30, 30, row[0], 1, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+        CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &other));
+        EXPECT(NUTATE_OK, nutate_stepper_restore(other, bytes, size));
+        EXPECT(NUTATE_OK, nutate_stepper_run(other, 30, 30, row[1], 1, NULL));
+        CHECK(!memcmp(row[0], row[1], sizeof row[0]));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&other));
+        /* Bytes of another stepper, or cut: the stepper is as it was. */
+        CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &other));
+        CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_run(other, 3, 1, NULL, 0, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 3, 1, NULL, 0, NULL));
+        for (again = 0; again < size; again += size / 17) EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(other, bytes, again));
+        CHECK(same_state(stepper, other));
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 5, 5, row[0], 1, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_run(other, 5, 5, row[1], 1, NULL));
+        CHECK(!memcmp(row[0], row[1], sizeof row[0]));
+        EXPECT(NUTATE_OK, nutate_stepper_set_columns(other, "energy"));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(other, bytes, size));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&other));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+        free(bytes);
+    }
+    return 0;
+}
+
+int test_c_misused_runs(void)
+{
+    static const double back[2] = {0.5, 0.4}, late[1] = {1.5}, twice[2] = {0.5, 0.5}, no_number[1] = {NAN};
+    nutate_stepper *stepper = NULL, *copy = NULL;
+    nutate_history *history = NULL;
+    char bytes[16] = "", text[64];
+    size_t n = 9;
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_run_history(NULL, 1.0, 1, 0.0, NULL, 0, &history));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_get(NULL, "method", text, sizeof text));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_set_poll(NULL, stop_later, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_scene_set_poll(NULL, stop_later, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_copy(NULL, &copy, text, sizeof text));
+    CHECK(strstr(text, "stepper"));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_save(NULL, bytes, sizeof bytes, &n));
+    CHECK(n == 0);
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_restore(NULL, bytes, sizeof bytes));
+    EXPECT(NUTATE_OK, make_stepper(&stepper));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_copy(stepper, NULL, NULL, 0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, NULL, 0, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, NULL, 0, &history)); /* no time_step */
+    EXPECT(NUTATE_OK, nutate_history_destroy(&history));
+    EXPECT(NUTATE_OK, nutate_stepper_set_time_step(stepper, 0.1));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, back, 2, &history));
+    CHECK(history == NULL);
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, late, 1, &history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, twice, 2, &history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, no_number, 1, &history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_run_history(stepper, 1.0, 1, 0.0, back, (size_t)-1, &history));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_get(stepper, NULL, text, sizeof text));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_get(stepper, "methods", text, sizeof text));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_get(stepper, "method", NULL, 9));
+    EXPECT(NUTATE_TRUNCATED, nutate_stepper_get(stepper, "method", text, 4));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(stepper, NULL, 9));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(stepper, bytes, 0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(stepper, bytes, (size_t)-1));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(stepper, bytes, sizeof bytes));
+    EXPECT(NUTATE_OK, nutate_status_text(NUTATE_STOPPED, text, sizeof text));
+    CHECK(strstr(text, "stop"));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    return 0;
+}
