@@ -93,10 +93,14 @@ contains
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
       type(run_record_t) :: record
+      type(state_t) :: seen
       if (.not. taker%wants_rows) return
+      ! Between projections the row has a projected copy, as in every run.
+      seen = handle%run%state
+      call handle%stepper%show(handle%system, seen)
       record = handle%run%record
       record%work = work_done(handle)
-      call put_row(handle, taker, handle%system, handle%run%state, record, status)
+      call put_row(handle, taker, handle%system, seen, record, status)
    end subroutine write_row
 
    !> Puts a row behind the others. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` where there is no room.
