@@ -17,7 +17,6 @@ module test_resume
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
-
    public :: collect_resume, check_run, check_stepper, label_of, settings_of
 
    !> Keeps all rows as bytes, and the last archive with the rows until then.
@@ -135,11 +134,8 @@ contains
    !> A problem that a method can solve: with every kind of effect, or free.
    type(problem_t) function problem_for(method) result(problem)
       type(method_t), intent(in) :: method
-      if (method%name == 'exact') then
-         problem = box()
-      else
-         problem = forced_body()
-      end if
+      problem = forced_body()
+      if (method%name == 'exact') problem = box()
    end function problem_for
 
    !> `first` and then `rest` steps, with and without a change of steppers in between, end on the same bits.
