@@ -18,7 +18,7 @@ module nutate_run_loop
    public :: drive, find_row, transfer_run
 
    !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
-   !> Parts at most, some tenths of a millisecond: enough for every step that a method chooses (2000 rad).
+   !> Parts at most, some tenths of a millisecond: enough for every step that a method chooses.
    real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 2e3_wp
 
 contains

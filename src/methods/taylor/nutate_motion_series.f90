@@ -392,7 +392,7 @@ contains
       case (FREE_BODY)
          largest_turn = 12.0_wp
       case (AXIAL_FREE)
-         largest_turn = 2e3_wp
+         largest_turn = 200.0_wp
       case default
          largest_turn = 3.0_wp
       end select
