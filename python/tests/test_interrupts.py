@@ -41,6 +41,10 @@ class Stop:
 class InterruptTest(unittest.TestCase):
     """Runs that would take minutes."""
 
+    def setUp(self):
+        # In the background of a script the signal may be ignored.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
+
     def stop(self, call, wants_rows=True, soon=SOON):
         """Interrupts a call: the rows that it leaves."""
         with Stop() as stop, self.assertRaises(KeyboardInterrupt) as caught:
