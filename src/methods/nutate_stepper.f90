@@ -205,8 +205,8 @@ contains
       if (status%code == 0) call self%show(system, state)
    end subroutine take_step
 
-   !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself: gfortran 12 does not
-   !> copy a `class(*)` inside of another object.
+   !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself, as a stepper: gfortran 12
+   !> does not copy a `class(*)` inside of another object, and loses the length that goes with it.
    recursive subroutine copy(self, twin)
       !> As it was.
       class(stepper_t), intent(inout) :: self
@@ -215,7 +215,10 @@ contains
       if (allocated(self%again)) call move_alloc(self%again, again)
       allocate (twin, source=self)
       if (.not. allocated(again)) return
-      allocate (its_own, source=again)
+      select type (again)
+      class is (stepper_t)
+         allocate (its_own, source=again)
+      end select
       call move_alloc(its_own, twin%again)
       call move_alloc(again, self%again)
    end subroutine copy
