@@ -205,8 +205,8 @@ contains
       if (status%code == 0) call self%show(system, state)
    end subroutine take_step
 
-   !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself, as a stepper: gfortran 12
-   !> does not copy a `class(*)` inside of another object, and loses the length that goes with it.
+   !> Makes a stepper that goes on as this one would. What takes steps again is copied by itself, as a stepper: gfortran
+   !> 12 does not copy a `class(*)` inside of another object, and loses the length that goes with it.
    recursive subroutine copy(self, twin)
       !> As it was.
       class(stepper_t), intent(inout) :: self
