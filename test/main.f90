@@ -315,18 +315,10 @@ contains
 
    !> Runs the attack on the true root at full length, or one case of it; does not return.
    subroutine run_attack()
-      character(len=:), allocatable :: text, what, which
-      integer :: seed, number, io
-      logical :: passed
-      call get_argument(2, text)
-      call get_argument(3, what)
-      call get_argument(4, which)
-      if (.not. (allocated(text) .and. allocated(what))) call stop_with("--attack SEED STAGES | SEED case NUMBER")
-      if (.not. allocated(which)) which = what
-      read (text, *, iostat=io) seed
-      if (io == 0) read (which, *, iostat=io) number
-      if (io /= 0) call stop_with("the attack needs whole numbers")
-      if (what == 'case') then
+      integer :: seed, number
+      logical :: alone, passed
+      call get_attack("--attack SEED STAGES | SEED case NUMBER", seed, number, alone)
+      if (alone) then
          call repeat_case(seed, number, passed)
       else
          call report_attack(seed, number, passed)
@@ -337,21 +329,31 @@ contains
 
    !> Runs the attack on events at full length, or one case of it; does not return.
    subroutine run_event_attack()
+      integer :: seed, number
+      logical :: alone, passed
+      call get_attack("--attack-events SEED CASES | SEED case NUMBER", seed, number, alone)
+      call report_event_attack(seed, number, alone, passed)
+      if (.not. passed) call stop_with("the attack found what must not be")
+      stop
+   end subroutine run_event_attack
+
+   !> The arguments of an attack: the seed, and how many cases or the number of the one that is run alone.
+   subroutine get_attack(usage, seed, number, alone)
+      character(len=*), intent(in) :: usage
+      integer, intent(out) :: seed, number
+      logical, intent(out) :: alone
       character(len=:), allocatable :: text, what, which
-      integer :: seed, number, io
-      logical :: passed
+      integer :: io
       call get_argument(2, text)
       call get_argument(3, what)
       call get_argument(4, which)
-      if (.not. (allocated(text) .and. allocated(what))) call stop_with("--attack-events SEED CASES | SEED case NUMBER")
+      if (.not. (allocated(text) .and. allocated(what))) call stop_with(usage)
+      alone = what == 'case'
       if (.not. allocated(which)) which = what
       read (text, *, iostat=io) seed
       if (io == 0) read (which, *, iostat=io) number
       if (io /= 0) call stop_with("the attack needs whole numbers")
-      call report_event_attack(seed, number, what == 'case', passed)
-      if (.not. passed) call stop_with("the attack found what must not be")
-      stop
-   end subroutine run_event_attack
+   end subroutine get_attack
 
    !> Runs the accuracy of random scenes in full, or a case of it again; does not return.
    subroutine run_accuracy(case)

@@ -298,40 +298,42 @@ contains
       type(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: matrix(3, 3)
-      real(wp) :: n(3), rest, twice(3)
+      real(wp) :: n(3), rest
       integer :: j
       rest = 1 - self%beta
       do j = 1, 3
          n = self%inertia(:, j)
          matrix(:, j) = self%by_forces(:, j) + (rest*n + 2*(cross(b, n) - b(j)*self%change))
       end do
-      twice = 2*self%mean
+      call add_cross_of_mean(self%mean, matrix)
+   end subroutine add_free_part
+
+   !> Adds to a matrix the derivative of 2 b×m by b, m held.
+   pure subroutine add_cross_of_mean(m, matrix)
+      real(wp), intent(in) :: m(3)
+      real(wp), intent(inout) :: matrix(3, 3)
+      real(wp) :: twice(3)
+      twice = 2*m
       matrix(2, 1) = matrix(2, 1) - twice(3)
       matrix(3, 1) = matrix(3, 1) + twice(2)
       matrix(1, 2) = matrix(1, 2) + twice(3)
       matrix(3, 2) = matrix(3, 2) - twice(1)
       matrix(1, 3) = matrix(1, 3) - twice(2)
       matrix(2, 3) = matrix(2, 3) + twice(1)
-   end subroutine add_free_part
+   end subroutine add_cross_of_mean
 
    !> The same by the r last taken: the derivative by b times ∂b/∂r.
    pure subroutine add_free_part_in_frame(self, r, matrix)
       type(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: r(3)
       real(wp), intent(out) :: matrix(3, 3)
-      real(wp) :: n(3), by_b(3, 3), twice(3)
+      real(wp) :: n(3), by_b(3, 3)
       integer :: j
       do j = 1, 3
          n = self%inertia(:, j)
          by_b(:, j) = (1 - self%beta)*n + 2*(cross(self%b, n) - self%b(j)*self%change)
       end do
-      twice = 2*self%mean
-      by_b(2, 1) = by_b(2, 1) - twice(3)
-      by_b(3, 1) = by_b(3, 1) + twice(2)
-      by_b(1, 2) = by_b(1, 2) + twice(3)
-      by_b(3, 2) = by_b(3, 2) - twice(1)
-      by_b(1, 3) = by_b(1, 3) - twice(2)
-      by_b(2, 3) = by_b(2, 3) + twice(1)
+      call add_cross_of_mean(self%mean, by_b)
       matrix = self%by_forces + times_columns(by_b, self%turn%absolute_by_relative(r, self%frame_middle))
    end subroutine add_free_part_in_frame
 

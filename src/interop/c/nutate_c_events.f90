@@ -71,11 +71,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
-      if (.not. associated(handle)) return
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. present(n)) return
-      n = handle%found%n
-      code = NUTATE_OK
+      if (associated(handle)) code = handle%found%give_count(n)
    end function nutate_stepper_event_count
 
    integer(c_int) function nutate_stepper_event(stepper, i, name, size, number, t, q, omega) result(code) bind(C)
@@ -95,11 +91,7 @@ contains
       type(history_handle_t), pointer :: handle
       code = NUTATE_BAD_HANDLE
       handle => find_history(history)
-      if (.not. associated(handle)) return
-      code = NUTATE_BAD_ARGUMENT
-      if (.not. present(n)) return
-      n = handle%found%n
-      code = NUTATE_OK
+      if (associated(handle)) code = handle%found%give_count(n)
    end function nutate_history_event_count
 
    integer(c_int) function nutate_history_event(history, i, name, size, number, t, q, omega) result(code) bind(C)

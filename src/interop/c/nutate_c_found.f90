@@ -32,7 +32,8 @@ module nutate_c_found
    contains
       !> Puts one behind the others.
       procedure :: put
-      !> Gives one to C.
+      !> Their number, and one of them, for C.
+      procedure :: give_count
       procedure :: give
    end type found_events_t
 
@@ -61,6 +62,16 @@ contains
       self%n = self%n + 1
       self%items(self%n) = found_t(event%name, number, state%t, state%q, angular_velocity(system, state))
    end subroutine put
+
+   !> Gives the number of events to C. Status: `NUTATE_BAD_ARGUMENT` for a null pointer.
+   integer(c_int) function give_count(self, n) result(code)
+      class(found_events_t), intent(in) :: self
+      integer(c_size_t), intent(inout), optional :: n
+      code = NUTATE_BAD_ARGUMENT
+      if (.not. present(n)) return
+      n = self%n
+      code = NUTATE_OK
+   end function give_count
 
    !> Gives one event to C. Status: `NUTATE_BAD_ARGUMENT` for one that there is not.
    integer(c_int) function give(self, i, name, size, number, t, q, omega) result(code)
