@@ -52,8 +52,8 @@ int nutate_stepper_copy(nutate_stepper *stepper, nutate_stepper **copy, char *me
 int nutate_stepper_save(nutate_stepper *stepper, char *bytes, size_t size, size_t *needed);
 
 /* Puts them into another stepper of the same system, with the same settings and columns: it then goes on in the place of
- * the first, to the last digit. The step that was kept for nutate_stepper_state_at is not among them; a stepper with events
- * cannot be saved.
+ * the first, to the last digit, its events in the same order among them. The step that was kept for nutate_stepper_state_at
+ * is not saved.
  *   ==>  bytes   [size]
  * Status: NUTATE_BAD_ARGUMENT for bytes of another stepper or version. */
 int nutate_stepper_restore(nutate_stepper *stepper, const char *bytes, size_t size);

@@ -4,6 +4,7 @@
 int test_c_events_found(void);
 int test_c_events_stop(void);
 int test_c_events_switch(void);
+int test_c_events_restart(void);
 int test_c_events_refused(void);
 int test_c_table(void);
 
@@ -143,6 +144,54 @@ int test_c_events_switch(void)
     EXPECT(NUTATE_OK, nutate_stepper_energy(stepper, energy));
     CHECK(fabs(energy[3] - 0.5 * 17 * 1.11 * 1.11) < 1e-13 && fabs(energy[4]) < 1e-13);
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    EXPECT(NUTATE_OK, nutate_system_destroy(&system));
+    return 0;
+}
+
+/* Put into another stepper at any row, a run with events, switches and a wheel goes on to the same bits; so does its account. */
+int test_c_events_restart(void)
+{
+    static const char groups[] = "&torque name = 'jet', body = 0, 0, 34 / &wheel axis = 0, 1, 0, inertia = 0.1, speed = 20, friction = 0.1 /",
+                      events[] = "&event name = 'fast', when = 'omega3', crosses = 1.1, switch = 'jet over' /"
+                                 "&event name = 'slow', when = 'omega3', crosses = 0.9, switch = 'jet over' /";
+    nutate_system *system = NULL;
+    nutate_stepper *each[3] = {NULL, NULL, NULL};
+    double omega[3][3], energy[3][5], t[2];
+    char bytes[20000];
+    size_t needed, n[2], found = 0;
+    int64_t number[2];
+    int i, k;
+    EXPECT(NUTATE_OK, nutate_system_create_moments(moments, 0.0, NULL, 0, &system, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_system_add_groups(system, groups));
+    for (k = 0; k < 3; ++k) {
+        EXPECT(NUTATE_OK, nutate_stepper_create(system, &each[k], NULL, 0));
+        EXPECT(NUTATE_OK, nutate_stepper_set(each[k], "time_step", "0.03"));
+        EXPECT(NUTATE_OK, nutate_stepper_set_state(each[k], 0.0, one, spin));
+        EXPECT(NUTATE_OK, nutate_stepper_add_events(each[k], k < 2 ? events : "&event name = 'other', when = 'q0', crosses = 0 /"));
+    }
+    for (i = 0; i < 40; ++i) {
+        EXPECT(NUTATE_OK, nutate_stepper_run(each[i % 2], 5, 5, NULL, 0, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_save(each[i % 2], bytes, sizeof bytes, &needed));
+        EXPECT(NUTATE_OK, nutate_stepper_restore(each[1 - i % 2], bytes, needed));
+        for (k = 0; k < 2; ++k) {
+            EXPECT(NUTATE_OK, nutate_stepper_event_count(each[k], &n[k]));
+            if (n[k] > 0) EXPECT(NUTATE_OK, nutate_stepper_event(each[k], n[k] - 1, NULL, 0, &number[k], &t[k], NULL, NULL));
+        }
+        CHECK(n[0] == n[1]);
+        if (n[0] > 0) CHECK(number[0] == number[1] && t[0] == t[1]);
+        found += n[0];
+    }
+    CHECK(found > 4);
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_restore(each[2], bytes, needed));
+    /* All that in one stepper. */
+    EXPECT(NUTATE_OK, nutate_stepper_add_events(each[2], events));
+    for (i = 0; i < 40; ++i) EXPECT(NUTATE_OK, nutate_stepper_run(each[2], 5, 5, NULL, 0, NULL));
+    for (k = 0; k < 3; ++k) {
+        EXPECT(NUTATE_OK, nutate_stepper_angular_velocity(each[k], omega[k]));
+        EXPECT(NUTATE_OK, nutate_stepper_energy(each[k], energy[k]));
+        CHECK(memcmp(omega[0], omega[k], sizeof omega[0]) == 0 && memcmp(energy[0], energy[k], sizeof energy[0]) == 0);
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&each[k]));
+    }
     EXPECT(NUTATE_OK, nutate_system_destroy(&system));
     return 0;
 }

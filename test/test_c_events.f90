@@ -17,6 +17,7 @@ module test_c_events
    procedure(c_test), bind(C, name='test_c_events_found') :: test_c_events_found
    procedure(c_test), bind(C, name='test_c_events_stop') :: test_c_events_stop
    procedure(c_test), bind(C, name='test_c_events_switch') :: test_c_events_switch
+   procedure(c_test), bind(C, name='test_c_events_restart') :: test_c_events_restart
    procedure(c_test), bind(C, name='test_c_events_refused') :: test_c_events_refused
    procedure(c_test), bind(C, name='test_c_table') :: test_c_table
 
@@ -28,6 +29,7 @@ contains
                   new_unittest("events by columns and by functions of a program are found", events_found), &
                   new_unittest("a run ends at an event, and the next one goes on behind it", events_stop), &
                   new_unittest("what an event switches stays switched", events_switch), &
+                  new_unittest("put into another stepper, a run with events goes on to the same bits", events_restart), &
                   new_unittest("events that are none, and functions that fail, are refused", events_refused), &
                   new_unittest("a table in memory", table)]
    end subroutine collect_c_events
@@ -46,6 +48,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call judge(error, test_c_events_switch())
    end subroutine events_switch
+
+   subroutine events_restart(error)
+      type(error_type), allocatable, intent(out) :: error
+      call judge(error, test_c_events_restart())
+   end subroutine events_restart
 
    subroutine events_refused(error)
       type(error_type), allocatable, intent(out) :: error

@@ -56,6 +56,7 @@ class Stepper(Owner):
         self._settings: dict[str, Any] = {}
         self._sets: Optional[tuple[str, ...]] = None
         self._names: Optional[list[str]] = None
+        self._events: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
         self.set(**settings)
 
     def __repr__(self) -> str:
@@ -80,7 +81,7 @@ class Stepper(Owner):
     def __copy__(self) -> Stepper:
         handle = create(library.nutate_stepper_copy, self._handle)
         twin = Stepper.__new__(Stepper)
-        twin.__dict__.update(self.__dict__, _handle=handle, _settings=dict(self._settings))
+        twin.__dict__.update(self.__dict__, _handle=handle, _settings=dict(self._settings), _events=list(self._events))
         check(library.nutate_stepper_set_poll(twin._handle, asked, None))
         return twin
 
@@ -92,7 +93,7 @@ class Stepper(Owner):
         self._call("nutate_stepper_save", None, 0, ctypes.byref(needed))
         saved = ctypes.create_string_buffer(needed.value)
         self._call("nutate_stepper_save", saved, needed.value, None)
-        return restored, (self._source, self._settings, self._sets, saved.raw)
+        return restored, (self._source, self._settings, self._sets, self._events, saved.raw)
 
     def set_state(self, q: Any = None, omega: Optional[npt.ArrayLike] = None, t: float = 0.0, *,
                   xyzw: Optional[npt.ArrayLike] = None, frame: str = "body") -> None:
@@ -165,6 +166,7 @@ class Stepper(Owner):
         next one goes on behind it."""
         keys = {"crosses": None if crosses is None else float(crosses), "extremum": extremum, "direction": direction,
                 "modulo": None if modulo is None else float(modulo), "stop": stop, "count": count, "switch": switch}
+        again = ((when, name), {**keys, "weights": weights})
         if callable(when):
             if weights is not None:
                 raise refusal("weights have no place beside a function")
@@ -173,6 +175,7 @@ class Stepper(Owner):
         else:
             given = None if weights is None else [float(weight) for weight in np.atleast_1d(weights)]
             self._call("nutate_stepper_add_events", encoded(event_group(name, when, weights=given, **keys)))
+        self._events.append(again)
 
     @property
     def events(self) -> list[Event]:
@@ -302,12 +305,15 @@ class Stepper(Owner):
         return iterations.value, float(residual[0])
 
 
-def restored(source: Any, settings: dict[str, Any], sets: Optional[tuple[str, ...]], saved: bytes) -> Stepper:
+def restored(source: Any, settings: dict[str, Any], sets: Optional[tuple[str, ...]],
+             events: list[tuple[tuple[Any, ...], dict[str, Any]]], saved: bytes) -> Stepper:
     """A stepper made as another one was, and put where that was saved."""
     kind, given, additions = source
     with make_again(kind, given, additions) as made:
         stepper = Stepper(made, **settings)
     if sets is not None:
         stepper.set_columns(*sets)
+    for arguments, keys in events:
+        stepper.add_event(*arguments, **keys)
     stepper._call("nutate_stepper_restore", saved, len(saved))
     return stepper

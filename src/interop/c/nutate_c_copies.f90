@@ -142,14 +142,16 @@ contains
       logical :: ready, stale
       call archive%expect('stepper '//version)
       call archive%expect(handle%names)
-      if (handle%events%count() > 0) call archive%refuse('a stepper with events cannot be saved (expected a copy)')
       ready = handle%ready
       stale = handle%stale
       call archive%transfer(stale)
       call archive%transfer(ready)
       call archive%transfer(handle%keeps_steps)
       call handle%first%transfer(archive)
+      call handle%first%transfer_wheels(archive)
+      call handle%system%effects%transfer_switches(archive)
       call transfer_run(handle, archive, status)
+      if (status%ok()) call transfer_events(handle, archive, status)
       if (.not. (status%ok() .and. archive%is_whole())) return
       if (archive%is_reading() .and. .not. stale) call prepare(handle, status)
       if (status%ok() .and. .not. stale) call transfer_method(handle, ready, archive, status)
@@ -163,6 +165,32 @@ contains
       call handle%columns%transfer(archive)
       call transfer_account(handle, archive)
    end subroutine transfer_handle
+
+   !> What runs look for, how the last one left it, and what it found. Errors: `NUTATE_NO_MEMORY`.
+   subroutine transfer_events(handle, archive, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      class(archive_t), intent(inout) :: archive
+      type(status_t), intent(inout) :: status
+      logical :: has_followed
+      integer :: i
+      do i = 1, handle%events%count()
+         call archive%expect('event '//trim(handle%events%slots(i)%item%name))
+      end do
+      call archive%expect('end of events')
+      call handle%last_state%transfer(archive)
+      has_followed = allocated(handle%followed)
+      call archive%transfer(has_followed)
+      if (archive%is_reading()) then
+         if (allocated(handle%followed)) deallocate (handle%followed)
+         if (.not. archive%is_whole()) return
+         if (has_followed) then
+            allocate (handle%followed)
+            call handle%followed%begin(handle%events, handle%system, status)
+         end if
+      end if
+      if (has_followed) call handle%followed%transfer(archive)
+      call handle%found%transfer(archive, status)
+   end subroutine transfer_events
 
    !> The method, as it was chosen, and what it remembers. Errors: those of its `prepare`.
    subroutine transfer_method(handle, ready, archive, status)
@@ -223,6 +251,7 @@ contains
          call transfer_progress(handle%run, archive)
       else
          call handle%run%state%transfer(archive)
+         call handle%run%state%transfer_wheels(archive)
       end if
       call archive%transfer(handle%run%t_first)
       call archive%transfer(handle%run%n_steps)

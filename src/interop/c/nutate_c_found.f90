@@ -1,6 +1,7 @@
 !> The events that a run of a C program has found.
 module nutate_c_found
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
+   use nutate_archive, only: archive_t
    use nutate_c_text, only: text_to_c
    use nutate_event, only: event_t
    use nutate_hamiltonian, only: angular_velocity
@@ -35,9 +36,46 @@ module nutate_c_found
       !> Their number, and one of them, for C.
       procedure :: give_count
       procedure :: give
+      procedure :: transfer
    end type found_events_t
 
 contains
+
+   !> Shows all of them to an archive. Errors: `NUTATE_NO_MEMORY`.
+   subroutine transfer(self, archive, status)
+      class(found_events_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      type(status_t), intent(inout) :: status
+      character(len=:), allocatable :: name
+      integer(long) :: n, i
+      integer :: failed
+      n = self%n
+      call archive%transfer(n)
+      if (archive%is_reading()) then
+         self%n = 0
+         if (allocated(self%items)) deallocate (self%items)
+         if (n < 0) call archive%spoil()
+         if (.not. archive%is_whole()) return
+         allocate (self%items(max(n, int(first_room, long))), stat=failed)
+         if (failed /= 0) then
+            status = fail(NUTATE_NO_MEMORY, 'there is no memory for so many events')
+            return
+         end if
+         self%n = n
+      end if
+      do i = 1, n
+         associate (item => self%items(i))
+            name = item%name
+            call archive%transfer(name)
+            item%name = name
+            call archive%transfer(item%number)
+            call archive%transfer(item%t)
+            call archive%transfer(item%q)
+            call archive%transfer(item%omega)
+         end associate
+         if (.not. archive%is_whole()) return
+      end do
+   end subroutine transfer
 
    !> Puts an event behind the others. Errors: `NUTATE_NO_MEMORY`.
    subroutine put(self, system, event, number, state, status)
