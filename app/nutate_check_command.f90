@@ -57,6 +57,7 @@ contains
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       type(page_t) :: page
+      character(len=:), allocatable :: refusal
 
       call load_scene(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
@@ -73,10 +74,13 @@ contains
       if (scene%events%count() > 0) call add_events(page, scene)
       call add_method(page, scene)
       call add_invariants(page, scene)
-      call add_output(page, scene)
+      call add_output(page, scene, refusal)
       if (scene%ensemble%active()) call add_ensemble(page, scene%ensemble)
       call add_notes(page, scene)
       call show_page(page, STANDARD_OUTPUT, exit_code)
+      if (refusal == '' .or. exit_code /= EXIT_SUCCESS) return
+      call say_error('nutate: '//printable_path(scene%file)//': '//refusal)
+      exit_code = EXIT_INPUT
    end subroutine check_command
 
    subroutine add_body(page, scene)
@@ -288,17 +292,20 @@ contains
       end if
    end subroutine add_invariants
 
-   subroutine add_output(page, scene)
+   subroutine add_output(page, scene, refusal)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
+      !> Why `run` would refuse to write its rows; empty where it would not.
+      character(len=:), allocatable, intent(out) :: refusal
       type(columns_t) :: columns
       type(status_t) :: status
       integer(long) :: n, rows
       call page%line('output')
       call columns%choose(scene%output%columns, status, scene%output%degrees)
       if (status%ok()) call page%item('columns', columns%header())
+      refusal = ''
       if (scene%plan%goal%active()) then
-         call add_expected_rows(page, scene)
+         call add_expected_rows(page, scene, refusal)
          return
       end if
       n = count_steps(scene%initial%t, scene%plan)
@@ -311,13 +318,15 @@ contains
       else
          call page%item('rows', count_text(rows)//', one for every '//plural(scene%plan%every, 'step'))
       end if
-      if (rows > most_rows(scene)) call page%item('refused', too_many_rows(scene, rows))
+      if (rows > most_rows(scene)) refusal = too_many_rows(scene, rows)
    end subroutine add_output
 
    !> Steps, rows and size where steps are chosen by their error: found as `run` would find them.
-   subroutine add_expected_rows(page, scene)
+   subroutine add_expected_rows(page, scene, refusal)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
+      !> Why `run` would refuse to write its rows, if it finds their number at its start.
+      character(len=:), allocatable, intent(inout) :: refusal
       type(run_t) :: run
       type(run_plan_t) :: plan
       type(status_t) :: status
@@ -332,6 +341,7 @@ contains
       call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
       if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
       steps = known_steps(scene, run)
+      if (status%ok() .and. rows_of(scene, steps) > most_rows(scene)) refusal = too_many_rows(scene, rows_of(scene, steps))
       if (steps < 0 .and. status%ok()) then
          call run%go(scene%system, status, timekeeper)
          if (status%ok()) steps = run%summary%steps
@@ -358,7 +368,7 @@ contains
       end if
       if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
          call page%item('accuracy', 'out of reach: '//rounded_text(run%summary%estimate, 3)//' rad can be had')
-      if (rows > most_rows(scene)) call page%item('refused', too_many_rows(scene, rows))
+      if (rows > most_rows(scene) .and. refusal == '') call page%item('refused', too_many_rows(scene, rows))
    end subroutine add_expected_rows
 
    subroutine ignore_row(self, system, state, record, status)

@@ -313,7 +313,7 @@ contains
       !> L, body axes, N m s; shape (3).
       real(wp), intent(out) :: momentum(3)
       !> Quaternion c, not normalised: the attitude is that of the start times c; shape (4). Without attitude it may say
-      !> nothing.
+      !> nothing; of length zero where the momentum has no direction that it needs.
       real(wp), intent(out) :: rotation(4)
       real(wp) :: turned(1), weights(2), own(3), c(4)
       call self%tail%weights(self%order, s, weights(1), weights(2))
@@ -338,7 +338,7 @@ contains
       !> s, and of the last two coefficients in the tail; shape (2).
       real(wp), intent(in) :: s, weights(2)
       real(wp), intent(out) :: momentum(3), rotation(4)
-      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4)
+      real(wp) :: values(2, 3), rows(3, 3), angle(1), axis(3), along(3), shortest(4), about(4), length
       select case (self%equations)
       case (AXIAL_FREE)
          momentum = self%momentum
@@ -371,9 +371,15 @@ contains
          momentum = self%momentum + values(1, :)
          rows(:, 1) = self%frame(:, 1) + values(2, :)
          if (self%equations == ONE_PAIR) then
-            rows(:, 2) = momentum/length_of(momentum)
+            ! Without a length there is no direction: a rotation of length zero, which is no attitude.
+            rotation = 0.0_wp
+            length = length_of(momentum)
+            if (.not. length > tiny(1.0_wp)) return
+            rows(:, 2) = momentum/length
             rows(:, 1) = rows(:, 1) - dot_product(rows(:, 1), rows(:, 2))*rows(:, 2)
-            rows(:, 1) = rows(:, 1)/length_of(rows(:, 1))
+            length = length_of(rows(:, 1))
+            if (.not. length > tiny(1.0_wp)) return
+            rows(:, 1) = rows(:, 1)/length
             rows(:, 3) = cross(rows(:, 1), rows(:, 2))
          else
             call sum_series(6, self%order, s, self%lanes_2, weights, values)
