@@ -70,15 +70,17 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       integer(long) :: steps, next_poll
-      real(wp) :: watched, sense
-      logical :: over, looks
+      real(wp) :: watched, sense, quiet_until
+      logical :: over, looks, follows
       type(mark_t) :: mark
       type(hunt_t), allocatable :: hunts(:)
 
       next_poll = (progress%summary%steps/policy%steps_per_poll + 1)*policy%steps_per_poll
       over = is_over(progress)
       looks = .false.
+      follows = allocated(progress%events)
       sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
+      quiet_until = -sense*huge(1.0_wp)
       do while (status%code == 0 .and. .not. over)
          steps = progress%summary%steps
          if (progress%summary%parts + progress%record%continued >= progress%plan%max_steps) then
@@ -89,11 +91,14 @@ contains
             return
          end if
          watched = progress%state%t
-         if (allocated(progress%events)) call see_ahead(progress, system, sense*policy%longest_step, mark, looks)
+         if (follows) then
+            if (.not. sense*(quiet_until - (progress%state%t + sense*policy%longest_step)) >= 0.0_wp) &
+               call see_ahead(progress, system, sense*policy%longest_step, mark, looks, quiet_until)
+         end if
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
          over = is_over(progress)
-         if (allocated(progress%events)) then
+         if (looks .or. progress%by_parts) then
             if (looks) looks = .not. progress%events%sleeps_until(progress%state%t, sense)
             if (looks) then
                call follow_events(policy, system, progress, mark, hunts, observer, status)
@@ -114,14 +119,14 @@ contains
                if (observer%wants_archive) call offer(progress, policy, observer, status)
             end if
          end if
-         if (allocated(progress%events)) then
+         if (looks) then
             if (progress%events%n_due > 0) return
          end if
       end do
    end subroutine take_steps
 
    !> Finds out if anything can happen in the next step.
-   subroutine see_ahead(progress, system, step, mark, looks)
+   subroutine see_ahead(progress, system, step, mark, looks, quiet_until)
       type(progress_t), intent(inout) :: progress
       type(system_t), intent(in) :: system
       !> The longest that it can be, s.
@@ -129,8 +134,11 @@ contains
       !> The run as it is, if something can.
       type(mark_t), intent(inout) :: mark
       logical, intent(out) :: looks
+      !> A time, s, up to which there is no more to see than whole steps.
+      real(wp), intent(out) :: quiet_until
       real(wp) :: sense
       looks = .true.
+      quiet_until = -sign(huge(1.0_wp), step)
       associate (events => progress%events, state => progress%state)
          if (abs(step) < huge(step)) then
             sense = sign(1.0_wp, step)
@@ -144,6 +152,10 @@ contains
       end associate
       if (looks) call mark_progress(progress, mark)
       progress%by_parts = looks .or. progress%way%begun
+      if (.not. progress%by_parts) then
+         quiet_until = progress%events%wakes
+         progress%events%switches = 0
+      end if
       progress%keeps_starts = progress%by_parts .or. allocated(progress%plan%times)
    end subroutine see_ahead
 
