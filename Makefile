@@ -51,7 +51,7 @@ memcheck: ## run the tests under valgrind: leaks, invalid reads
 	@bash tools/setup.sh test memcheck
 	@bash tools/memcheck.sh
 
-sanitize: ## run the tests with the address and undefined-behaviour sanitizers
+sanitize: ## run the tests in the strict build: all checks at run time, sanitizers, floating-point traps
 	@bash tools/setup.sh test
 	@bash tools/sanitize.sh
 

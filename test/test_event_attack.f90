@@ -45,8 +45,8 @@ module test_event_attack
       !> Roots missed that are farther from every other than an eighth of the step, or by a series at all; others that
       !> were missed; events where there is no root; cases whose run failed.
       integer :: missed = 0, close_missed = 0, false_events = 0, broken = 0
-      !> The first case at fault.
-      integer :: first = 0
+      !> The first cases at fault.
+      integer :: n_at_fault = 0, at_fault(100) = 0
    end type event_tally_t
 
    !> One case.
@@ -119,11 +119,14 @@ contains
       integer, intent(in) :: seed
       type(event_tally_t), intent(in) :: tally
       character(len=:), allocatable :: text
-      character(len=240) :: line
-      write (line, '(7(i0,a),i0)') tally%cases, ' cases with ', tally%roots, ' roots: ', tally%missed, ' missed, ', &
+      character(len=1200) :: line
+      write (line, '(7(i0,a))') tally%cases, ' cases with ', tally%roots, ' roots: ', tally%missed, ' missed, ', &
          tally%close_missed, ' missed within an eighth of a step of another, ', tally%false_events, ' made up, ', &
-         tally%broken, ' runs failed; seed ', seed, ', first case at fault ', tally%first
+         tally%broken, ' runs failed; seed ', seed
       text = trim(line)
+      if (tally%n_at_fault == 0) return
+      write (line, '(*(i0,:,1x))') tally%at_fault(1:tally%n_at_fault)
+      text = text//', cases at fault '//trim(line)
    end function verdict
 
    !> Runs cases from one number to another.
@@ -139,7 +142,10 @@ contains
          if (is_fit) then
             faults = tally%missed + tally%false_events + tally%broken
             call judge_case(item, tally)
-            if (tally%first == 0 .and. tally%missed + tally%false_events + tally%broken > faults) tally%first = number
+            if (tally%missed + tally%false_events + tally%broken > faults) then
+               tally%n_at_fault = min(tally%n_at_fault + 1, size(tally%at_fault))
+               tally%at_fault(tally%n_at_fault) = number
+            end if
          end if
          deallocate (item)
       end do

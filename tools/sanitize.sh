@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
-# Builds everything with the address and undefined-behaviour sanitizers and floating-point traps, and runs the unit
-# tests and the command-line tests. What a sanitizer finds ends the program, so that the test fails.
+# Builds everything to the letter of Fortran 2018, with all warnings, all checks at run time, the address and
+# undefined-behaviour sanitizers and floating-point traps, and runs the unit tests and the command-line tests. What a
+# check finds ends the program, so that the test fails.
 #    tools/sanitize.sh [unit|cli]...
 set -u
 . "$(dirname "$0")/environment.sh"
 
 sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g -O1'
-export FFLAGS="$sanitizers -ffpe-trap=invalid,zero,overflow" FPM_CFLAGS=$sanitizers FPM_LDFLAGS=-fsanitize=address,undefined
+# gfortran 12 suspects every allocatable result of -Wmaybe-uninitialized.
+export FFLAGS="-Wall -Wextra -Wno-maybe-uninitialized $checked $sanitizers"
+export FPM_CFLAGS="-Wall -Wextra $sanitizers" FPM_LDFLAGS=-fsanitize=address,undefined
 # What the test framework loses is not the library's.
 export LSAN_OPTIONS=suppressions=$top/tools/sanitize.supp:print_suppressions=0
 export ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=0 UBSAN_OPTIONS=print_stacktrace=1

@@ -91,10 +91,8 @@ contains
             return
          end if
          watched = progress%state%t
-         if (follows) then
-            if (.not. sense*(quiet_until - (progress%state%t + sense*policy%longest_step)) >= 0.0_wp) &
-               call see_ahead(progress, system, sense*policy%longest_step, mark, looks, quiet_until)
-         end if
+         if (follows .and. sense*quiet_until < sense*progress%state%t + policy%longest_step) &
+            call see_ahead(progress, system, sense*policy%longest_step, mark, looks, quiet_until)
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
          over = is_over(progress)
