@@ -397,9 +397,14 @@ contains
          call iterate(self, system, z, min(near, self%settings%max_iterations), trial)
          ! The determinant counts at the root itself.
          if (trial%code == 0) call self%linearize(system, z, trial)
-         call self%get_cayley_vector(z, b)
-         root = root_t(vector_length(b), self%determinant, maxval(abs(z - predicted)))
          found = trial%code == 0
+         if (found) then
+            call self%get_cayley_vector(z, b)
+            root = root_t(vector_length(b), self%determinant, maxval(abs(z - predicted)))
+         else
+            ! What failed need not be finite.
+            b = last_b
+         end if
          if (found .and. path%reached > 0.0_wp) then
             found = path%keeps_to(root)
          else if (found) then

@@ -25,8 +25,8 @@ module nutate_rigid_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
-   !> Largest component of the angle ΔtΩ in a stage, rad: what lies beyond does not follow a motion, and overflows some
-   !> stages later.
+   !> Largest component of the angle ΔtΩ in a stage, and of a frame's turn in a step, rad: what lies beyond does not follow
+   !> a motion, and overflows some stages later.
    real(wp), parameter :: largest_angle = 1e3_wp
 
    !> What stays the same during a step, and the work done in it.
@@ -128,6 +128,10 @@ contains
       end do
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
+      if (self%failure /= 0 .or. .not. self%frame_turns) return
+      if (2*maxval(abs(self%frame_turn)) <= largest_angle) return
+      self%failure = NUTATE_OFF_BRANCH
+      self%frame_turn = 0.0_wp
    end subroutine begin_step
 
    !> The wheels at the start of a step.

@@ -18,9 +18,10 @@ from fuzz_scenes import TABLE, write_scene
 LONGEST_RUN = 1000
 
 # What a run or a check may take of processor time, s, and how long a hanging one is waited for. Sanitizers and their like
-# take their time, and so do events, which look into every radian of a step.
+# take their time, and so do events, which look into every radian of a step; those found have a row each.
 ALLOWED_SECONDS = 20.0 if os.environ.get("NUTATE_SLOW_BUILD") else 1.0
-PATIENCE = 60.0
+SECONDS_OF_SEARCH, SECONDS_PER_EVENT = 4 * ALLOWED_SECONDS, 2e-4 * ALLOWED_SECONDS
+PATIENCE = 600.0
 
 
 class Case:
@@ -85,13 +86,21 @@ def judge(program, case):
             longest = max(longest, seconds)
             statuses.append(done.returncode)
             fault = fault_of(command, case, done, path)
-            if not fault and seconds > ALLOWED_SECONDS * (5 if b"&event" in case.text else 1):
+            if not fault and seconds > allowed_seconds(case, path):
                 fault = f"took {seconds:.1f} s"
             if fault:
                 return Verdict(f"{command}: {fault}", statuses, longest)
         if statuses[0] != statuses[1] and 2 in statuses:
             return Verdict(f"check and run disagree: {statuses}", statuses, longest)
         return Verdict("", statuses, longest)
+
+
+def allowed_seconds(case, folder):
+    """Processor time that a command may take, s."""
+    if b"&event" not in case.text:
+        return ALLOWED_SECONDS
+    rows = sum(path.read_bytes().count(b"\n") for path in folder.glob("history.events.csv*"))
+    return ALLOWED_SECONDS + SECONDS_OF_SEARCH + rows * SECONDS_PER_EVENT
 
 
 def processor_seconds():
