@@ -10,7 +10,7 @@ program main
    use nutate_plot_command, only: plot_command
    use nutate_run_command, only: run_command
    use nutate_run_signals, only: end_by_signal
-   use nutate_sweep, only: has_threads
+   use nutate_member_rows, only: has_threads
    use nutate_sweep_command, only: sweep_command
    use nutate_version, only: version
    use nutate_view_command, only: view_command

@@ -6,12 +6,13 @@ module nutate_sweep_command
    use nutate_files, only: same_file, write_text, STANDARD_OUTPUT
    use nutate_kinds, only: long
    use nutate_member_history, only: write_member
+   use nutate_member_rows, only: has_threads
    use nutate_printable, only: printable_path
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run_signals, only: caught_signal, signal_name, watch_signals
    use nutate_scene, only: scene_t, read_scene
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
-   use nutate_sweep, only: has_threads, sweep_t
+   use nutate_sweep, only: sweep_t
    use nutate_sweep_csv, only: csv_line, header_line, write_csv
    use nutate_sweep_listing, only: listing_fits, write_listing
    use nutate_sweep_merge, only: merge_parts, part_name, stem_of

@@ -423,8 +423,7 @@ int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <=
  *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and total - total then - work
  * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
-/* Constraints.   <==  constraints [2]: q.q - 1, and q.p (kg m2/s) */
-int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]);
+int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]); /* <== q.q - 1, q.p (kg m2/s) */
 
 /* Which components of the angular momentum in space the effects leave alone.
  *   <==  components  0 none, 1 the one along axis, 3 all
@@ -496,5 +495,6 @@ int nutate_exact_free_body(const nutate_system *system, const double q0[4], cons
 #endif
 #include "nutate_events.h"
 #include "nutate_runs.h"
+#include "nutate_sweep.h"
 
 #endif

@@ -54,6 +54,7 @@ module nutate
    use nutate_kinds, only: long, pi, wp
    use nutate_methods, only: make_stepper
    use nutate_member, only: member_t
+   use nutate_member_rows, only: run_members
    use nutate_motion, only: motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, run_summary_t
@@ -71,7 +72,6 @@ module nutate
       NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t
    use nutate_steady_top, only: sleeping_spin, steady_precession
    use nutate_stepper, only: integrator_settings_t, stepper_t
-   use nutate_sweep, only: run_members
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_wheel, only: wheel_t

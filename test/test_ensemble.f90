@@ -3,12 +3,12 @@
 module test_ensemble
    use nutate_kinds, only: wp, eps, long
    use nutate_member, only: member_t
+   use nutate_member_rows, only: run_members
    use nutate_quaternion, only: rotation_matrix
    use nutate_row_layout, only: make_layout, real_of, row_layout_t
    use nutate_sampling, only: draw_values
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
-   use nutate_sweep, only: run_members
    use test_statistics, only: distance_to_uniform, normal_probability
    use test_support, only: check_below, check_close
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type

@@ -18,6 +18,10 @@ or to an accuracy, with the motion at any time:
     solution = nutate.solve(system, omega0=(0.1, 0, 10), t_span=(0, 5), accuracy=1e-9)
     q, omega = solution.sol(2.5)
 
+or many members of a scene that differ in some of its numbers:
+
+    rows = nutate.sweep("tumble.nml", threads=8)            # a structured array, a row for each member
+
 SI units, radians. Quaternions have their scalar first and take body components to space components; a Rotation of SciPy may
 stand for one. Every failure is a `NutateError`, and a ValueError or an OSError where that fits, but for what a callback
 raised, which comes out as it was. Scenes, systems and steppers own memory of the library, which `with` or `close` frees at a
@@ -34,6 +38,7 @@ from .events import Event, History
 from .scenes import Scene, run
 from .solutions import Motion, Solution, solve
 from .steppers import Stepper
+from .sweeps import sweep, sweep_chunk
 from .systems import System
 from .tables import to_pandas, to_xarray
 
@@ -44,4 +49,4 @@ __all__ = ["Event", "History", "Motion", "NutateError", "NutateOSError", "Nutate
            "axis_angle_from_quat", "euler_from_quat", "exact_free_body", "follow_euler", "matrix_from_quat",
            "omega_from_euler_rates", "quat_from_axis_angle", "quat_from_euler", "quat_from_matrix",
            "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body", "rotate_to_space",
-           "rotation_vector_from_quat", "run", "solve", "to_pandas", "to_xarray", "version", "view", "__version__"]
+           "rotation_vector_from_quat", "run", "solve", "sweep", "sweep_chunk", "to_pandas", "to_xarray", "version", "view", "__version__"]

@@ -69,6 +69,13 @@ class Scene(Recipe):
         return q, omega
 
     @property
+    def members(self) -> int:
+        """Members of its ensemble; 0 where it has none."""
+        members = ctypes.c_int64()
+        self._call("nutate_sweep_size", ctypes.byref(members), None)
+        return members.value
+
+    @property
     def has_events(self) -> bool:
         """There are groups &event in it."""
         text = self._given[1]["text"]

@@ -7,15 +7,15 @@
 !> Threads take chunks of members as they come; a row depends on its member alone, and sums are made in the order of the
 !> members, so that the bytes are the same whoever ran what.
 module nutate_sweep
-   !$ use omp_lib, only: omp_get_max_threads
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: long
+   use nutate_member_rows, only: has_threads, take_rows
    use nutate_member_run, only: member_run_t
    use nutate_npy, only: longest_header, npy_header
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_scene, only: scene_t
    use nutate_sealed_file, only: read_sealed, write_sealed
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_IO
    use nutate_sweep_file, only: sweep_file_t
    use nutate_sweep_identity, only: identity_of
    use nutate_sweep_sums, only: sweep_sums_t
@@ -26,7 +26,7 @@ module nutate_sweep
    implicit none
    private
 
-   public :: sweep_t, most_threads, has_threads, run_members
+   public :: sweep_t
 
    !> What the file of sums under way begins with; the number is that of its format.
    character(len=*), parameter :: signature = 'nutate sweep sums 1'//achar(10)
@@ -71,18 +71,6 @@ module nutate_sweep
    end type sweep_t
 
 contains
-
-   !> Threads that this machine offers; 1 where the library was built without them.
-   integer function most_threads()
-      most_threads = 1
-      !$ most_threads = omp_get_max_threads()
-   end function most_threads
-
-   !> The library was built with threads.
-   pure logical function has_threads()
-      has_threads = .false.
-      !$ has_threads = .true.
-   end function has_threads
 
    !> Opens the file. Errors: `NUTATE_IO`; `NUTATE_BAD_ARGUMENT` for more fields than a header holds, and for a file to
    !> go on with that belongs to another sweep.
@@ -241,7 +229,9 @@ contains
          end if
          first = self%first + (chunk - 1)*self%chunk
          last = min(first + self%chunk - 1, self%last)
-         call run_chunk(runner, scene, first, last, fields, status)
+         if (allocated(fields)) deallocate (fields)
+         allocate (fields(self%layout%width(), last - first + 1))
+         call take_rows(runner, scene, first, last, fields, status)
          error = 0
          if (status%ok() .and. self%keeps_rows) call self%file%put_chunk(chunk, fields, error)
          if (.not. status%ok() .or. error /= 0) exit
@@ -255,26 +245,6 @@ contains
       if (self%failure%ok()) self%failure = status
       call unlock_texts()
    end subroutine work
-
-   !> Runs the members of a chunk.
-   subroutine run_chunk(runner, scene, first, last, fields, status)
-      type(member_run_t), intent(inout) :: runner
-      type(scene_t), intent(in) :: scene
-      integer(long), intent(in) :: first, last
-      !> Shape (fields, members).
-      integer(long), allocatable, intent(out) :: fields(:, :)
-      type(status_t), intent(out) :: status
-      integer(long) :: k
-      allocate (fields(runner%layout%width(), last - first + 1))
-      do k = first, last
-         call runner%row(scene, k, fields(:, k - first + 1), status)
-         if (.not. status%ok()) return
-         if (.not. associated(runner%watcher%sweep)) cycle
-         if (.not. runner%watcher%sweep%wants_end()) cycle
-         status = fail(NUTATE_STOPPED, 'the sweep was stopped')
-         return
-      end do
-   end subroutine run_chunk
 
    !> Counts a chunk; where no rows are kept, adds it when its turn has come, with those that waited for it. Errors:
    !> `NUTATE_IO`.
@@ -317,20 +287,5 @@ contains
       type(status_t), intent(out) :: status
       if (self%keeps_rows) call self%file%abandon(status)
    end subroutine abandon
-
-   !> Runs members by the thread that calls, and starts no other. Errors: a set of columns that does not exist.
-   subroutine run_members(scene, layout, first, last, fields, status)
-      !> With an ensemble.
-      type(scene_t), intent(in) :: scene
-      !> Of the scene.
-      type(row_layout_t), intent(in) :: layout
-      integer(long), intent(in) :: first, last
-      !> Shape (fields, members).
-      integer(long), allocatable, intent(out) :: fields(:, :)
-      type(status_t), intent(out) :: status
-      type(member_run_t) :: runner
-      call runner%prepare(scene, layout, status)
-      if (status%ok()) call run_chunk(runner, scene, first, last, fields, status)
-   end subroutine run_members
 
 end module nutate_sweep

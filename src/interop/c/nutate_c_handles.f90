@@ -53,6 +53,8 @@ module nutate_c_handles
       type(scene_t) :: scene
       !> Whom its runs ask whether to go on.
       type(poll_t) :: poll
+      !> There are callbacks in its system, which its groups do not name.
+      logical :: calls_back = .false.
    end type scene_handle_t
 
    !> The rows of a run.

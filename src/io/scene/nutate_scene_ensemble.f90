@@ -4,14 +4,15 @@ module nutate_scene_ensemble
    use nutate_ensemble_plan, only: ensemble_plan_t, variation_t, CASES, GRID
    use nutate_keys, only: group_t, group_kind_t, key_t, KEY_INTEGER, KEY_TEXT
    use nutate_kinds, only: wp, long
+   use nutate_limits, only: is_moderate
    use nutate_scene_cases, only: read_cases
-   use nutate_scene_error, only: scene_error_t
+   use nutate_scene_error, only: scene_error_t, LINE_OF_SET
    use nutate_scene_target, only: add_targets
    use nutate_scene_vary, only: build_variation
    implicit none
    private
 
-   public :: ensemble_keys, build_ensemble, add_cases
+   public :: ensemble_keys, build_ensemble, add_table
 
    !> Members with histories.
    integer, parameter :: most_histories = 1000
@@ -130,6 +131,41 @@ contains
       call add_cases(names, numbers, group%line_of('table'), kinds, plan, fault)
       if (fault%raised) call error%raise_in(file, 1, fault%text)
    end subroutine read_table
+
+   !> Adds a table that a program has to the ensemble of a scene, or makes one of it. Raises an error for a table that is
+   !> none, and the plan is then as it was.
+   subroutine add_table(names, numbers, groups, kinds, plan, error)
+      !> Of the columns; shape (columns).
+      character(len=*), intent(in) :: names(:)
+      !> Shape (columns, lines).
+      real(wp), intent(in) :: numbers(:, :)
+      !> Of the scene.
+      type(group_t), intent(in) :: groups(:)
+      type(group_kind_t), intent(in) :: kinds(:)
+      type(ensemble_plan_t), intent(inout) :: plan
+      type(scene_error_t), intent(inout) :: error
+      type(ensemble_plan_t) :: extended
+      extended = plan
+      if (.not. plan%active()) then
+         extended%groups = groups
+         extended%members = size(numbers, 2, long)
+         allocate (extended%targets(0), extended%variations(0), extended%histories(0))
+      end if
+      if (any(extended%variations%distribution == CASES)) then
+         call error%raise(LINE_OF_SET, 'the ensemble has a table', expected='one')
+      else if (extended%members > size(numbers, 2, long)) then
+         call error%raise(LINE_OF_SET, 'there are more members than lines in the table', &
+                          expected='at most one for each line')
+      else if (size(numbers, 2, long) > most_members) then
+         call error%raise(LINE_OF_SET, 'the table has too many lines', expected='at most 999999999')
+      else if (.not. all(is_moderate(numbers))) then
+         call error%raise(LINE_OF_SET, 'the table has a number that is not finite or exceeds 1e100', &
+                          expected='numbers')
+      else
+         call add_cases(names, numbers, LINE_OF_SET, kinds, extended, error)
+      end if
+      if (.not. error%raised) plan = extended
+   end subroutine add_table
 
    !> Adds a table: a line of numbers for each member. Raises an error for a column that is not the name of a number.
    subroutine add_cases(names, numbers, line, kinds, plan, error)

@@ -1,0 +1,174 @@
+!> C interface: members of an ensemble. What each function does stands in `include/nutate_sweep.h`.
+module nutate_c_sweep
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr, c_size_t
+   use nutate_c_handles, only: find_scene, null_argument, report, scene_handle_t
+   use nutate_c_sweep_poll, only: polling_sweep_t
+   use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
+   use nutate_member_rows, only: fill_rows, has_threads
+   use nutate_row_layout, only: field_length, make_layout, row_layout_t
+   use nutate_scene, only: scene_kinds, scene_t
+   use nutate_scene_ensemble, only: add_table
+   use nutate_scene_error, only: scene_error_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_sweep_size, nutate_sweep_field, nutate_sweep_table, nutate_sweep_members
+
+   character(len=*), parameter :: no_scene = 'scene is not the handle of a scene'
+   !> Names of a table, as in a file; threads, more than any machine has.
+   integer(c_size_t), parameter :: most_names = 200
+   integer(c_int), parameter :: most_threads = 4096
+   !> Bytes of a field.
+   integer(c_int64_t), parameter :: word = 8
+
+contains
+
+   integer(c_int) function nutate_sweep_size(scene, members, fields) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene
+      integer(c_int64_t), intent(inout), optional :: members
+      integer(c_size_t), intent(inout), optional :: fields
+      type(scene_handle_t), pointer :: handle
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call find_layout(handle%scene, layout, status)
+      code = status%code
+      if (code /= NUTATE_OK) return
+      if (present(members)) members = handle%scene%ensemble%members
+      if (present(fields)) fields = layout%width()
+   end function nutate_sweep_size
+
+   integer(c_int) function nutate_sweep_field(scene, field, is_whole, name, size) result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, name
+      integer(c_size_t), intent(in), value :: field, size
+      integer(c_int), intent(inout), optional :: is_whole
+      type(scene_handle_t), pointer :: handle
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call find_layout(handle%scene, layout, status)
+      code = status%code
+      if (code /= NUTATE_OK) return
+      code = NUTATE_BAD_ARGUMENT
+      if (field < 0 .or. field >= layout%width()) return
+      code = text_to_c(trim(layout%names(field + 1)), name, size)
+      if (code == NUTATE_OK .and. present(is_whole)) is_whole = merge(1, 0, layout%is_whole(field + 1))
+   end function nutate_sweep_field
+
+   integer(c_int) function nutate_sweep_table(scene, names, n_names, numbers, lines, message, size) result(code) &
+      bind(C)
+      type(c_ptr), intent(in), value :: scene, names, numbers, message
+      integer(c_size_t), intent(in), value :: n_names, lines, size
+      type(scene_handle_t), pointer :: handle
+      type(status_t) :: status
+      handle => find_scene(scene)
+      if (.not. associated(handle)) then
+         status = fail(NUTATE_BAD_HANDLE, no_scene)
+      else if (.not. c_associated(names) .or. .not. c_associated(numbers)) then
+         status = null_argument('names or numbers')
+      else if (n_names < 1 .or. n_names > most_names .or. lines < 1) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the table has no line, or not 1 to 200 columns', 'n_names')
+      else
+         call lock_texts()
+         call take_table(handle%scene, names, int(n_names), numbers, lines, status)
+         call unlock_texts()
+      end if
+      code = report(status, message, size)
+   end function nutate_sweep_table
+
+   integer(c_int) function nutate_sweep_members(scene, first, last, threads, rows, bytes, message, size) &
+      result(code) bind(C)
+      type(c_ptr), intent(in), value :: scene, rows, message
+      integer(c_int64_t), intent(in), value :: first, last
+      integer(c_int), intent(in), value :: threads
+      integer(c_size_t), intent(in), value :: bytes, size
+      type(scene_handle_t), pointer :: handle
+      type(row_layout_t) :: layout
+      type(polling_sweep_t), target :: watcher
+      type(status_t) :: status
+      integer(c_int64_t), pointer :: fields(:, :)
+      handle => find_scene(scene)
+      if (.not. associated(handle)) then
+         status = fail(NUTATE_BAD_HANDLE, no_scene)
+      else if (.not. c_associated(rows)) then
+         status = null_argument('rows')
+      else
+         call check_members(handle, first, last, threads, status)
+      end if
+      if (status%ok()) call find_layout(handle%scene, layout, status)
+      if (status%ok()) then
+         if (bytes /= (last - first + 1)*layout%width()*word) status = fail( &
+            NUTATE_BAD_ARGUMENT, 'rows have another size (expected 8 bytes for each field of each member)', 'bytes')
+      end if
+      if (status%ok()) then
+         call c_f_pointer(rows, fields, [int(layout%width(), c_int64_t), last - first + 1])
+         call watcher%start(handle%poll, int(threads))
+         call fill_rows(handle%scene, layout, first, last, int(threads), watcher, fields, status)
+      end if
+      code = report(status, message, size)
+   end function nutate_sweep_members
+
+   !> The fields of a row; none where the scene has no ensemble. Errors: a set of columns that does not exist.
+   subroutine find_layout(scene, layout, status)
+      type(scene_t), intent(in) :: scene
+      type(row_layout_t), intent(out) :: layout
+      type(status_t), intent(out) :: status
+      allocate (layout%names(0))
+      if (.not. scene%ensemble%active()) return
+      call lock_texts()
+      call make_layout(scene, layout, status)
+      call unlock_texts()
+   end subroutine find_layout
+
+   !> Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_members(handle, first, last, threads, status)
+      type(scene_handle_t), intent(in) :: handle
+      integer(c_int64_t), intent(in) :: first, last
+      integer(c_int), intent(in) :: threads
+      type(status_t), intent(out) :: status
+      if (.not. handle%scene%ensemble%active()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the scene has no ensemble (expected &ensemble, or a table)', 'scene')
+      else if (first < 1 .or. last < first .or. last > handle%scene%ensemble%members) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'there are no such members (expected 1 to their number)', 'first')
+      else if (threads < 1 .or. threads > most_threads) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the number of threads is out of its range (expected 1 to 4096)', 'threads')
+      else if (threads > 1 .and. .not. has_threads()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'this library was built without threads (expected 1)', 'threads')
+      else if (handle%calls_back) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the scene has callbacks, of which members know nothing', 'scene')
+      end if
+   end subroutine check_members
+
+   !> Adds a table of cases to a scene. Errors: `NUTATE_BAD_SCENE`; the scene is as it was then.
+   subroutine take_table(scene, names, n_names, numbers, lines, status)
+      type(scene_t), intent(inout) :: scene
+      !> `char *[n_names]`, `double[lines][n_names]`.
+      type(c_ptr), intent(in) :: names, numbers
+      integer, intent(in) :: n_names
+      integer(c_size_t), intent(in) :: lines
+      type(status_t), intent(out) :: status
+      type(c_ptr), pointer :: list(:)
+      real(c_double), pointer :: values(:, :)
+      character(len=field_length) :: texts(n_names)
+      character(len=:), allocatable :: text
+      type(scene_error_t) :: error
+      integer :: i
+      call c_f_pointer(names, list, [n_names])
+      call c_f_pointer(numbers, values, [int(n_names, c_size_t), lines])
+      do i = 1, n_names
+         if (.not. c_associated(list(i))) status = null_argument('names[i]')
+         call take_text(list(i), text)
+         if (len(text) > field_length) status = fail(NUTATE_BAD_SCENE, 'a name is too long to be that of a number')
+         texts(i) = text
+      end do
+      if (.not. status%ok()) return
+      call add_table(texts, values, scene%groups, scene_kinds(), scene%ensemble, error)
+      if (error%raised) status = fail(NUTATE_BAD_SCENE, error%text)
+   end subroutine take_table
+
+end module nutate_c_sweep
