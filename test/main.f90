@@ -161,7 +161,8 @@ contains
    !> The suites of ensembles.
    function ensemble_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
-      suites = [new_testsuite("ensemble", collect_ensemble), &
+      suites = [new_testsuite("c_sweep", collect_c_sweep), &
+                new_testsuite("ensemble", collect_ensemble), &
                 new_testsuite("random", collect_random)]
    end function ensemble_suites
 
@@ -190,7 +191,6 @@ contains
          new_testsuite("c_interface", collect_c_interface), &
          new_testsuite("c_events", collect_c_events), &
          new_testsuite("c_runs", collect_c_runs), &
-         new_testsuite("c_sweep", collect_c_sweep), &
          new_testsuite("changed_states", collect_changed_states), &
          new_testsuite("choice", collect_choice), &
          new_testsuite("composition", collect_composition), &

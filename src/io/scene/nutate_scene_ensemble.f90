@@ -132,8 +132,8 @@ contains
       if (fault%raised) call error%raise_in(file, 1, fault%text)
    end subroutine read_table
 
-   !> Adds a table that a program has to the ensemble of a scene, or makes one of it. Raises an error for a table that is
-   !> none, and the plan is then as it was.
+   !> Adds a table that a program has to the ensemble of a scene, or makes one of it. Raises an error for a table that
+   !> is none, and the plan is then as it was.
    subroutine add_table(names, numbers, groups, kinds, plan, error)
       !> Of the columns; shape (columns).
       character(len=*), intent(in) :: names(:)
