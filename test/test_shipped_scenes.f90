@@ -22,7 +22,8 @@ module test_shipped_scenes
 
    public :: collect_shipped_scenes, scene_names
 
-   !> Names of the scenes, but for those of events: one is the box again, the switches of the other exclude an accuracy.
+   !> Names of the scenes, but for those of ensembles and of events, of which one is the box again, and the switches of
+   !> the other exclude an accuracy.
    character(len=26), parameter :: scene_names(12) = [character(len=26) :: &
                                                       'all_effects', 'box', 'compass', 'fast_top', &
                                                       'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &

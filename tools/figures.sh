@@ -13,6 +13,15 @@ simulate() {
    quietly "figure-$name" "$program" run "$scene" --quiet --output "$data/$name.csv" "${settings[@]}" || exit 1
 }
 
+# sweep NAME SCENE [GROUP.KEY=VALUE]...: the rows of its members into $data/NAME.csv.
+sweep() {
+   local name=$1 scene=$2 setting settings=()
+   shift 2
+   for setting; do settings+=(--set "$setting"); done
+   quietly "figure-$name" "$program" sweep "$scene" --quiet --output "$data/$name.npy" --csv "$data/$name.csv" \
+      "${settings[@]}" || exit 1
+}
+
 # draw NAME: runs tools/figures/NAME.gp, which reads from `data` and writes to `figure`.
 draw() {
    local figure=docs/figures/$1.svg
@@ -30,6 +39,17 @@ simulate intermediate_axis scenes/intermediate_axis.nml
 draw flips
 simulate bang_bang scenes/bang_bang.nml
 draw bang_bang
+
+# Ensembles: a satellite after separation, and a book that is thrown by a steady hand, by another, and anyhow.
+for seconds in 10 30 600; do
+   sweep "separation_$seconds" scenes/separation.nml ensemble.members=20000 "integrator.end_time=$seconds"
+done
+draw separation
+for percent in 1 3 10; do
+   off=$(awk -v p="$percent" 'BEGIN {print 0.25*p}')
+   sweep "thrown_book_$percent" scenes/thrown_book.nml "vary.sigma=$off,$off,$off"
+done
+draw thrown_book
 
 # The box at eight times.
 simulate box_attitudes scenes/box.nml integrator.end_time=2.8 output.every=40 "output.columns='quaternion'"

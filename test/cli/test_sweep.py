@@ -1,4 +1,5 @@
 """nutate sweep: one row for each member, the same bytes whatever way they came about."""
+import math
 import os
 import random
 import re
@@ -10,6 +11,7 @@ import unittest
 
 from support import CommandLineTest
 
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scenes")
 TUMBLE = """&scene title = 'Tumble' /
 &body inertia = 5.0, 20.0, 17.0 /
 &initial angular_velocity = 0.1, 0.0, 10.0 /
@@ -312,6 +314,33 @@ class Tables(SweepTest):
             self.fail_with(2, "sweep", "tumble.nml", says=[says])
         self.write("cases.csv", "body.inertia.1\n5\n6\n")
         self.fail_with(2, "sweep", "tumble.nml", "--set", "ensemble.members=3", says=["more members than lines"])
+
+
+class Scenes(SweepTest):
+    def rows_of(self, scene, *settings):
+        """Members of a scene that comes along, as dictionaries."""
+        overrides = [word for setting in settings for word in ("--set", setting)]
+        self.succeed("sweep", os.path.join(SCENES, scene), "--quiet", "--output", "rows.npy", *overrides)
+        names, rows = read_npy(self.bytes_of("rows.npy"))
+        rows = [dict(zip(names, row)) for row in rows]
+        self.assertEqual({row["status"] for row in rows}, {0})
+        for error in ("largest_energy_residual", "largest_momentum_error"):
+            self.assertLess(max(row[error] for row in rows), 1e-14)
+        return rows
+
+    def test_a_satellite_forgets_where_it_pointed(self):
+        for seconds, median, tolerance in ((10, 39, 5), (600, 88, 15)):
+            rows = self.rows_of("separation.nml", "ensemble.members=300", f"integrator.end_time={seconds}")
+            angles = sorted(math.degrees(row["theta"]) for row in rows)
+            self.assertAlmostEqual(angles[150], median, delta=tolerance)
+
+    def test_a_book_comes_down_on_its_back_after_two_turns(self):
+        rows = self.rows_of("thrown_book.nml", "ensemble.members=600")
+        for turns, least, most in ((1, 0, 5), (2, 70, 95)):
+            throws = [row for row in rows if row["integrator.end_time"] == turns/4]
+            self.assertEqual(len(throws), 100)
+            on_back = sum(row["theta"] > math.pi/2 for row in throws)
+            self.assertTrue(least <= on_back <= most, (turns, on_back))
 
 
 if __name__ == "__main__":
