@@ -67,8 +67,20 @@ contains
 
    subroutine collect_event_attack(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
-      testsuite = [new_unittest("no event drawn at random is missed, or made up", nothing_is_missed)]
+      testsuite = [new_unittest("no event drawn at random is missed, or made up", nothing_is_missed), &
+                   new_unittest("where a step ends unprojected nothing is made up", unprojected_end)]
    end subroutine collect_event_attack
+
+   !> The series is projected every fourth step, and this step's error is larger than that of the one before.
+   subroutine unprojected_end(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: number = 40000
+      type(event_tally_t) :: tally
+      call attack_events(1, number, number, tally)
+      call check(error, tally%cases == 1 .and. tally%roots == 2, 'another case: '//verdict(1, tally))
+      if (allocated(error)) return
+      call check(error, tally%missed + tally%false_events + tally%broken == 0, verdict(1, tally))
+   end subroutine unprojected_end
 
    subroutine nothing_is_missed(error)
       type(error_type), allocatable, intent(out) :: error
@@ -287,8 +299,31 @@ contains
             end if
          end do
       end do
-      is_fit = .true.
+      is_fit = follows_the_motion(item, state)
    end subroutine sample
+
+   !> True if steps of half the length come to the same end but for a hundredth. Where they do not, the steps are no
+   !> motion, and what bounds say of the motion is not true of them.
+   logical function follows_the_motion(item, last) result(is_near)
+      type(event_case_t), intent(in) :: item
+      !> After the steps.
+      type(state_t), intent(in) :: last
+      real(wp), parameter :: near = 0.01_wp
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: k
+      is_near = .false.
+      call make_stepper(item%system, item%settings, stepper, status)
+      if (.not. status%ok()) return
+      state = item%start
+      do k = 1, 2*steps
+         call stepper%step(item%system, state, 0.5_wp*item%dt, status)
+         if (.not. status%ok()) return
+      end do
+      is_near = norm2(state%q - last%q) <= near .and. &
+                norm2(state%p - last%p) <= near*max(norm2(item%start%p), norm2(last%p))
+   end function follows_the_motion
 
    !> Runs a case, and compares its events with the changes of sign.
    subroutine judge_case(item, tally)

@@ -139,13 +139,17 @@ contains
       !> Makes functions and slopes known at both ends.
       subroutine close_step()
          type(motion_t) :: motion
+         type(state_t) :: seen
          real(wp) :: window_time, turn, f, slope, guess
          integer :: k
          if (.not. allocated(hunts)) allocate (hunts(size(progress%events%watched)))
          associate (events => progress%events)
             window_time = 0.5_wp*(mark%state%t + progress%state%t)
             call events%open_step(system, mark%state, window_time)
-            call find_motion(system, progress%state, motion)
+            ! As it is shown: states inside of the step lead there.
+            seen = progress%state
+            call policy%show(system, seen)
+            call find_motion(system, seen, motion)
             call find_rates(system, window_time, motion)
             turn = abs(length)/min(time_scale(events%motion), time_scale(motion))
             turn = max(turn, min(abs(length)*events%bounds%frequency, most_phase))

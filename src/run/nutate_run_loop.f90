@@ -92,7 +92,7 @@ contains
          end if
          watched = progress%state%t
          if (follows .and. sense*quiet_until < sense*progress%state%t + policy%longest_step) &
-            call see_ahead(progress, system, sense*policy%longest_step, mark, looks, quiet_until)
+            call see_ahead(progress, policy, system, sense*policy%longest_step, mark, looks, quiet_until)
          call policy%advance(system, progress, status, observer)
          if (status%code /= 0) return
          over = is_over(progress)
@@ -124,8 +124,9 @@ contains
    end subroutine take_steps
 
    !> Finds out if anything can happen in the next step.
-   subroutine see_ahead(progress, system, step, mark, looks, quiet_until)
+   subroutine see_ahead(progress, policy, system, step, mark, looks, quiet_until)
       type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
       !> The longest that it can be, s.
       real(wp), intent(in) :: step
@@ -134,6 +135,7 @@ contains
       logical, intent(out) :: looks
       !> A time, s, up to which there is no more to see than whole steps.
       real(wp), intent(out) :: quiet_until
+      type(state_t) :: seen
       real(wp) :: sense
       looks = .true.
       quiet_until = -sign(huge(1.0_wp), step)
@@ -142,7 +144,9 @@ contains
             sense = sign(1.0_wp, step)
             looks = .not. events%sleeps_until(state%t + step, sense)
             if (looks .and. .not. events%known) then
-               call events%open_step(system, state, state%t + 0.5_wp*step)
+               seen = state
+               call policy%show(system, seen)
+               call events%open_step(system, seen, state%t + 0.5_wp*step)
                call events%fall_asleep(state%t, step)
                looks = .not. events%sleeps_until(state%t + step, sense)
             end if
