@@ -341,7 +341,8 @@ contains
       call run%begin(scene%system, scene%integrator, scene%initial, plan, status)
       if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
       steps = known_steps(scene, run)
-      if (status%ok() .and. rows_of(scene, steps) > most_rows(scene)) refusal = too_many_rows(scene, rows_of(scene, steps))
+      rows = rows_of(scene, steps)
+      if (status%ok() .and. rows > most_rows(scene)) refusal = too_many_rows(scene, rows)
       if (steps < 0 .and. status%ok()) then
          call run%go(scene%system, status, timekeeper)
          if (status%ok()) steps = run%summary%steps

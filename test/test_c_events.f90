@@ -29,7 +29,7 @@ contains
                   new_unittest("events by columns and by functions of a program are found", events_found), &
                   new_unittest("a run ends at an event, and the next one goes on behind it", events_stop), &
                   new_unittest("what an event switches stays switched", events_switch), &
-                  new_unittest("put into another stepper, a run with events goes on to the same bits", events_restart), &
+                  new_unittest("put into another stepper, runs with events go on to the same bits", events_restart), &
                   new_unittest("events that are none, and functions that fail, are refused", events_refused), &
                   new_unittest("a table in memory", table)]
    end subroutine collect_c_events

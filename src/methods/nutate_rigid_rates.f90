@@ -25,8 +25,8 @@ module nutate_rigid_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
-   !> Largest component of the angle ΔtΩ in a stage, and of a frame's turn in a step, rad: what lies beyond does not follow
-   !> a motion, and overflows some stages later.
+   !> Largest component of the angle ΔtΩ in a stage, and of a frame's turn in a step, rad: what lies beyond does not
+   !> follow a motion, and overflows some stages later.
    real(wp), parameter :: largest_angle = 1e3_wp
 
    !> What stays the same during a step, and the work done in it.
