@@ -18,6 +18,7 @@ add_bench(bench_search bench/search_cost.f90)
 # The bare methods are compiled with the program alone, by the same flags: no library's options are theirs.
 add_bench(bench_explicit bench/explicit_cost.f90)
 target_sources(bench_explicit PRIVATE bench/bare_methods.f90)
+add_bench(bench_ensemble bench/ensemble_cost.f90)
 add_bench(free_step bench/free_step.f90)
 add_bench(f77_stepping bench/f77_stepping.f90)
 add_bench(c_steps bench/interface/c_steps.c)

@@ -57,6 +57,7 @@ program unit
    use test_heap, only: collect_heap
    use test_history, only: collect_history
    use test_jumps, only: collect_jumps
+   use test_lanes, only: collect_lanes
    use test_limits, only: collect_limits
    use test_literature, only: collect_literature
    use test_paper, only: collect_paper
@@ -163,6 +164,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [new_testsuite("c_sweep", collect_c_sweep), &
                 new_testsuite("ensemble", collect_ensemble), &
+                new_testsuite("lanes", collect_lanes), &
                 new_testsuite("random", collect_random)]
    end function ensemble_suites
 

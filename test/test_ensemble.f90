@@ -4,6 +4,7 @@ module test_ensemble
    use nutate_kinds, only: wp, eps, long
    use nutate_member, only: member_t
    use nutate_member_rows, only: run_members
+   use nutate_member_run, only: member_run_t
    use nutate_quaternion, only: rotation_matrix
    use nutate_row_layout, only: make_layout, real_of, row_layout_t
    use nutate_sampling, only: draw_values
@@ -40,6 +41,7 @@ contains
                   new_unittest("a member is the scene with its numbers in it, to the bit", members_by_hand), &
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
+                  new_unittest("members run together have the rows of members run alone", together_and_alone), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
 
@@ -329,6 +331,49 @@ contains
    end subroutine members_are_alone
 
    !> Each method with events and a torque, Euler angles and an accuracy: rows of runs that reach their end.
+   !> Free bodies that lanes take, that they give up and that the scene refuses, at several orders and ways to look.
+   subroutine together_and_alone(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: head = "&body inertia = 5.0, 20.0, 17.0 /"//line_feed// &
+         "&initial angular_velocity = 0.1, 0.0, 10.0 / &integrator linear_solver = 'reduced', time_step = 0.01, "
+      character(len=*), parameter :: tail(4) = [character(len=100) :: &
+         "end_time = 0.5 / &output columns = 'quaternion', 'energy', every = 7 /", &
+         "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &
+         "order = 8, end_time = 0.1 / &output columns = 'angular_velocity_space', every = 100 /", &
+         "order = 6, end_time = 0.1 / &output columns = 'quaternion', every = 2 /"]
+      type(scene_t) :: scene
+      type(row_layout_t) :: layout
+      type(member_run_t), allocatable :: runner
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :), alone(:, :)
+      character(len=:), allocatable :: message
+      integer(long) :: k
+      integer :: i
+      do i = 1, size(tail)
+         call parse_scene(head//trim(tail(i))//"&ensemble members = 61, seed = 2 / &vary key = 'body.inertia.2', "// &
+                          "distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
+                          "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 25.0 / "// &
+                          "&vary key = 'initial.quaternion', distribution = 'rotation' /", 'box.nml', scene, status, &
+                          message)
+         call check(error, status%ok(), message)
+         if (allocated(error)) return
+         call make_layout(scene, layout, status)
+         allocate (runner)
+         call runner%prepare(scene, layout, status)
+         call check(error, runner%together%possible, 'members cannot be run together')
+         deallocate (runner)
+         if (allocated(error)) return
+         call run_members(scene, layout, 1_long, 61_long, fields, status)
+         do k = 1, 61
+            call run_members(scene, layout, k, k, alone, status)
+            call check(error, all(alone(:, 1) == fields(:, k)), 'a member differs from itself alone')
+            if (allocated(error)) return
+         end do
+         call check(error, count(fields(2, :) == 0) > 40 .and. count(fields(2, :) == NUTATE_BAD_BODY) > 3, 'statuses')
+         if (allocated(error)) return
+      end do
+   end subroutine together_and_alone
+
    subroutine everything(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: methods(7) = [character(len=48) :: &

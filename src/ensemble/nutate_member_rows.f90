@@ -1,6 +1,7 @@
 !> Rows of members in memory, by the thread that calls or by several.
 module nutate_member_rows
    use nutate_kinds, only: long
+   use nutate_lane_run, only: lanes
    use nutate_member_run, only: member_run_t
    use nutate_row_layout, only: row_layout_t
    use nutate_scene, only: scene_t
@@ -16,6 +17,8 @@ module nutate_member_rows
    integer(long), parameter :: largest_share = 64
    !> Shares of each thread, at least.
    integer(long), parameter :: usual_shares = 8
+   !> Members that are worth being run together.
+   integer(long), parameter :: fewest = 3
 
 contains
 
@@ -103,7 +106,7 @@ contains
       call unlock_texts()
    end subroutine take_shares
 
-   !> Runs members, one after the other. Errors: `NUTATE_STOPPED` where the watcher wants the end.
+   !> Runs members, those together that can be. Errors: `NUTATE_STOPPED` where the watcher wants the end.
    subroutine take_rows(runner, scene, first, last, fields, status)
       !> Prepared.
       type(member_run_t), intent(inout) :: runner
@@ -112,15 +115,55 @@ contains
       !> Shape (fields, members).
       integer(long), intent(inout) :: fields(:, :)
       type(status_t), intent(out) :: status
-      integer(long) :: k
-      do k = first, last
-         call runner%row(scene, k, fields(:, k - first + 1), status)
-         if (.not. status%ok()) return
-         if (.not. associated(runner%watcher%sweep)) cycle
-         if (.not. runner%watcher%sweep%wants_end()) cycle
-         status = fail(NUTATE_STOPPED, 'the sweep was stopped')
-         return
+      logical :: arrived(lanes)
+      integer(long) :: k, next
+      integer :: i
+      next = first
+      do while (next <= last)
+         arrived = .false.
+         k = min(next + lanes - 1, last)
+         if (runner%together%possible .and. k - next + 1 >= fewest) &
+            call take_together(runner, scene, next, k, fields(:, next - first + 1:k - first + 1), arrived, status)
+         do i = 1, int(k - next) + 1
+            if (.not. status%ok()) return
+            if (.not. arrived(i)) call runner%row(scene, next + i - 1, fields(:, next + i - first), status)
+            if (.not. status%ok()) return
+            if (.not. associated(runner%watcher%sweep)) cycle
+            if (runner%watcher%sweep%wants_end()) status = fail(NUTATE_STOPPED, 'the sweep was stopped')
+         end do
+         next = k + 1
       end do
    end subroutine take_rows
+
+   !> Runs some members together. Errors: `NUTATE_STOPPED` where the watcher wants the end.
+   subroutine take_together(runner, scene, first, last, fields, arrived, status)
+      type(member_run_t), intent(inout) :: runner
+      type(scene_t), intent(in) :: scene
+      !> As many as there are lanes, or less.
+      integer(long), intent(in) :: first, last
+      !> Shape (fields, members).
+      integer(long), intent(inout) :: fields(:, :)
+      !> Which of them have come to their end; the others are to be run alone. Shape (lanes).
+      logical, intent(inout) :: arrived(:)
+      type(status_t), intent(out) :: status
+      type(status_t) :: outcome
+      integer :: i
+      associate (together => runner%together, member => runner%member)
+         call together%begin(scene)
+         do i = 1, int(last - first) + 1
+            call lock_texts()
+            call member%take(scene%ensemble, first + i - 1, outcome)
+            call unlock_texts()
+            if (outcome%ok()) call together%join(i, member%scene, member%values, runner%watcher%columns)
+         end do
+         call together%run(scene, runner%watcher%sweep, status)
+         if (.not. status%ok()) return
+         do i = 1, int(last - first) + 1
+            arrived(i) = together%arrived(i)
+            if (arrived(i)) &
+               call together%write_row(i, first + i - 1, scene%plan%end_time, runner%layout, fields(:, i))
+         end do
+      end associate
+   end subroutine take_together
 
 end module nutate_member_rows

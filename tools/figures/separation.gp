@@ -25,6 +25,8 @@ set ylabel '% of members per degree' offset 1.5, 0
 set key at screen 0.97, 0.985 right top horizontal samplen 2.5
 
 middle(angle) = width*(floor(angle/width) + 0.5)
+# Of axis 3 from the third axis of space.
+tilt(q1, q2) = acos(1 - 2*(q1**2 + q2**2))*180/pi
 plot for [i = 1:3] data.'/separation_'.word('10 30 600', i).'.csv' \
-   using (middle(column('theta')*180/pi)):(100/(members*width)) smooth frequency with histeps \
+   using (middle(tilt(column('q1'), column('q2')))):(100/(members*width)) smooth frequency with histeps \
    linecolor rgb word('#0b3c5d #d55e00 #888888', i) linewidth 1.8 title word('10 30 600', i).' s'

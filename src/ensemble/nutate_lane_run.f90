@@ -1,0 +1,201 @@
+!> Members of an ensemble that are run together, each in a lane of `free_lanes_t`: free bodies with steps of one length
+!> by the reduced form. Their rows have the bits of members that are run alone.
+module nutate_lane_run
+   use nutate_columns, only: columns_t
+   use nutate_fixed_steps, only: count_steps
+   use nutate_free_lanes, only: free_lanes_t, lanes
+   use nutate_invariants, only: invariants_t
+   use nutate_kinds, only: wp, long
+   use nutate_limits, only: same_time
+   use nutate_observer, only: run_record_t
+   use nutate_row_layout, only: bits_of, row_layout_t
+   use nutate_scene, only: scene_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_OK, NUTATE_STOPPED
+   use nutate_sweep_watcher, only: sweep_watcher_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: lane_run_t, lanes
+
+   !> Iterations of a step that a lane may need, steps between two questions whether to go on.
+   integer, parameter :: fewest_iterations = 8
+   integer(long), parameter :: poll_every = 1024
+   !> Steps of which the times are told from each other without doubt.
+   integer(long), parameter :: most_steps = 10000000_long
+
+   !> One member under way.
+   type :: passenger_t
+      type(system_t) :: system
+      type(state_t) :: state
+      type(columns_t) :: columns
+      type(invariants_t) :: invariants
+      !> The numbers in which it differs; shape (targets).
+      real(wp), allocatable :: values(:)
+   end type passenger_t
+
+   !> Members that are run together.
+   type :: lane_run_t
+      !> Those of the scene can be.
+      logical :: possible = .false.
+      !> Of each lane; shape (lanes).
+      type(passenger_t), allocatable, private :: passengers(:)
+      type(free_lanes_t), private :: bodies
+      integer(long), private :: steps = 0
+   contains
+      !> Takes a scene with an ensemble.
+      procedure :: prepare
+      !> Empties all lanes.
+      procedure :: begin
+      !> Puts a member into a lane.
+      procedure :: join
+      !> Runs all to their end.
+      procedure :: run
+      !> The row of a lane.
+      procedure :: write_row
+      !> A lane has come to its end.
+      procedure :: arrived
+   end type lane_run_t
+
+contains
+
+   !> Takes a scene with an ensemble.
+   subroutine prepare(self, scene, columns)
+      class(lane_run_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      !> Chosen.
+      type(columns_t), intent(in) :: columns
+      self%possible = is_free(scene%system) .and. steps_suit(scene) .and. .not. columns%follows_steps .and. &
+                      scene%events%count() == 0 .and. .not. any(scene%output%columns == 'solver')
+      if (.not. self%possible) return
+      self%steps = count_steps(scene%initial%t, scene%plan)
+      if (.not. allocated(self%passengers)) allocate (self%passengers(lanes))
+   end subroutine prepare
+
+   !> True if nothing acts on the body.
+   pure logical function is_free(system)
+      type(system_t), intent(in) :: system
+      associate (effects => system%effects)
+         is_free = effects%n_potentials + effects%n_torques + effects%n_rotors + effects%n_off + effects%n_wheels == 0 &
+                   .and. .not. effects%frame_turns
+      end associate
+   end function is_free
+
+   !> True if all members take the same steps of one length by the reduced form, the last one as long as the others.
+   pure logical function steps_suit(scene)
+      type(scene_t), intent(in) :: scene
+      integer(long) :: n
+      associate (settings => scene%integrator, plan => scene%plan)
+         steps_suit = settings%method == 'nielsen_krenk' .and. settings%linear_solver == 'reduced' .and. &
+                      settings%projection .and. settings%attitude .and. .not. settings%conserve .and. &
+                      settings%tolerance <= 0.0_wp .and. settings%max_iterations >= fewest_iterations .and. &
+                      scene%choice == '' .and. .not. plan%goal%active() .and. plan%interval <= 0.0_wp .and. &
+                      .not. allocated(plan%times) .and. plan%steps < 0 .and. plan%time_step > 0.0_wp
+         if (.not. steps_suit) return
+         steps_suit = all(scene%ensemble%groups(scene%ensemble%targets%group)%name /= 'integrator')
+         if (.not. steps_suit) return
+         n = count_steps(scene%initial%t, plan)
+         steps_suit = n >= 1 .and. n <= min(plan%max_steps, most_steps)
+         if (steps_suit) steps_suit = abs(plan%end_time - real(n, wp)*plan%time_step) <= same_time*plan%time_step
+      end associate
+   end function steps_suit
+
+   !> Empties all lanes.
+   subroutine begin(self, scene)
+      !> Prepared.
+      class(lane_run_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      call self%bodies%set_up(scene%integrator%order, scene%plan%time_step)
+   end subroutine begin
+
+   !> Puts a member into a lane; it is not taken where its numbers are out of a lane's range.
+   subroutine join(self, lane, member, values, columns)
+      class(lane_run_t), intent(inout) :: self
+      !> 1 to `lanes`.
+      integer, intent(in) :: lane
+      type(scene_t), intent(in) :: member
+      !> The numbers in which it differs; shape (targets).
+      real(wp), intent(in) :: values(:)
+      !> Chosen.
+      type(columns_t), intent(in) :: columns
+      if (abs(member%initial%t) > 0.0_wp) return
+      call self%bodies%put(lane, member%system, member%initial)
+      if (.not. self%bodies%taken(lane)) return
+      associate (own => self%passengers(lane), j0 => member%integrator%inverse_auxiliary_inertia)
+         own%system = member%system
+         own%state = member%initial
+         own%values = values
+         own%columns = columns
+         call own%columns%start(own%system, own%state, j0)
+         call own%invariants%start(own%system, own%state, j0)
+      end associate
+   end subroutine join
+
+   !> Runs all to their end. Errors: `NUTATE_STOPPED` where the watcher wants the end.
+   subroutine run(self, scene, sweep, status)
+      class(lane_run_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      !> Asked whether to go on, where there is one.
+      class(sweep_watcher_t), pointer, intent(in) :: sweep
+      type(status_t), intent(out) :: status
+      integer(long) :: k
+      integer :: i
+      do k = 1, self%steps
+         call self%bodies%step()
+         if (.not. any(self%bodies%taken)) return
+         if (mod(k, scene%plan%every) == 0 .or. k == self%steps) then
+            do i = 1, lanes
+               if (self%bodies%taken(i)) call measure(self%passengers(i), self%bodies, i)
+            end do
+         end if
+         if (mod(k, poll_every) /= 0 .or. .not. associated(sweep)) cycle
+         if (.not. sweep%wants_end()) cycle
+         status = fail(NUTATE_STOPPED, 'the sweep was stopped')
+         return
+      end do
+   end subroutine run
+
+   !> Looks where a member is.
+   subroutine measure(own, bodies, lane)
+      type(passenger_t), intent(inout) :: own
+      type(free_lanes_t), intent(in) :: bodies
+      integer, intent(in) :: lane
+      call bodies%get(lane, own%state)
+      call own%invariants%measure(own%system, own%state, 0.0_wp)
+   end subroutine measure
+
+   !> A lane has come to its end.
+   pure logical function arrived(self, lane)
+      !> Run.
+      class(lane_run_t), intent(in) :: self
+      integer, intent(in) :: lane
+      arrived = self%bodies%taken(lane)
+   end function arrived
+
+   !> The row of a lane that has arrived.
+   subroutine write_row(self, lane, number, end_time, layout, fields)
+      class(lane_run_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      !> Of the member.
+      integer(long), intent(in) :: number
+      !> s.
+      real(wp), intent(in) :: end_time
+      type(row_layout_t), intent(in) :: layout
+      !> Shape (fields).
+      integer(long), intent(out) :: fields(:)
+      real(wp) :: columns(layout%columns - layout%values)
+      type(run_record_t) :: record
+      associate (own => self%passengers(lane))
+         own%state%t = end_time
+         call own%columns%evaluate(own%system, own%state, record, columns)
+         fields(1) = number
+         fields(2) = NUTATE_OK
+         fields(3:layout%values) = bits_of(own%values)
+         fields(layout%values + 1:layout%columns) = bits_of(columns)
+         fields(layout%columns + 1) = bits_of(own%invariants%energy_error())
+         fields(layout%columns + 2) = bits_of(own%invariants%momentum_error())
+      end associate
+   end subroutine write_row
+
+end module nutate_lane_run

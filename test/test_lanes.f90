@@ -1,0 +1,226 @@
+!> Free bodies moved together, lane by lane: the bits of the scalar stepper, whoever stands beside.
+module test_lanes
+   use nutate_body, only: diagonal, make_body
+   use nutate_free_lanes, only: free_lanes_t, lanes
+   use nutate_hamiltonian, only: kinetic_energy, make_state, space_momentum
+   use nutate_kinds, only: wp, eps, long
+   use nutate_methods, only: make_stepper
+   use nutate_philox, only: uniform_of
+   use nutate_quaternion, only: quat_normalized
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use test_support, only: check_below
+   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+   implicit none
+   private
+
+   public :: collect_lanes
+
+contains
+
+   subroutine collect_lanes(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("lanes have the bits of the scalar stepper, at every order", same_bits), &
+                  new_unittest("bodies given up leave the others as they are", poisoned_lanes), &
+                  new_unittest("a lane is given up rather than taken off the branch", long_steps), &
+                  new_unittest("energy and momentum of each body over 1e5 steps", long_run)]
+   end subroutine collect_lanes
+
+   !> A body drawn at random, of no symmetry, its axes not principal ones, and its start.
+   subroutine draw(number, rate, system, state, error)
+      integer, intent(in) :: number
+      !> Angular velocity up to this, rad/s.
+      real(wp), intent(in) :: rate
+      type(system_t), intent(out) :: system
+      type(state_t), intent(out) :: state
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      real(wp) :: u(12), tensor(3, 3), product
+      integer :: i
+      u = [(uniform_of(5_long, int(number, long), i), i=1, 12)]
+      tensor = diagonal(10**(4*u(1) - 2)*(1 + 0.6_wp*u(2:4)))
+      product = 0.05_wp*tensor(1, 1)*merge(0.0_wp, 1.0_wp, mod(number, 3) == 0)
+      tensor(1, 2) = product*u(5)
+      tensor(1, 3) = -product*u(6)
+      tensor(2, 3) = product*u(7)
+      tensor(2, 1) = tensor(1, 2)
+      tensor(3, 1) = tensor(1, 3)
+      tensor(3, 2) = tensor(2, 3)
+      call make_body(tensor, system%body, status)
+      if (.not. status%ok()) call test_failed(error, trim(status%message))
+      state = make_state(system, quat_normalized([u(8:10), 0.5_wp] - 0.5_wp + [0.1_wp, 0.0_wp, 0.0_wp, 0.5_wp]), &
+                         rate*(2*u(10:12) - 1))
+   end subroutine draw
+
+   !> Takes the scalar steps of a body.
+   subroutine take_scalar(order, system, dt, steps, state, error)
+      integer, intent(in) :: order, steps
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      type(state_t), intent(inout) :: state
+      type(error_type), allocatable, intent(inout) :: error
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      integer :: i
+      call make_stepper(system, integrator_settings_t(order=order, linear_solver='reduced'), stepper, status)
+      do i = 1, steps
+         if (status%ok()) call stepper%advance(system, state, dt, state%t + 0.5_wp*dt, status)
+      end do
+      if (.not. status%ok()) call test_failed(error, trim(status%message))
+   end subroutine take_scalar
+
+   pure logical function agree(a, b)
+      type(state_t), intent(in) :: a, b
+      agree = all(bits(a) == bits(b))
+   end function agree
+
+   pure function bits(state)
+      type(state_t), intent(in) :: state
+      integer(long) :: bits(16)
+      bits = transfer([state%q, state%p, state%q_compensation, state%p_compensation], bits)
+   end function bits
+
+   subroutine same_bits(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: orders(4) = [2, 4, 6, 8]
+      type(free_lanes_t) :: bodies
+      type(system_t) :: systems(lanes)
+      type(state_t) :: states(lanes), state
+      character(len=60) :: place
+      integer :: block, i, k, n, taken
+      taken = 0
+      n = 400
+      do block = 1, 24
+         associate (order => orders(1 + mod(block, 4)))
+            call bodies%set_up(order, 0.1_wp)
+            ! From one lane that is used to all of them.
+            do i = 1, 1 + mod(block, lanes)
+               call draw(100*block + i, 0.05_wp*2**mod(block, 8), systems(i), states(i), error)
+               if (allocated(error)) return
+               call bodies%put(i, systems(i), states(i))
+            end do
+            do k = 1, n
+               call bodies%step()
+            end do
+            do i = 1, 1 + mod(block, lanes)
+               if (.not. bodies%taken(i)) cycle
+               taken = taken + 1
+               state = states(i)
+               call take_scalar(order, systems(i), 0.1_wp, n, states(i), error)
+               if (allocated(error)) return
+               call bodies%get(i, state)
+               write (place, '("block ",i0,", lane ",i0,", order ",i0)') block, i, order
+               call check(error, agree(state, states(i)), place)
+               if (allocated(error)) return
+            end do
+         end associate
+      end do
+      call check(error, taken > 70, 'too few bodies were taken')
+   end subroutine same_bits
+
+   subroutine poisoned_lanes(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(free_lanes_t) :: alone, beside
+      type(system_t) :: system, bad
+      type(state_t) :: state, poison, a, b
+      integer :: case, k
+      do case = 1, 5
+         call draw(7, 0.5_wp, system, state, error)
+         call draw(8, 0.5_wp, bad, poison, error)
+         if (allocated(error)) return
+         select case (case)
+         case (1)
+            poison%p = 1e4_wp*poison%p
+         case (2)
+            poison%q = 1.1_wp*poison%q
+         case (3)
+            poison%p(2) = huge(1.0_wp)
+         case (4)
+            poison%p = 1e-200_wp*poison%p
+         case default
+            ! As long as no step can follow it, but the first tries to.
+            poison%p = 8*poison%p
+         end select
+         call alone%set_up(2, 0.5_wp)
+         call beside%set_up(2, 0.5_wp)
+         call alone%put(3, system, state)
+         call beside%put(3, system, state)
+         do k = 1, lanes
+            if (k /= 3) call beside%put(k, bad, poison)
+         end do
+         do k = 1, 200
+            call alone%step()
+            call beside%step()
+         end do
+         call check(error, alone%taken(3) .and. count(beside%taken) == 1 .and. beside%taken(3), 'taken')
+         if (allocated(error)) return
+         call alone%get(3, a)
+         call beside%get(3, b)
+         call check(error, agree(a, b), 'a poisoned lane changes another one')
+         if (allocated(error)) return
+      end do
+   end subroutine poisoned_lanes
+
+   !> Rates from short steps to far too long ones: what is taken is what the scalar stepper takes.
+   subroutine long_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(free_lanes_t) :: bodies
+      type(system_t) :: system
+      type(state_t) :: state, scalar
+      integer :: i, k, taken
+      taken = 0
+      do i = 1, 60
+         call draw(i, 0.2_wp*1.1_wp**i, system, state, error)
+         if (allocated(error)) return
+         call bodies%set_up(2, 0.5_wp)
+         call bodies%put(1, system, state)
+         do k = 1, 50
+            call bodies%step()
+         end do
+         if (.not. bodies%taken(1)) cycle
+         taken = taken + 1
+         scalar = state
+         call take_scalar(2, system, 0.5_wp, 50, scalar, error)
+         if (allocated(error)) return
+         call bodies%get(1, state)
+         call check(error, agree(state, scalar), 'a long step that was taken')
+         if (allocated(error)) return
+      end do
+      call check(error, taken > 10 .and. taken < 50, 'steps are neither taken nor given up')
+   end subroutine long_steps
+
+   subroutine long_run(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(free_lanes_t) :: bodies
+      type(system_t) :: systems(lanes)
+      type(state_t) :: states(lanes), state
+      real(wp) :: energy, momentum(3)
+      integer :: i, k
+      call bodies%set_up(2, 0.1_wp)
+      do i = 1, lanes
+         call draw(i, 1.0_wp, systems(i), states(i), error)
+         if (allocated(error)) return
+         call bodies%put(i, systems(i), states(i))
+      end do
+      do k = 1, 100000
+         call bodies%step()
+      end do
+      call check(error, all(bodies%taken), 'taken')
+      do i = 1, lanes
+         if (allocated(error)) return
+         state = states(i)
+         call bodies%get(i, state)
+         energy = kinetic_energy(systems(i), states(i))
+         momentum = space_momentum(states(i))
+         call check_below(error, abs(kinetic_energy(systems(i), state) - energy), 100*eps*energy, 'energy')
+         if (allocated(error)) return
+         call check_below(error, norm2(space_momentum(state) - momentum), 100*eps*norm2(momentum), 'momentum')
+         if (allocated(error)) return
+         call check_below(error, abs(dot_product(state%q, state%q) - 1), 20*eps, 'norm')
+      end do
+   end subroutine long_run
+
+end module test_lanes
