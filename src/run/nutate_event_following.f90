@@ -1,9 +1,9 @@
 !> Events in the steps of a run: each step of the method is searched as it is done; what happens in it is shown in the
 !> order of time, and a step in which an event stops the run or switches something ends there.
 module nutate_event_following
-   use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON
+   use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
    use nutate_event_roots, only: curve_t, find_first_root, node_t
-   use nutate_event_tracker, only: event_tracker_t
+   use nutate_event_tracker, only: event_tracker_t, watched_t
    use nutate_hamiltonian, only: potential_energy
    use nutate_kinds, only: wp, eps, long
    use nutate_motion, only: find_motion, find_rates, motion_t
@@ -47,6 +47,8 @@ module nutate_event_following
    type :: hunt_t
       type(step_curve_t) :: curve
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp
+      !> What the event's `near` was at the start of the step.
+      real(wp) :: near = 0.0_wp
       !> The function is zero all through the step but for round-off: there is nothing to find.
       logical :: is_flat = .false.
       logical :: found = .false.
@@ -186,6 +188,8 @@ contains
                ! At the level itself the side is remembered; elsewhere the level may be another one.
                if (abs(first%f) > 1e-6_wp*watched%event%period) watched%side = 0
             end if
+            hunt%near = watched%near
+            call leave_level(watched, first)
             if (watched%side == 0) watched%side = side_of(first, 1.0_wp)
             first%side = watched%side
             last%side = side_of(last, -1.0_wp)
@@ -278,6 +282,8 @@ contains
          do k = 1, size(hunts)
             if (.not. hunts(k)%found) cycle
             if (hunts(k)%root%s > s + margin) cycle
+            hunts(k)%near = 4*abs(hunts(k)%root%slope)*margin + noise*(abs(progress%events%watched(k)%event%level) &
+                                                                       + hunts(k)%scale)
             hunts(k)%curve%first%side = hunts(k)%root%side
             call happen(k, progress%state, progress%record)
             if (status%code /= 0) return
@@ -285,6 +291,9 @@ contains
          do k = 1, size(hunts)
             progress%events%watched(k)%side = merge(hunts(k)%root%side, hunts(k)%curve%first%side, &
                                                     hunts(k)%found .and. hunts(k)%root%s <= s + margin)
+            ! What did not happen now may have done so a moment ago.
+            progress%events%watched(k)%near = merge(hunts(k)%near, 0.0_wp, s <= margin .or. &
+                                                    (hunts(k)%found .and. hunts(k)%root%s <= s + margin))
          end do
          progress%events%known = .false.
          hunts%found = .true.
@@ -340,6 +349,24 @@ contains
       ends_run = event%stop .and. event%count <= 0
       if (event%count > 0) ends_run = n == event%count
    end function ends_run
+
+   !> Where a step ended on an event, a switch may have turned its function back, or moved it: its side is then that
+   !> to which it goes now, so that what only touches its level does not happen twice. But where the event switches
+   !> over, to turn back is to switch again: without a dead band that has no end.
+   pure subroutine leave_level(watched, first)
+      type(watched_t), intent(inout) :: watched
+      !> The start of the next step.
+      type(node_t), intent(in) :: first
+      if (.not. watched%near > 0.0_wp) return
+      if (watched%event%action == SWITCH_OVER) then
+         watched%near = 0.0_wp
+      else if (abs(first%f) > watched%near) then
+         watched%side = 0
+      else if (abs(first%slope) > 0.0_wp) then
+         watched%side = nint(sign(1.0_wp, first%slope))
+      end if
+      watched%near = 0.0_wp
+   end subroutine leave_level
 
    !> The side of zero on which a curve is; at zero that on which it is just behind, or before.
    pure integer function side_of(node, sense) result(side)

@@ -49,6 +49,9 @@ module nutate_event_tracker
       real(wp) :: worst = 0.0_wp
       !> The side of zero at the end of the last step, 1 or -1; 0: not known.
       integer :: side = 0
+      !> The last step ended on the event: the function is zero there, but for so much of its unit, unless a switch has
+      !> moved it. 0: it did not.
+      real(wp) :: near = 0.0_wp
       !> The function there, and its derivative by time.
       real(wp) :: f = 0.0_wp, slope = 0.0_wp
       !> Its range over the ends of steps so far, and their number.
@@ -292,6 +295,7 @@ contains
             call archive%transfer(watched%last_time)
             call archive%transfer(watched%worst)
             call archive%transfer(watched%side)
+            call archive%transfer(watched%near)
             call archive%transfer(watched%f)
             call archive%transfer(watched%slope)
             call archive%transfer(watched%lowest)

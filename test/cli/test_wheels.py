@@ -52,6 +52,19 @@ class Wheels(CommandLineTest):
         self.assertLess(rows[-1][11], 6.1)
         self.assertLessEqual(max(abs(row[9]) for row in rows), 1e-11)
 
+    def test_a_motor_switched_on_its_level_is_counted_once(self):
+        # Friction, or the body's rotation, takes the speed back from the level as soon as the motor is off.
+        lone = SCENE.replace("friction = 2e-4", "torque = 0.2, friction = 2e-3, name = 'spinner'").replace("speed = 100.0,", "")
+        for scene in (SCENE, lone.replace("0.02, -0.01, 0.03", "0.0, 0.0, 0.0")):
+            wheel = "wheel1" if scene is SCENE else "wheel2"
+            self.write("once.nml", scene + f"&event name = 'full', when = '{wheel}_speed', crosses = 50.0, "
+                       "switch = 'spinner off' /\n&event name = 'seen', when = '" + wheel + "_speed', crosses = 50.0 /\n")
+            for method in ([], ["--set", "integrator.linear_solver=reduced"], ["--set", "integrator.method=taylor"],
+                           ["--set", "integrator.method=dop853"], ["--set", "integrator.time_step=0.1"]):
+                self.succeed("run", "once.nml", "--quiet", "--output", "once.csv", *method)
+                rows = self.read("once.events.csv").splitlines()[1:]
+                self.assertEqual(sorted(row.split(",")[1] for row in rows), ["full", "seen"], (wheel, method, rows))
+
     def test_auto_takes_no_closed_solution(self):
         self.write("auto.nml", SCENE.replace("time_step = 0.5", "accuracy = 1e-9"))
         self.assertIn("taylor", self.succeed("check", "auto.nml").stdout)
