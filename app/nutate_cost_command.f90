@@ -17,6 +17,7 @@ module nutate_cost_command
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
    use nutate_run_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
+   use nutate_speed_limits, only: has_limits
    use nutate_status, only: status_t
    use nutate_measured_run, only: problem_t
    use nutate_work_precision, only: work_precision_t
@@ -181,6 +182,11 @@ contains
          exit_code = EXIT_INPUT
          return
       end do
+      if (.not. has_limits(scene%system%effects)) return
+      call say_error('nutate: '//printable_path(scene%file)// &
+                     ': a study of costs watches over no wheels, and the scene has limits of their speed (expected no '// &
+                     'speed_limit)')
+      exit_code = EXIT_INPUT
    end subroutine refuse_switches
 
 end module nutate_cost_command

@@ -75,6 +75,7 @@ module nutate
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_wheel, only: wheel_t
+   use nutate_wheel_motor, only: make_motor_table
    use nutate_wheel_mounting, only: add_wheel, mount_wheels
    implicit none
    public

@@ -127,7 +127,7 @@ contains
    end function of_torques
 
    pure function of_wheels() result(promises)
-      type(promise_t) :: promises(10)
+      type(promise_t) :: promises(12)
       real(wp), parameter :: zero(1) = 0.0_wp, up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       promises(1) = any_number('wheel', 'axis', [0.0_wp, 0.0_wp, 0.0_wp], 2)
       promises(1)%least = 1e-100_wp
@@ -147,6 +147,10 @@ contains
       promises(8) = any_number('wheel', 'start', zero)
       promises(9) = any_number('wheel', 'stop', zero)
       promises(10) = any_number('wheel', 'phase', zero)
+      ! Above the torque of the sample, and its speed.
+      promises(11) = positive('wheel', 'torque_limit', [1.0_wp], least=0.5_wp)
+      promises(12) = positive('wheel', 'speed_limit', [4.0_wp], least=3.0_wp)
+      promises(12)%text_only = .true.
       promises%setting%inertia = 2.0_wp
    end function of_wheels
 

@@ -172,6 +172,8 @@ contains
          if (.not. scene%groups(i)%has(trim(setting%key))) text = entry(setting, group, trim(setting%key), [0.0_wp])
          do k = 1, size(scene%groups(i)%settings)
             associate (known => scene%groups(i)%settings(k))
+               ! Beside the limit of a speed torques are constant.
+               if (setting%key == 'speed_limit' .and. known%name == 'frequency') cycle
                text = text//entry(setting, group, trim(known%name), known%values%number)
             end associate
          end do

@@ -231,6 +231,7 @@ contains
       end do
       do i = 1, self%n_wheels
          call archive%transfer(self%wheels(i)%on)
+         call archive%transfer(self%wheels(i)%at_limit)
       end do
       if (self%n_potentials + self%n_off == 0) return
       do place = 1, size(self%potentials)

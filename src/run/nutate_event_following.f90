@@ -9,6 +9,7 @@ module nutate_event_following
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, total_work, way_t
+   use nutate_speed_limits, only: limit_event_t, SWITCH_LIMIT
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t
@@ -310,8 +311,8 @@ contains
             watched%last_time = state%t
             hunts(k)%curve%first%side = hunts(k)%root%side
             if (abs(hunts(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
-            if (present(observer)) call observer%show_event(system, watched%event, k, watched%number, state, record, &
-               status)
+            if (present(observer) .and. k <= events%n_asked) &
+               call observer%show_event(system, watched%event, k, watched%number, state, record, status)
             if (status%code /= 0) return
             if (ends_run(watched%event, watched%number)) events%stopped = .true.
             if (watched%event%action == 0) return
@@ -412,9 +413,11 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       real(wp) :: before
+      logical :: changed
       integer :: i
       associate (events => progress%events)
          before = potential_energy(system%effects, progress%state%q)
+         changed = .false.
          do i = 1, events%n_due
             associate (event => events%watched(events%due(i))%event)
                select case (event%action)
@@ -422,9 +425,12 @@ contains
                   call system%effects%switch(event%effect, .true.)
                case (SWITCH_OFF)
                   call system%effects%switch(event%effect, .false.)
+               case (SWITCH_LIMIT)
+                  call limit_motor(system, event)
                case default
                   call system%effects%switch(event%effect)
                end select
+               changed = changed .or. event%action /= SWITCH_LIMIT
             end associate
          end do
          events%n_due = 0
@@ -432,7 +438,21 @@ contains
          call add_increment(progress%summary%world_work, progress%world_compensation, &
                             potential_energy(system%effects, progress%state%q) - before)
       end associate
-      call policy%renew(system, status)
+      if (changed) then
+         call policy%renew(system, status)
+      else
+         call policy%take_commands()
+      end if
    end subroutine make_switches
+
+   !> A wheel has come to its limit, or left it.
+   subroutine limit_motor(system, event)
+      type(system_t), intent(inout) :: system
+      class(event_t), intent(in) :: event
+      select type (event)
+      type is (limit_event_t)
+         system%effects%wheels(event%wheel)%at_limit = event%becomes
+      end select
+   end subroutine limit_motor
 
 end module nutate_event_following

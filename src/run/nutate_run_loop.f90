@@ -137,10 +137,10 @@ contains
       real(wp), intent(out) :: quiet_until
       type(state_t) :: seen
       real(wp) :: sense
-      looks = .true.
       quiet_until = -sign(huge(1.0_wp), step)
       associate (events => progress%events, state => progress%state)
-         if (abs(step) < huge(step)) then
+         looks = size(events%watched) > 0
+         if (looks .and. abs(step) < huge(step)) then
             sense = sign(1.0_wp, step)
             looks = .not. events%sleeps_until(state%t + step, sense)
             if (looks .and. .not. events%known) then

@@ -243,6 +243,14 @@ TABLE = b"""t (s),x (N m),y (N m),z (N m)
 """
 
 
+MOTOR = b"""t (s),u (N m)
+-0.5,0.1
+0.25,2
+0.25,-1
+2,0.5
+"""
+
+
 def table(dice, scales):
     """A torque by the table that stands beside every scene."""
     lines = [f"table = '{dice.choice(('table.csv', 'table.csv', 'table.csv', 'absent.csv'))}'",
@@ -279,10 +287,17 @@ def wheel(dice, scales):
     lines = [f"axis = {scales.text(3)}", f"inertia = {scales.text(length=2, mass=1, signed=False)}"]
     if dice.random() < 0.7:
         lines.append(f"speed = {scales.text(time=-1)}")
-    if dice.random() < 0.7:
+    way = dice.random()
+    if way < 0.15:
+        lines += ["table = 'motor.csv'", f"outside = '{dice.choice(('zero', 'periodic'))}'"]
+    elif way < 0.8:
         lines.append(f"torque = {scales.text(length=2, mass=1, time=-2)}")
-    if dice.random() < 0.3:
+    if way >= 0.15 and dice.random() < 0.3:
         lines += [f"frequency = {scales.text(time=-1)}", f"phase = {scales.text()}"]
+    if dice.random() < 0.2:
+        lines.append(f"torque_limit = {scales.text(length=2, mass=1, time=-2, signed=False)}")
+    if dice.random() < 0.2:
+        lines.append(f"speed_limit = {scales.text(time=-1, signed=False)}")
     if dice.random() < 0.5:
         lines.append(f"friction = {scales.text(length=2, mass=1, time=-1, signed=False)}")
     lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.3]

@@ -12,6 +12,7 @@ module nutate_c_settings
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_integrator, only: build_integrator, integrator_keys
    use nutate_scene_override, only: apply_override
+   use nutate_speed_limits, only: has_limits
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -122,6 +123,9 @@ contains
       handle%plain = .false.
       handle%under_way = handle%under_way .and. .not. handle%stale
       if (handle%stale) call read_settings(handle, status)
+      if (status%ok() .and. has_limits(handle%system%effects)) status = fail( &
+         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, which only the run of a whole scene watches over '// &
+                                             '(expected none in a stepper)', 'speed_limit')
       if (status%ok()) call make_stepper(handle%system, handle%settings, handle%stepper, status)
       if (.not. status%ok()) return
       if (handle%keeps_steps) call handle%stepper%keep_steps()
