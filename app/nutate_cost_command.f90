@@ -3,6 +3,7 @@ module nutate_cost_command
    use nutate_cli, only: command_t
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
       EXIT_SUCCESS
+   use nutate_control, only: needs_control
    use nutate_cost_answer, only: add_answer
    use nutate_cost_csv, only: cost_csv_t
    use nutate_cost_plot, only: draw_cost
@@ -17,7 +18,6 @@ module nutate_cost_command
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
    use nutate_run_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
-   use nutate_speed_limits, only: has_limits
    use nutate_status, only: status_t
    use nutate_measured_run, only: problem_t
    use nutate_work_precision, only: work_precision_t
@@ -182,10 +182,10 @@ contains
          exit_code = EXIT_INPUT
          return
       end do
-      if (.not. has_limits(scene%system%effects)) return
+      if (.not. needs_control(scene%system%effects)) return
       call say_error('nutate: '//printable_path(scene%file)// &
-                     ': a study of costs watches over no wheels, and the scene has limits of their speed (expected no '// &
-                     'speed_limit)')
+                     ': a study of costs watches over neither limits of speed nor samples (expected no speed_limit '// &
+                     'in &wheel, no sample in &regulator)')
       exit_code = EXIT_INPUT
    end subroutine refuse_switches
 

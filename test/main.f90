@@ -95,6 +95,7 @@ program unit
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
    use test_unproved, only: collect_unproved
+   use test_regulators, only: collect_regulators
    use test_wheel_limits, only: collect_wheel_limits
    use test_wheel_reference, only: collect_wheel_reference
    use test_wheels, only: collect_wheels
@@ -258,6 +259,7 @@ contains
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
          new_testsuite("torque_physics", collect_torque_physics), &
+         new_testsuite("regulators", collect_regulators), &
          new_testsuite("wheel_limits", collect_wheel_limits), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels) &

@@ -106,7 +106,8 @@ contains
    !> A ramp from -2 to 2 N m, and a jump, cut at 0.5: the gain is that of the trapezium, and steps end on its corners.
    subroutine limit_cuts_a_table(error)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: times(4) = [0.0_wp, 4.0_wp, 4.0_wp, 5.0_wp], torques(4) = [-2.0_wp, 2.0_wp, -3.0_wp, 0.25_wp]
+      real(wp), parameter :: times(4) = [0.0_wp, 4.0_wp, 4.0_wp, 5.0_wp], torques(4) = [-2.0_wp, 2.0_wp, -3.0_wp, &
+            0.25_wp]
       type(tabulated_torque_t) :: motor
       type(problem_t) :: problem
       type(run_summary_t) :: summary
@@ -121,7 +122,8 @@ contains
          t = motor%next_break(t, 1.0_wp)
          corners(i) = t
       end do
-      call check_close(error, corners, [0.0_wp, 1.5_wp, 2.0_wp, 2.5_wp, 4.0_wp, 4.0_wp + 2.5_wp/3.25_wp], 8*eps, 'corners')
+      call check_close(error, corners, [0.0_wp, 1.5_wp, 2.0_wp, 2.5_wp, 4.0_wp, 4.0_wp + 2.5_wp/3.25_wp], 8*eps, &
+            'corners')
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. allocated(error)) cycle
          problem = driven_wheel(motor)
@@ -130,7 +132,8 @@ contains
          if (allocated(error)) return
          ! What the ramp takes and gives is alike; behind the jump it is -0.5 up to a corner, and a triangle each way.
          call check_close(error, problem%start%wheel_momentum(1), 0.2_wp*0.1_wp - 0.5_wp*(2.5_wp/3.25_wp) &
-                          - 0.5_wp*0.5_wp*(0.5_wp/3.25_wp) + 0.5_wp*0.25_wp*(0.25_wp/3.25_wp), 64*eps, label_of(methods(m)))
+                          - 0.5_wp*0.5_wp*(0.5_wp/3.25_wp) + 0.5_wp*0.25_wp*(0.25_wp/3.25_wp), 64*eps, &
+                                label_of(methods(m)))
       end do
    end subroutine limit_cuts_a_table
 
@@ -196,8 +199,8 @@ contains
       end do
    end subroutine friction_releases_the_motor
 
-   !> Two wheels with limits of speed, one with friction, one by a table that is cut, on a tumbling body, beside every kind
-   !> of effect or alone.
+   !> Two wheels with limits of speed, one with friction, one by a table that is cut, on a tumbling body,
+   !> beside every kind of effect or alone.
    type(problem_t) function limited_wheels(alone) result(problem)
       logical, intent(in) :: alone
       type(tabulated_torque_t) :: motor
@@ -262,7 +265,8 @@ contains
                         label_of(methods(m)))
          if (allocated(error)) return
          call check_run(error, limited_wheels(alone=.false.), settings_of(methods(m)), &
-                        run_plan_t(goal=run_goal_t(local_tolerance=1e-7_wp), end_time=0.5_wp), [1, 3, 4], label_of(methods(m)))
+                        run_plan_t(goal=run_goal_t(local_tolerance=1e-7_wp), end_time=0.5_wp), [1, 3, 4], &
+                              label_of(methods(m)))
          if (allocated(error)) return
       end do
    end subroutine runs_go_on
@@ -281,10 +285,12 @@ contains
       call check(error, status%code == NUTATE_BAD_ARGUMENT .and. at == 2, 'back in time')
       if (allocated(error)) return
       problem = driven_wheel(speed_limit=1.0_wp)
-      call run(problem, integrator_settings_t(), run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), summary, status)
+      call run(problem, integrator_settings_t(), run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), &
+            summary, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'an accuracy')
       if (allocated(error)) return
-      call add_wheel(problem%system, wheel_t(name='wheel', axis=[1.0_wp, 0.0_wp, 0.0_wp], inertia=0.1_wp, speed_limit=0.0_wp), &
+      call add_wheel(problem%system, wheel_t(name='wheel', axis=[1.0_wp, 0.0_wp, 0.0_wp], inertia=0.1_wp, &
+            speed_limit=0.0_wp), &
                      status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, 'no speed at all')
    end subroutine bad_limits_are_refused

@@ -79,6 +79,8 @@ module nutate_event_tracker
       logical :: known = .false.
       !> What belongs to the system as it is now: with switches made.
       type(system_t) :: system
+      !> When a regulator takes its next sample, s; beyond all times where none does, or before the run has begun.
+      real(wp) :: next_sample = huge(1.0_wp)
       !> Nothing can happen up to a time, s; which bounds of the motion say.
       logical :: asleep = .false.
       !> Steps for which that was found last.
@@ -315,6 +317,7 @@ contains
          end associate
       end do
       call archive%transfer(self%switches)
+      call archive%transfer(self%next_sample)
       call archive%transfer(self%known)
       call archive%transfer(self%asleep)
       call archive%transfer(self%wakes)

@@ -7,6 +7,7 @@
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
+   use nutate_control, only: needs_control
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: fixed_steps_t
    use nutate_event_tracker, only: event_list_t
@@ -16,7 +17,6 @@ module nutate_run
    use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run
    use nutate_run_loop, only: drive, transfer_run
    use nutate_run_plan, only: run_plan_t
-   use nutate_speed_limits, only: has_limits
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
@@ -169,12 +169,12 @@ contains
       integer :: i
       logical :: is_first
       if (events%count() == 0 .and. allocated(progress%events)) return
-      if (progress%plan%goal%accuracy > 0.0_wp .and. has_limits(system%effects)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'an accuracy is promised only where no wheel has a limit of its speed '// &
-                       '(expected time_step or local_tolerance with speed_limit)', 'accuracy')
+      if (progress%plan%goal%accuracy > 0.0_wp .and. needs_control(system%effects)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'an accuracy is promised only where no wheel has a limit of its speed, '// &
+                       'and no regulator samples (expected time_step or local_tolerance with them)', 'accuracy')
          return
       end if
-      if (events%count() == 0 .and. .not. has_limits(system%effects)) return
+      if (events%count() == 0 .and. .not. needs_control(system%effects)) return
       do i = 1, events%count()
          if (events%slots(i)%item%action /= 0 .and. progress%plan%goal%accuracy > 0.0_wp) then
             status = fail(NUTATE_BAD_ARGUMENT, &

@@ -304,6 +304,21 @@ def wheel(dice, scales):
     return group("wheel", lines)
 
 
+def regulator(dice, scales):
+    lines = [f"sample = {scales.text(time=1, signed=False)}"] if dice.random() < 0.5 else []
+    if lines and dice.random() < 0.3:
+        lines.append(f"limit = {scales.text(length=2, mass=1, time=-2, signed=False)}")
+    if dice.random() < 0.3:
+        lines += ["law = 'bdot'", f"gain = {scales.text(signed=False)}", f"field = {scales.text(3)}"]
+    else:
+        lines += ["law = 'quaternion'", f"attitude_gain = {scales.text(time=-2, signed=False)}",
+                  f"rate_gain = {scales.text(time=-1, signed=False)}", f"gains = '{dice.choice(('inertia', 'scalar'))}'"]
+        lines += dice.choice(([], ["target = 0.0, 0.6, 0.0, -0.8"]))
+        lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnets'", f"field = {scales.text(3)}"]))
+    lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
+    return group("regulator", lines)
+
+
 def from_samples(name, keys):
     """An effect of the samples without a function of its own: its numbers, each scaled at random."""
 
@@ -320,7 +335,7 @@ EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3))
                  "wheel2_momentum"]
 
 # In the units of a scene, and then those that have no function of their own.
-EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, wheel]
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, wheel, regulator]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

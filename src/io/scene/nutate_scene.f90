@@ -4,6 +4,7 @@
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
+   use nutate_control, only: needs_control
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: columns_t, need_attitude
    use nutate_effect_list, only: effect_list_t
@@ -28,7 +29,6 @@ module nutate_scene
    use nutate_scene_table, only: read_table, time_units
    use nutate_scene_vary, only: vary_keys
    use nutate_state, only: state_t
-   use nutate_speed_limits, only: has_limits
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
@@ -163,16 +163,16 @@ contains
          integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
    end subroutine check_free
 
-   !> Raises an error where an accuracy is asked for and a run would have to watch over wheels.
+   !> Raises an error where an accuracy is asked for and a run would have to watch over wheels or regulators.
    subroutine check_control(effects, plan, integrator, error)
       type(effect_list_t), intent(in) :: effects
       type(run_plan_t), intent(in) :: plan
       !> The group `&integrator`.
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
-      if (plan%goal%accuracy > 0.0_wp .and. has_limits(effects)) &
+      if (plan%goal%accuracy > 0.0_wp .and. needs_control(effects)) &
          call error%raise(integrator%line_of('accuracy'), 'an accuracy is promised only where no wheel has a '// &
-                          'speed_limit', expected='time_step or local_tolerance with it')
+                          'speed_limit, and no regulator samples', expected='time_step or local_tolerance with them')
    end subroutine check_control
 
    !> Builds the parts from groups that have been checked one by one.
