@@ -104,7 +104,7 @@ contains
       class(observer_t), intent(inout), optional :: observer
       integer(long) :: steps, next_poll
       real(wp) :: watched, sense, quiet_until
-      logical :: over, looks, follows, samples
+      logical :: over, looks, follows
       type(mark_t) :: mark
       type(hunt_t), allocatable :: hunts(:)
 
@@ -112,8 +112,6 @@ contains
       over = is_over(progress)
       looks = .false.
       follows = allocated(progress%events)
-      samples = .false.
-      if (follows) samples = abs(progress%events%next_sample) < huge(1.0_wp)
       sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
       quiet_until = -sense*huge(1.0_wp)
       do while (status%code == 0 .and. .not. over)
@@ -152,7 +150,7 @@ contains
                if (observer%wants_archive) call offer(progress, policy, observer, status)
             end if
          end if
-         if (looks .or. samples) then
+         if (looks .or. progress%by_parts) then
             if (progress%events%n_due > 0 .or. is_sample_due(progress)) return
          end if
       end do

@@ -1,5 +1,6 @@
 !> Limits of the speed of wheels, as events of a run: where a wheel comes to its limit its motor stops pushing, and
-!> where it has fallen by a hundredth of it the motor may push again. Each ends a step, so that methods keep their order.
+!> where it has fallen by a hundredth of it the motor may push again. Each ends a step, so that methods keep their
+!> order.
 module nutate_speed_limits
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: event_t
