@@ -24,8 +24,9 @@ set lmargin at screen 0.12
 set rmargin at screen 0.5
 set xtics 1000
 set ylabel 'Ω  (rad/s)' offset 1, 0
-set key top left samplen 2 opaque
-set yrange [-0.08:0.2]
+set key top right samplen 2 opaque
+set xrange [0:3400]
+set yrange [-0.12:0.22]
 plot rows using 't':'omega1' with lines linecolor rgb first linewidth 1.4 title 'Ω_1', \
      rows using 't':'omega2' with lines linecolor rgb second linewidth 1.4 title 'Ω_2', \
      rows using 't':'omega3' with lines linecolor rgb third linewidth 1.4 title 'Ω_3'
@@ -35,7 +36,7 @@ set lmargin at screen 0.61
 set rmargin at screen 0.97
 set xrange [2990:3400]
 set xtics 3000, 100
-set yrange [-400:600]
+set yrange [-400:800]
 set ylabel 'wheels  (rad/s)' offset 1, 0
 plot rows using 't':'wheel1_speed' with lines linecolor rgb first linewidth 1.6 title 'ω_1', \
      rows using 't':'wheel2_speed' with lines linecolor rgb second linewidth 1.6 title 'ω_2', \

@@ -34,7 +34,8 @@ plot rows using 't':(column('L1')/10) with lines linecolor rgb first linewidth 1
 # Speeds.
 set lmargin at screen 0.6
 set rmargin at screen 0.97
-set yrange [-0.3:1.1]
+set yrange [-0.3:1.5]
+set key at graph 0.98, 0.97 right samplen 2 opaque
 set ylabel 'rad/s' offset 1, 0
 plot rows using 't':'omega1' with lines linecolor rgb first linewidth 1.6 title 'Ω_1', \
      rows using 't':'omega3' with lines linecolor rgb third linewidth 1.6 title 'Ω_3', \
