@@ -230,7 +230,8 @@ contains
       character(len=*), parameter :: group = 'regulator'
       select case (setting%key)
       case ('gain', 'field')
-         text = " law = 'bdot'"//entry(setting, group, 'gain', [1.0_wp])//entry(setting, group, 'field', up)
+         ! So weak that the limit of the field is its own, not that of the torque.
+         text = " law = 'bdot'"//entry(setting, group, 'gain', [0.25_wp])//entry(setting, group, 'field', up)
       case default
          text = " law = 'quaternion'"//entry(setting, group, 'attitude_gain', [0.5_wp])// &
                 entry(setting, group, 'rate_gain', [0.5_wp])
