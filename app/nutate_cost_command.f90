@@ -3,6 +3,7 @@ module nutate_cost_command
    use nutate_cli, only: command_t
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
       EXIT_SUCCESS
+   use nutate_control, only: needs_control
    use nutate_cost_answer, only: add_answer
    use nutate_cost_csv, only: cost_csv_t
    use nutate_cost_plot, only: draw_cost
@@ -181,6 +182,11 @@ contains
          exit_code = EXIT_INPUT
          return
       end do
+      if (.not. needs_control(scene%system%effects)) return
+      call say_error('nutate: '//printable_path(scene%file)// &
+                     ': a study of costs watches over neither limits of speed nor samples (expected no speed_limit '// &
+                     'in &wheel, no sample in &regulator)')
+      exit_code = EXIT_INPUT
    end subroutine refuse_switches
 
 end module nutate_cost_command

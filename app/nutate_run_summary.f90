@@ -121,7 +121,12 @@ contains
                                            rounded_text(watched%last_time, 15)//' s'
             if (watched%number > 0) text = text//'; found to '//rounded_text(watched%worst, 2)// &
                                            ' s, else as good as the steps'
-            call page%item("event '"//trim(watched%event%name)//"'", text)
+            if (i > run%events%n_asked) then
+               if (watched%number > 0 .and. watched%event%name /= '') call page%item( &
+                  merge('upper ', 'lower ', watched%event%direction > 0)//trim(watched%event%name), text)
+            else
+               call page%item("event '"//trim(watched%event%name)//"'", text)
+            end if
          end associate
       end do
       if (run%events%stopped) call page%item('end', 'by an event, at t = '//rounded_text(run%state%t, 15)//' s')

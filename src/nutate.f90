@@ -74,7 +74,10 @@ module nutate
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
+   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
+   use nutate_regulator_mounting, only: add_regulator
    use nutate_wheel, only: wheel_t
+   use nutate_wheel_motor, only: make_motor_table
    use nutate_wheel_mounting, only: add_wheel, mount_wheels
    implicit none
    public

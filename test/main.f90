@@ -96,6 +96,8 @@ program unit
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
    use test_unproved, only: collect_unproved
+   use test_regulators, only: collect_regulators
+   use test_wheel_limits, only: collect_wheel_limits
    use test_wheel_reference, only: collect_wheel_reference
    use test_wheels, only: collect_wheels
    use test_work_precision, only: collect_work_precision
@@ -259,6 +261,8 @@ contains
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
          new_testsuite("torque_physics", collect_torque_physics), &
+         new_testsuite("regulators", collect_regulators), &
+         new_testsuite("wheel_limits", collect_wheel_limits), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels) &
          ]

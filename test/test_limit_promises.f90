@@ -5,7 +5,8 @@ module test_limit_promises
    implicit none
    private
 
-   public :: promise_t, of_bodies, of_potentials, of_torques, of_wheels, of_starts, of_settings, of_events
+   public :: promise_t, of_bodies, of_potentials, of_torques, of_wheels, of_regulators, of_starts, of_settings, &
+      of_events
 
    !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
    type :: promise_t
@@ -127,7 +128,7 @@ contains
    end function of_torques
 
    pure function of_wheels() result(promises)
-      type(promise_t) :: promises(10)
+      type(promise_t) :: promises(12)
       real(wp), parameter :: zero(1) = 0.0_wp, up(3) = [0.0_wp, 0.0_wp, 1.0_wp]
       promises(1) = any_number('wheel', 'axis', [0.0_wp, 0.0_wp, 0.0_wp], 2)
       promises(1)%least = 1e-100_wp
@@ -147,8 +148,32 @@ contains
       promises(8) = any_number('wheel', 'start', zero)
       promises(9) = any_number('wheel', 'stop', zero)
       promises(10) = any_number('wheel', 'phase', zero)
+      ! Above the torque of the sample, and its speed.
+      promises(11) = positive('wheel', 'torque_limit', [1.0_wp], least=0.5_wp)
+      promises(12) = positive('wheel', 'speed_limit', [4.0_wp], least=3.0_wp)
+      promises(12)%text_only = .true.
       promises%setting%inertia = 2.0_wp
    end function of_wheels
+
+   pure function of_regulators() result(promises)
+      type(promise_t) :: promises(9)
+      real(wp), parameter :: zero(3) = 0.0_wp, unit(4) = [1.0_wp, zero]
+      ! The sample is one of B-dot for the last two.
+      promises(1) = any_number('regulator', 'attitude_gain', zero(1:1))
+      promises(2) = any_number('regulator', 'rate_gain', zero(1:1))
+      promises(1:2)%negative = .false.
+      promises(3) = any_number('regulator', 'target', unit, 2)
+      promises(3)%greatest = 1e-3_wp
+      promises(4) = positive('regulator', 'sample', [1.0_wp], least=1e-50_wp)
+      promises(5) = positive('regulator', 'limit', [1.0_wp])
+      promises(4:5)%text_only = .true.
+      promises(6) = any_number('regulator', 'start', zero(1:1))
+      promises(7) = any_number('regulator', 'stop', zero(1:1))
+      promises(8) = any_number('regulator', 'field', [zero(1:2), 1.0_wp], 1)
+      promises(8)%greatest = 1e50_wp
+      promises(9) = any_number('regulator', 'gain', zero(1:1))
+      promises(9)%negative = .false.
+   end function of_regulators
 
    pure function of_starts() result(promises)
       type(promise_t) :: promises(8)

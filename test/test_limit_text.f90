@@ -172,6 +172,8 @@ contains
          if (.not. scene%groups(i)%has(trim(setting%key))) text = entry(setting, group, trim(setting%key), [0.0_wp])
          do k = 1, size(scene%groups(i)%settings)
             associate (known => scene%groups(i)%settings(k))
+               ! Beside the limit of a speed torques are constant.
+               if (setting%key == 'speed_limit' .and. known%name == 'frequency') cycle
                text = text//entry(setting, group, trim(known%name), known%values%number)
             end associate
          end do
@@ -204,6 +206,8 @@ contains
          text = entry(setting, group, 'momentum', up)
       case ('rotating_frame')
          text = entry(setting, group, trim(setting%key), [0.0_wp])
+      case ('regulator')
+         text = regulator_text(setting)
       case ('event')
          text = " when = 'omega1'"//entry(setting, group, 'crosses', [0.5_wp])
          if (setting%key /= 'crosses') text = text//entry(setting, group, trim(setting%key), [1.0_wp])
@@ -218,6 +222,24 @@ contains
       if (text /= '') text = '&'//group//text//' /'//new_line('a')
       if (group == 'vary') text = '&ensemble members = 2 / '//text
    end function effect_text
+
+   !> The keys of a regulator: of B-dot for those that it alone has.
+   function regulator_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: group = 'regulator'
+      select case (setting%key)
+      case ('gain', 'field')
+         ! So weak that the limit of the field is its own, not that of the torque.
+         text = " law = 'bdot'"//entry(setting, group, 'gain', [0.25_wp])//entry(setting, group, 'field', up)
+      case default
+         text = " law = 'quaternion'"//entry(setting, group, 'attitude_gain', [0.5_wp])// &
+                entry(setting, group, 'rate_gain', [0.5_wp])
+         if (all(setting%key /= ['attitude_gain', 'rate_gain    '])) text = text// &
+            entry(setting, group, trim(setting%key), [0.0_wp])
+         if (setting%key == 'limit') text = text//' sample = 1'
+      end select
+   end function regulator_text
 
    !> The keys of a group `&vary`, and an ensemble before it.
    function variation_text(setting) result(text)

@@ -40,6 +40,12 @@ draw flips
 simulate bang_bang scenes/bang_bang.nml
 draw bang_bang
 
+# Control: magnets and wheels, and the motor of one wheel.
+simulate detumbling scenes/detumbling.nml
+draw detumbling
+simulate dual_spin scenes/dual_spin.nml
+draw dual_spin
+
 # Ensembles: a satellite after separation, and a book that is thrown by a steady hand, by another, and anyhow.
 for seconds in 10 30 600; do
    sweep "separation_$seconds" scenes/separation.nml ensemble.members=20000 "integrator.end_time=$seconds"

@@ -5,6 +5,7 @@ module nutate_effect_list
    use nutate_effect, only: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
+   use nutate_regulator, only: regulated_motor_t, regulator_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
@@ -67,6 +68,8 @@ module nutate_effect_list
       procedure :: needs_attitude
       !> The next time on which a step must end.
       procedure :: next_break
+      !> A regulator drives a wheel at all times.
+      procedure :: feeds_back_to_wheels
    end type effect_list_t
 
 contains
@@ -184,6 +187,7 @@ contains
       end do
       do i = 1, self%n_wheels
          call switch_one(self%wheels(i), label, on)
+         if (allocated(self%wheels(i)%motor)) call switch_one(self%wheels(i)%motor, label, on)
       end do
       if (self%n_potentials + self%n_off > 0) call sort_potentials(self)
    end subroutine switch
@@ -220,7 +224,7 @@ contains
       call move_alloc(sorted, self%potentials)
    end subroutine sort_potentials
 
-   !> Shows to an archive which effects are on.
+   !> Shows to an archive which effects are on, which wheels at a limit, and what regulators hold.
    subroutine transfer_switches(self, archive)
       !> The same effects as were shown before.
       class(effect_list_t), intent(inout) :: self
@@ -228,9 +232,13 @@ contains
       integer :: i, place
       do i = 1, self%n_torques
          call archive%transfer(self%torques(i)%item%on)
+         call transfer_held(self%torques(i)%item, archive)
       end do
       do i = 1, self%n_wheels
          call archive%transfer(self%wheels(i)%on)
+         call archive%transfer(self%wheels(i)%at_limit)
+         call archive%transfer(self%wheels(i)%command)
+         if (allocated(self%wheels(i)%motor)) call archive%transfer(self%wheels(i)%motor%on)
       end do
       if (self%n_potentials + self%n_off == 0) return
       do place = 1, size(self%potentials)
@@ -240,6 +248,32 @@ contains
       end do
       if (archive%is_reading()) call sort_potentials(self)
    end subroutine transfer_switches
+
+   !> Shows to an archive what a regulator holds.
+   subroutine transfer_held(torque, archive)
+      class(torque_t), intent(inout) :: torque
+      class(archive_t), intent(inout) :: archive
+      select type (torque)
+      class is (regulator_t)
+         call archive%transfer(torque%held)
+         call archive%transfer(torque%held_by_wheels)
+         call archive%transfer(torque%was_on)
+      end select
+   end subroutine transfer_held
+
+   !> True where a regulator drives a wheel at all times, by what the body does.
+   pure logical function feeds_back_to_wheels(self)
+      class(effect_list_t), intent(in) :: self
+      integer :: i
+      feeds_back_to_wheels = .false.
+      do i = 1, self%n_wheels
+         if (.not. allocated(self%wheels(i)%motor)) cycle
+         select type (motor => self%wheels(i)%motor)
+         class is (regulated_motor_t)
+            feeds_back_to_wheels = .true.
+         end select
+      end do
+   end function feeds_back_to_wheels
 
    !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be proved to be the
    !> true one. They must hold for all γ up to |n| long; a later call replaces them.

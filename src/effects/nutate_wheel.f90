@@ -4,9 +4,9 @@
 !>     ḣ = u - cω,   L = JᵣΩ + Σ s h,   T = ½ΩᵀJᵣΩ + Σ h²/2Jw,   Jᵣ = J - Σ Jw ssᵀ
 !>
 !> with the torque u of the motor and the friction c of the bearing, both against the body. The motor's work is u ω, the
-!> friction's -cω².
+!> friction's -cω². u is that of a motor of its own, or what a regulator commands. Where |ω| has reached its limit the
+!> motor does not push further; it does so again once |ω| has fallen by a hundredth of it.
 module nutate_wheel
-   use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, torque_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
@@ -14,22 +14,31 @@ module nutate_wheel
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_size
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_wheel_motor, only: build_motor
    implicit none
    private
 
    public :: wheel_t, wheel_keys, build_wheel
 
    !> Keys of the scene group `&wheel`.
-   type(key_t), parameter :: wheel_keys(9) = [ &
+   type(key_t), parameter :: wheel_keys(14) = [ &
       key_t(name='axis', least=3, most=3, range=ANY_DIRECTION, required=.true.), &
       key_t(name='inertia', range=POSITIVE, required=.true.), &
       key_t(name='speed', default='0'), &
-      key_t(name='torque', default='0'), &
+      key_t(name='torque'), &
       key_t(name='frequency', default='0', beside='torque'), &
       key_t(name='phase', default='0', beside='torque'), &
       key_t(name='friction', range=NON_NEGATIVE, default='0'), &
       key_t(name='start'), &
-      key_t(name='stop')]
+      key_t(name='stop'), &
+      key_t(name='table', kind=KEY_TEXT), &
+      key_t(name='interpolation', kind=KEY_TEXT, choices='linear,cubic', default='linear', beside='table'), &
+      key_t(name='outside', kind=KEY_TEXT, choices='zero,periodic', default='zero', beside='table'), &
+      key_t(name='torque_limit', range=POSITIVE), &
+      key_t(name='speed_limit', range=POSITIVE)]
+
+   !> |ω| over its limit at which a motor that has reached it pushes again.
+   real(wp), parameter, public :: released_at = 0.99_wp
 
    !> A wheel; `add_wheel` puts it into a system.
    type, extends(effect_t) :: wheel_t
@@ -43,6 +52,12 @@ module nutate_wheel
       real(wp) :: friction = 0.0_wp
       !> The motor: u is component 1 of its torque. Not allocated: there is none.
       class(torque_t), allocatable :: motor
+      !> u of a wheel without a motor of its own, N m: what regulators hold.
+      real(wp) :: command = 0.0_wp
+      !> Limits of |u|, N m, for what regulators command, and of |ω|, rad/s, for the motor; huge: there is none.
+      real(wp) :: torque_limit = huge(1.0_wp), speed_limit = huge(1.0_wp)
+      !> 1: ω has come to its limit; -1: to that below zero; 0: neither. Found by runs, as an event.
+      integer :: at_limit = 0
    contains
       procedure :: series_kind => wheel_series
       procedure :: is_moderate => wheel_is_moderate
@@ -50,20 +65,22 @@ module nutate_wheel
       procedure :: is_driven
       !> u at a time.
       procedure :: drive
+      !> When a motor that acts may be asked.
+      procedure :: drive_window
       !> ω of a momentum.
       procedure :: speed_of
    end type wheel_t
 
 contains
 
-   !> A wheel as a scene's group asks for it. Errors: `NUTATE_BAD_ARGUMENT` for a motor that stops before it starts.
+   !> A wheel as a scene's group asks for it. Errors: those of `build_motor`; `NUTATE_BAD_ARGUMENT` for a speed above
+   !> its limit.
    subroutine build_wheel(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
       type(wheel_t) :: wheel
-      type(applied_torque_t) :: motor
       real(wp) :: axis(3)
       wheel%name = 'wheel'
       axis = group%vector('axis', wheel%axis)
@@ -73,18 +90,14 @@ contains
       wheel%inertia = group%number('inertia', wheel%inertia)
       wheel%speed = group%number('speed', wheel%speed)
       wheel%friction = group%number('friction', wheel%friction)
-      motor%name = 'motor'
-      motor%amplitude(1) = group%number('torque', 0.0_wp)
-      motor%frequency = group%number('frequency', motor%frequency)
-      motor%phase = group%number('phase', motor%phase)
-      motor%start = group%number('start', motor%start)
-      motor%stop = group%number('stop', motor%stop)
-      if (.not. motor%stop > motor%start) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the motor stops before it starts (expected stop > start)', 'stop')
+      wheel%torque_limit = group%number('torque_limit', wheel%torque_limit)
+      wheel%speed_limit = group%number('speed_limit', wheel%speed_limit)
+      if (abs(wheel%speed) > wheel%speed_limit) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'speed is above speed_limit (expected one up to it)', 'speed')
          return
       end if
-      if (group%has('torque')) allocate (wheel%motor, source=motor)
-      allocate (effect, source=wheel)
+      call build_motor(group, wheel%motor, status)
+      if (status%ok()) allocate (effect, source=wheel)
    end subroutine build_wheel
 
    !> Wheels have a series where their motors have one.
@@ -98,19 +111,23 @@ contains
       class(wheel_t), intent(in) :: self
       moderate = all(is_moderate([self%axis, self%inertia, self%speed, self%friction]))
       if (moderate) moderate = is_unit([0.0_wp, self%axis], attitude_tolerance) .and. self%inertia >= least_size .and. &
-                               self%friction >= 0.0_wp
+                               self%friction >= 0.0_wp .and. self%torque_limit > 0.0_wp .and. self%speed_limit > 0.0_wp
       if (moderate) moderate = is_moderate(self%inertia*self%speed) .and. is_moderate(self%friction*self%speed)
       if (moderate) moderate = is_moderate(self%inertia*self%speed*self%speed)
       if (moderate .and. allocated(self%motor)) moderate = self%motor%is_moderate()
    end function wheel_is_moderate
 
-   !> True for a motor that acts at a time.
+   !> True for a motor that acts at a time: one that does not push a wheel at the limit of its speed.
    pure logical function is_driven(self, t)
       class(wheel_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
-      is_driven = self%on .and. allocated(self%motor)
-      if (is_driven) is_driven = self%motor%acts_at(t)
+      real(wp), parameter :: unturned(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], at_rest(3) = 0.0_wp
+      is_driven = .false.
+      if (.not. self%on) return
+      is_driven = abs(self%command) > 0.0_wp
+      if (allocated(self%motor)) is_driven = self%motor%acts_at(t)
+      if (is_driven .and. self%at_limit /= 0) is_driven = .not. self%at_limit*self%drive(t, unturned, at_rest) > 0.0_wp
    end function is_driven
 
    !> u, N m, of a motor that acts.
@@ -121,9 +138,25 @@ contains
       !> Attitude, unit quaternion, body→space, and Ω, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
       real(wp) :: tau(3)
+      u = self%command
+      if (.not. allocated(self%motor)) return
       tau = self%motor%torque(t, q, omega)
       u = tau(1)
    end function drive
+
+   !> From when to when a motor that acts may be asked, s: its window and the piece of its law about a moment.
+   pure function drive_window(self, moment) result(window)
+      class(wheel_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: moment
+      real(wp) :: window(2)
+      real(wp) :: piece(2)
+      window = [-huge(1.0_wp), huge(1.0_wp)]
+      if (.not. allocated(self%motor)) return
+      call self%motor%window(window(1), window(2))
+      call self%motor%piece(moment, piece(1), piece(2))
+      window = [max(window(1), piece(1)), min(window(2), piece(2))]
+   end function drive_window
 
    !> ω = h/Jw - s·Ω, rad/s.
    pure real(wp) function speed_of(self, momentum, omega) result(speed)

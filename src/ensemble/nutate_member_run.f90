@@ -135,7 +135,7 @@ contains
       fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
       fields(self%layout%columns + 2) = bits_of(self%watcher%invariants%momentum_error())
       if (.not. allocated(run%events)) return
-      do i = 1, size(run%events%watched)
+      do i = 1, run%events%n_asked
          at = self%layout%errors + 2*i - 1
          fields(at) = run%events%watched(i)%number
          if (fields(at) > 0) fields(at + 1) = bits_of(run%events%watched(i)%first_time)

@@ -16,7 +16,8 @@ module nutate_implicit_step
    use nutate_root_proof, only: BEYOND_PROOF, PROVED, root_proof_t
    use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
+      NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    implicit none
@@ -196,6 +197,9 @@ contains
       integer, intent(in) :: slow
       type(status_t), intent(inout) :: status
       call check_system(system, status)
+      if (status%ok() .and. system%effects%feeds_back_to_wheels()) status = fail( &
+         NUTATE_BAD_ARGUMENT, 'a regulator drives wheels at all times (expected sample in it, or method = '// &
+                                                       "'dop853' with conserve = .true.)", 'method')
       if (.not. status%ok()) return
       self%settings = settings
       self%slow = slow

@@ -37,6 +37,7 @@ module nutate_projected_stepper
       procedure :: mark_step
       procedure :: state_at
       procedure :: forget_steps
+      procedure :: take_commands
       procedure :: transfer
    end type projected_stepper_t
 
@@ -165,6 +166,12 @@ contains
       class(projected_stepper_t), intent(inout) :: self
       call self%base%forget_steps()
    end subroutine forget_steps
+
+   !> So does it then. The targets of the projection stay: what holds other values does work as before.
+   recursive subroutine take_commands(self)
+      class(projected_stepper_t), intent(inout) :: self
+      call self%base%take_commands()
+   end subroutine take_commands
 
    !> What the stepper and the projection remember.
    subroutine transfer(self, archive)

@@ -141,7 +141,6 @@ contains
       type(state_t), intent(in) :: state
       !> Time that decides which motors act, s.
       real(wp), intent(in) :: window_time
-      real(wp) :: piece(2)
       integer :: i
       self%first_momentum = state%wheel_momentum
       self%momentum = state%wheel_momentum
@@ -150,12 +149,9 @@ contains
       self%wheel_work = 0.0_wp
       self%stage = 0
       do i = 1, self%n_wheels
-         associate (wheel => system%effects%wheels(i), window => self%drive_window(:, i))
+         associate (wheel => system%effects%wheels(i))
             self%driven(i) = wheel%is_driven(window_time)
-            if (.not. self%driven(i)) cycle
-            call wheel%motor%window(window(1), window(2))
-            call wheel%motor%piece(window_time, piece(1), piece(2))
-            window = [max(window(1), piece(1)), min(window(2), piece(2))]
+            if (self%driven(i)) self%drive_window(:, i) = wheel%drive_window(window_time)
          end associate
       end do
    end subroutine begin_wheels
@@ -282,17 +278,19 @@ contains
       type(system_t), intent(in) :: system
       !> Of the step; [q, L, 0], |q|²; weight of the stage.
       real(wp), intent(in) :: fraction, y(n_rates), square, weight
-      real(wp) :: q(4), omega(3), drive, speed, rate, t
+      real(wp) :: q(4), omega(3), relative(3), drive, speed, rate, t
       integer :: i, j
       q = y(1:4)/sqrt(max(square, tiny(1.0_wp)))
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
+      relative = omega
+      if (self%frame_turns) relative = omega - rotate_to_body(q, system%effects%frame_rate)
       self%stage = self%stage + 1
       do i = 1, self%n_wheels
          associate (wheel => system%effects%wheels(i))
             speed = wheel%speed_of(self%momentum(i), omega)
             drive = 0.0_wp
             t = min(max(self%t + fraction*self%dt, self%drive_window(1, i)), self%drive_window(2, i))
-            if (self%driven(i)) drive = wheel%drive(t, q, omega)
+            if (self%driven(i)) drive = wheel%drive(t, q, relative)
             rate = drive - wheel%friction*speed
             self%turns(i, self%stage) = self%dt*rate
             self%gain(i) = self%gain(i) + weight*self%dt*rate

@@ -94,6 +94,8 @@ module nutate_stepper
       procedure :: mark_step
       !> Forgets the steps before, which only help to predict the next one.
       procedure :: forget_steps => forget_nothing
+      !> To be called where torques and motors of the system hold other values from now on, and nothing else is new.
+      procedure :: take_commands => forget_for_commands
       !> The method's own part of `prepare`.
       procedure(set_up_method), deferred :: set_up
       !> The step itself, which may be a part of a longer one.
@@ -308,6 +310,12 @@ contains
    subroutine forget_nothing(self)
       class(stepper_t), intent(inout) :: self
    end subroutine forget_nothing
+
+   !> What was predicted goes by the values before.
+   recursive subroutine forget_for_commands(self)
+      class(stepper_t), intent(inout) :: self
+      call self%forget_steps()
+   end subroutine forget_for_commands
 
    !> Refuses: what a method remembers and nobody listed would be missing, and the run another one.
    subroutine refuse_archive(self, archive)

@@ -66,6 +66,7 @@ module nutate_error_control
       procedure :: look_inside
       procedure :: retake
       procedure :: renew
+      procedure :: take_commands
       procedure :: transfer => transfer_control
    end type error_control_t
 
@@ -227,14 +228,9 @@ contains
          error = self%half%error_estimate
       end if
       accepted = status%ok()
-      if (.not. accepted) then
-         call reject(self, progress, 0.5_wp*step, status)
-         return
-      end if
-      if (self%method%dense) then
-         call accept(self, progress, next, step)
-         return
-      end if
+      if (.not. accepted) call reject(self, progress, 0.5_wp*step, status)
+      if (accepted .and. self%method%dense) call accept(self, progress, next, step)
+      if (.not. accepted .or. self%method%dense) return
       turn = step*length_of(angular_velocity(system, next))
       associate (goal => progress%plan%goal)
          allowed = goal%local_tolerance
@@ -336,8 +332,7 @@ contains
       !> Error of the step, rad, and the one allowed.
       real(wp), intent(in) :: allowed, error
       real(wp) :: exponent
-      exponent = 1.0_wp/self%power
-      if (per_length) exponent = 1.0_wp/(self%power - 1)
+      exponent = 1.0_wp/(self%power - merge(1, 0, per_length))
       growth = min(most_growth, safety*(max(allowed, self%round_off) &
                                         /max(error, noise/(2.0_wp**self%method%order - 1)))**exponent)
    end function growth
@@ -360,14 +355,11 @@ contains
       real(wp), intent(in) :: step
       !> Success where there is a next try.
       type(status_t), intent(inout) :: status
-      type(status_t) :: success
       progress%summary%cut_steps = progress%summary%cut_steps + 1
       self%step = step
-      if (step < shortest*abs(progress%plan%end_time - progress%t_first)) then
+      status = status_t()
+      if (step < shortest*abs(progress%plan%end_time - progress%t_first)) &
          status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the accuracy asked for')
-      else
-         status = success
-      end if
    end subroutine reject
 
    !> The state at a time inside the last step: by the method, or by two steps of a branch.
@@ -482,6 +474,14 @@ contains
       if (allocated(self%branch) .and. status%ok()) call self%branch%renew(system, status)
       if (allocated(self%probe) .and. status%ok()) call self%probe%renew(system, status)
    end subroutine renew
+
+   !> Takes it that torques and motors hold other values.
+   subroutine take_commands(self)
+      class(error_control_t), intent(inout) :: self
+      call self%half%take_commands()
+      if (allocated(self%whole)) call self%whole%take_commands()
+      if (allocated(self%branch)) call self%branch%take_commands()
+   end subroutine take_commands
 
    !> Shows what the next steps depend on, under the name of this policy.
    subroutine transfer_control(self, archive)

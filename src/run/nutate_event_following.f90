@@ -1,14 +1,15 @@
 !> Events in the steps of a run: each step of the method is searched as it is done; what happens in it is shown in the
 !> order of time, and a step in which an event stops the run or switches something ends there.
 module nutate_event_following
-   use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON
+   use nutate_event, only: CROSSING, event_t, time_scale, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
    use nutate_event_roots, only: curve_t, find_first_root, node_t
-   use nutate_event_tracker, only: event_tracker_t
+   use nutate_event_tracker, only: event_tracker_t, watched_t
    use nutate_hamiltonian, only: potential_energy
    use nutate_kinds, only: wp, eps, long
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, total_work, way_t
+   use nutate_speed_limits, only: limit_event_t, SWITCH_LIMIT
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t
@@ -47,6 +48,8 @@ module nutate_event_following
    type :: hunt_t
       type(step_curve_t) :: curve
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp
+      !> What the event's `near` was at the start of the step.
+      real(wp) :: near = 0.0_wp
       !> The function is zero all through the step but for round-off: there is nothing to find.
       logical :: is_flat = .false.
       logical :: found = .false.
@@ -186,6 +189,8 @@ contains
                ! At the level itself the side is remembered; elsewhere the level may be another one.
                if (abs(first%f) > 1e-6_wp*watched%event%period) watched%side = 0
             end if
+            hunt%near = watched%near
+            call leave_level(watched, first)
             if (watched%side == 0) watched%side = side_of(first, 1.0_wp)
             first%side = watched%side
             last%side = side_of(last, -1.0_wp)
@@ -278,6 +283,8 @@ contains
          do k = 1, size(hunts)
             if (.not. hunts(k)%found) cycle
             if (hunts(k)%root%s > s + margin) cycle
+            hunts(k)%near = 4*abs(hunts(k)%root%slope)*margin + noise*(abs(progress%events%watched(k)%event%level) &
+                                                                       + hunts(k)%scale)
             hunts(k)%curve%first%side = hunts(k)%root%side
             call happen(k, progress%state, progress%record)
             if (status%code /= 0) return
@@ -285,6 +292,9 @@ contains
          do k = 1, size(hunts)
             progress%events%watched(k)%side = merge(hunts(k)%root%side, hunts(k)%curve%first%side, &
                                                     hunts(k)%found .and. hunts(k)%root%s <= s + margin)
+            ! What did not happen now may have done so a moment ago.
+            progress%events%watched(k)%near = merge(hunts(k)%near, 0.0_wp, s <= margin .or. &
+                                                    (hunts(k)%found .and. hunts(k)%root%s <= s + margin))
          end do
          progress%events%known = .false.
          hunts%found = .true.
@@ -301,8 +311,8 @@ contains
             watched%last_time = state%t
             hunts(k)%curve%first%side = hunts(k)%root%side
             if (abs(hunts(k)%root%slope) > 0.0_wp) watched%worst = max(watched%worst, spacing(state%t))
-            if (present(observer)) call observer%show_event(system, watched%event, k, watched%number, state, record, &
-               status)
+            if (present(observer) .and. k <= events%n_asked) &
+               call observer%show_event(system, watched%event, k, watched%number, state, record, status)
             if (status%code /= 0) return
             if (ends_run(watched%event, watched%number)) events%stopped = .true.
             if (watched%event%action == 0) return
@@ -340,6 +350,24 @@ contains
       ends_run = event%stop .and. event%count <= 0
       if (event%count > 0) ends_run = n == event%count
    end function ends_run
+
+   !> Where a step ended on an event, a switch may have turned its function back, or moved it: its side is then that
+   !> to which it goes now, so that what only touches its level does not happen twice. But where the event switches
+   !> over, to turn back is to switch again: without a dead band that has no end.
+   pure subroutine leave_level(watched, first)
+      type(watched_t), intent(inout) :: watched
+      !> The start of the next step.
+      type(node_t), intent(in) :: first
+      if (.not. watched%near > 0.0_wp) return
+      if (watched%event%action == SWITCH_OVER) then
+         watched%near = 0.0_wp
+      else if (abs(first%f) > watched%near) then
+         watched%side = 0
+      else if (abs(first%slope) > 0.0_wp) then
+         watched%side = nint(sign(1.0_wp, first%slope))
+      end if
+      watched%near = 0.0_wp
+   end subroutine leave_level
 
    !> The side of zero on which a curve is; at zero that on which it is just behind, or before.
    pure integer function side_of(node, sense) result(side)
@@ -385,9 +413,11 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       real(wp) :: before
+      logical :: changed
       integer :: i
       associate (events => progress%events)
          before = potential_energy(system%effects, progress%state%q)
+         changed = .false.
          do i = 1, events%n_due
             associate (event => events%watched(events%due(i))%event)
                select case (event%action)
@@ -395,9 +425,12 @@ contains
                   call system%effects%switch(event%effect, .true.)
                case (SWITCH_OFF)
                   call system%effects%switch(event%effect, .false.)
+               case (SWITCH_LIMIT)
+                  call limit_motor(system, event)
                case default
                   call system%effects%switch(event%effect)
                end select
+               changed = changed .or. event%action /= SWITCH_LIMIT
             end associate
          end do
          events%n_due = 0
@@ -405,7 +438,21 @@ contains
          call add_increment(progress%summary%world_work, progress%world_compensation, &
                             potential_energy(system%effects, progress%state%q) - before)
       end associate
-      call policy%renew(system, status)
+      if (changed) then
+         call policy%renew(system, status)
+      else
+         call policy%take_commands()
+      end if
    end subroutine make_switches
+
+   !> A wheel has come to its limit, or left it.
+   subroutine limit_motor(system, event)
+      type(system_t), intent(inout) :: system
+      class(event_t), intent(in) :: event
+      select type (event)
+      type is (limit_event_t)
+         system%effects%wheels(event%wheel)%at_limit = event%becomes
+      end select
+   end subroutine limit_motor
 
 end module nutate_event_following

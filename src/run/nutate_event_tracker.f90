@@ -8,6 +8,7 @@ module nutate_event_tracker
    use nutate_kinds, only: wp, eps, long
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_motion_bounds, only: bound_motion, motion_bounds_t
+   use nutate_speed_limits, only: limit_event_t, limit_events, take_limits
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -49,6 +50,9 @@ module nutate_event_tracker
       real(wp) :: worst = 0.0_wp
       !> The side of zero at the end of the last step, 1 or -1; 0: not known.
       integer :: side = 0
+      !> The last step ended on the event: the function is zero there, but for so much of its unit, unless a switch has
+      !> moved it. 0: it did not.
+      real(wp) :: near = 0.0_wp
       !> The function there, and its derivative by time.
       real(wp) :: f = 0.0_wp, slope = 0.0_wp
       !> Its range over the ends of steps so far, and their number.
@@ -58,7 +62,9 @@ module nutate_event_tracker
 
    !> All events of a run.
    type :: event_tracker_t
+      !> Those that were asked for, and behind them the limits of wheels.
       type(watched_t), allocatable :: watched(:)
+      integer :: n_asked = 0
       !> The run is over.
       logical :: stopped = .false.
       !> Events whose switches are to be made, in this order, before the next step.
@@ -73,6 +79,8 @@ module nutate_event_tracker
       logical :: known = .false.
       !> What belongs to the system as it is now: with switches made.
       type(system_t) :: system
+      !> When a regulator takes its next sample, s; beyond all times where none does, or before the run has begun.
+      real(wp) :: next_sample = huge(1.0_wp)
       !> Nothing can happen up to a time, s; which bounds of the motion say.
       logical :: asleep = .false.
       !> Steps for which that was found last.
@@ -118,14 +126,21 @@ contains
       if (allocated(self%slots)) count_events = size(self%slots)
    end function count_events
 
-   !> Takes events and the system. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not.
-   subroutine begin(self, events, system, status)
+   !> Takes events, system and first state. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not.
+   subroutine begin(self, events, system, state, status)
       class(event_tracker_t), intent(inout) :: self
       type(event_list_t), intent(in) :: events
       type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
       type(status_t), intent(inout) :: status
+      type(limit_event_t), allocatable :: limits(:)
       integer :: i
-      allocate (self%watched(events%count()), self%due(events%count()))
+      limits = limit_events(system%effects)
+      self%n_asked = events%count()
+      allocate (self%watched(self%n_asked + size(limits)), self%due(self%n_asked + size(limits)))
+      do i = 1, size(limits)
+         allocate (self%watched(self%n_asked + i)%event, source=limits(i))
+      end do
       allocate (self%acts(system%effects%n_torques + system%effects%n_wheels), source=.false.)
       do i = 1, events%count()
          allocate (self%watched(i)%event, source=events%slots(i)%item)
@@ -136,6 +151,7 @@ contains
          end associate
       end do
       call self%take_system(system)
+      if (size(limits) > 0) call take_limits(self%system, state)
    end subroutine begin
 
    !> Takes a system with other effects on.
@@ -292,6 +308,7 @@ contains
             call archive%transfer(watched%last_time)
             call archive%transfer(watched%worst)
             call archive%transfer(watched%side)
+            call archive%transfer(watched%near)
             call archive%transfer(watched%f)
             call archive%transfer(watched%slope)
             call archive%transfer(watched%lowest)
@@ -300,6 +317,7 @@ contains
          end associate
       end do
       call archive%transfer(self%switches)
+      call archive%transfer(self%next_sample)
       call archive%transfer(self%known)
       call archive%transfer(self%asleep)
       call archive%transfer(self%wakes)

@@ -38,6 +38,7 @@ module nutate_fixed_steps
       procedure :: look_inside
       procedure :: retake
       procedure :: renew
+      procedure :: take_commands
       procedure :: transfer => transfer_stepper
    end type fixed_steps_t
 
@@ -344,6 +345,16 @@ contains
          call self%own%renew(system, status)
       end if
    end subroutine renew
+
+   !> Takes it that torques and motors hold other values.
+   subroutine take_commands(self)
+      class(fixed_steps_t), intent(inout) :: self
+      if (associated(self%lent)) then
+         call self%lent%take_commands()
+      else
+         call self%own%take_commands()
+      end if
+   end subroutine take_commands
 
    !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper,
    !> which must keep the starts of its steps.

@@ -7,6 +7,7 @@
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
+   use nutate_control, only: needs_control
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: fixed_steps_t
    use nutate_event_tracker, only: event_list_t
@@ -95,6 +96,7 @@ contains
       call start_run(progress, system%effects, state, plan, status)
       policy%lent => stepper
       if (status%ok()) call policy%begin(progress, status)
+      if (status%ok()) call expect_events(progress, policy, event_list_t(), system, status)
       if (present(events) .and. status%ok()) call expect_events(progress, policy, events, system, status)
       if (status%ok()) call drive(progress, policy, system, status, observer)
       call conclude_run(progress, state, summary)
@@ -124,6 +126,7 @@ contains
          if (status%ok()) call fixed%begin(self%progress_t, status)
          call move_alloc(fixed, self%policy)
       end if
+      if (status%ok()) call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
    end subroutine begin_by_settings
 
    !> Takes a plan without a goal, the first state, and a stepper.
@@ -142,6 +145,7 @@ contains
       fixed%lent => stepper
       call fixed%begin(self%progress_t, status)
       call move_alloc(fixed, self%policy)
+      if (status%ok()) call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
    end subroutine begin_by_stepper
 
    !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not, and for
@@ -155,6 +159,7 @@ contains
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine expect
 
+   !> Takes events, and what the wheels of a system bring with them.
    subroutine expect_events(progress, policy, events, system, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -162,7 +167,14 @@ contains
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
       integer :: i
-      if (events%count() == 0) return
+      logical :: is_first
+      if (events%count() == 0 .and. allocated(progress%events)) return
+      if (progress%plan%goal%accuracy > 0.0_wp .and. needs_control(system%effects)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'an accuracy is promised only where no wheel has a limit of its speed, '// &
+                       'and no regulator samples (expected time_step or local_tolerance with them)', 'accuracy')
+         return
+      end if
+      if (events%count() == 0 .and. .not. needs_control(system%effects)) return
       do i = 1, events%count()
          if (events%slots(i)%item%action /= 0 .and. progress%plan%goal%accuracy > 0.0_wp) then
             status = fail(NUTATE_BAD_ARGUMENT, &
@@ -171,9 +183,11 @@ contains
             return
          end if
       end do
+      is_first = .not. allocated(progress%events)
+      if (.not. is_first) deallocate (progress%events)
       allocate (progress%events)
-      call progress%events%begin(events, system, status)
-      if (status%ok()) call policy%expect_events(system, progress, status)
+      call progress%events%begin(events, system, progress%state, status)
+      if (is_first .and. status%ok()) call policy%expect_events(system, progress, status)
    end subroutine expect_events
 
    !> Finds the error of steps that meets the accuracy of the goal, by pilot runs; where there is none, or it is known

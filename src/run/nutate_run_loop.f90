@@ -2,9 +2,10 @@
 module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_control, only: next_sample, take_samples
    use nutate_event_following, only: follow_events, hunt_t, make_switches, mark_progress, mark_t
    use nutate_hamiltonian, only: angular_velocity
-   use nutate_kinds, only: wp, long
+   use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: fraction_done, is_over, progress_t, total_work, transfer_progress
@@ -52,17 +53,49 @@ contains
       class(observer_t), intent(inout), optional :: observer
       type(system_t) :: system
       system = progress%events%system
+      call sample_state(policy, system, progress)
       if (present(observer)) call show_first(progress, policy, system, observer, status)
       do
          call take_steps(progress, policy, system, status, observer)
          call policy%show(system, progress%state)
-         if (status%code /= 0 .or. progress%events%n_due == 0) exit
-         call make_switches(policy, system, progress, status)
+         if (status%code /= 0 .or. .not. (progress%events%n_due > 0 .or. is_sample_due(progress))) exit
+         if (progress%events%n_due > 0) call make_switches(policy, system, progress, status)
+         call sample_state(policy, system, progress)
          if (status%code /= 0 .or. progress%events%stopped .or. is_over(progress)) exit
       end do
    end subroutine drive_switched
 
-   !> Takes steps to the end of a run, or to the next switch.
+   !> Lets regulators take the samples that are due, and those that were switched.
+   subroutine sample_state(policy, system, progress)
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(inout) :: system
+      type(progress_t), intent(inout) :: progress
+      real(wp) :: sense
+      logical :: changed
+      sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
+      call take_samples(system, progress%state, sense, sample_margin(progress), changed)
+      progress%events%next_sample = next_sample(system%effects, progress%state%t + sense*sample_margin(progress), sense)
+      if (.not. changed) return
+      call progress%events%take_system(system)
+      call policy%take_commands()
+   end subroutine sample_state
+
+   !> True at a sample of a regulator.
+   pure logical function is_sample_due(progress)
+      type(progress_t), intent(in) :: progress
+      is_sample_due = sign(1.0_wp, progress%plan%end_time - progress%t_first)* &
+                      (progress%events%next_sample - progress%state%t) <= sample_margin(progress)
+   end function is_sample_due
+
+   !> A sample nearer than this to the end of a step is there, s: steps do not end for it once more.
+   pure real(wp) function sample_margin(progress) result(margin)
+      type(progress_t), intent(in) :: progress
+      associate (plan => progress%plan)
+         margin = same_time*abs(plan%time_step) + 4*eps*max(abs(progress%state%t), abs(plan%end_time))
+      end associate
+   end function sample_margin
+
+   !> Takes steps to the end of a run, or to the next switch or sample.
    subroutine take_steps(progress, policy, system, status, observer)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -117,8 +150,8 @@ contains
                if (observer%wants_archive) call offer(progress, policy, observer, status)
             end if
          end if
-         if (looks) then
-            if (progress%events%n_due > 0) return
+         if (looks .or. progress%by_parts) then
+            if (progress%events%n_due > 0 .or. is_sample_due(progress)) return
          end if
       end do
    end subroutine take_steps
@@ -137,10 +170,10 @@ contains
       real(wp), intent(out) :: quiet_until
       type(state_t) :: seen
       real(wp) :: sense
-      looks = .true.
       quiet_until = -sign(huge(1.0_wp), step)
       associate (events => progress%events, state => progress%state)
-         if (abs(step) < huge(step)) then
+         looks = size(events%watched) > 0
+         if (looks .and. abs(step) < huge(step)) then
             sense = sign(1.0_wp, step)
             looks = .not. events%sleeps_until(state%t + step, sense)
             if (looks .and. .not. events%known) then
@@ -153,7 +186,7 @@ contains
          end if
       end associate
       if (looks) call mark_progress(progress, mark)
-      progress%by_parts = looks .or. progress%way%begun
+      progress%by_parts = looks .or. progress%way%begun .or. abs(progress%events%next_sample) < huge(1.0_wp)
       if (.not. progress%by_parts) then
          quiet_until = progress%events%wakes
          progress%events%switches = 0

@@ -38,6 +38,8 @@ module nutate_step_policy
       procedure(take_again), deferred :: retake
       !> Takes a system that has changed.
       procedure(take_system), deferred :: renew
+      !> Takes it that torques and motors hold other values.
+      procedure(take_values), deferred :: take_commands
       !> Shows to an archive what the next steps depend on.
       procedure(show_memory), deferred :: transfer
    end type step_policy_t
@@ -122,6 +124,11 @@ module nutate_step_policy
          !> Success on entry.
          type(status_t), intent(inout) :: status
       end subroutine take_system
+
+      subroutine take_values(self)
+         import :: step_policy_t
+         class(step_policy_t), intent(inout) :: self
+      end subroutine take_values
 
       subroutine show_memory(self, archive)
          import :: step_policy_t, archive_t

@@ -103,7 +103,7 @@ contains
       !> Time that decides which motors act, s; default: the middle of the step.
       real(wp), intent(in), optional :: window_time
       real(wp), parameter :: at_rest(3) = 0.0_wp
-      real(wp) :: middle, moment
+      real(wp) :: middle, moment, window(2)
       integer :: i
       middle = state%t + 0.5_wp*self%dt
       moment = middle
@@ -113,7 +113,10 @@ contains
       do i = 1, self%n
          associate (wheel => effects%wheels(i), h => state%wheel_momentum(i))
             self%drive(i) = 0.0_wp
-            if (wheel%is_driven(moment)) self%drive(i) = wheel%drive(middle, state%q, at_rest)
+            if (wheel%is_driven(moment)) then
+               window = wheel%drive_window(moment)
+               self%drive(i) = wheel%drive(min(max(middle, window(1)), window(2)), state%q, at_rest)
+            end if
             self%start_momentum(i) = h
             self%first = self%first + h*wheel%axis
             self%rotor = self%rotor + (self%share(i)*(h + 0.5_wp*self%dt*self%drive(i)))*wheel%axis

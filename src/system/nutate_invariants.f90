@@ -5,6 +5,7 @@ module nutate_invariants
    use nutate_hamiltonian, only: conserved_energy, kinetic_energy, potential_energy, space_momentum
    use nutate_kinds, only: wp
    use nutate_quaternion, only: cross
+   use nutate_regulator, only: regulator_t, BY_WHEELS
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -174,8 +175,23 @@ contains
             components = NO_COMPONENT
          end if
       end if
-      if (effects%n_torques > 0) components = NO_COMPONENT
+      if (has_outer_torques(effects)) components = NO_COMPONENT
       if (components /= ALONG_AXIS) axis = 0.0_wp
    end subroutine conserved_momentum
+
+   !> True if there is a torque on the body from outside: that of a regulator by wheels is none.
+   pure logical function has_outer_torques(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      has_outer_torques = .false.
+      do i = 1, effects%n_torques
+         select type (torque => effects%torques(i)%item)
+         class is (regulator_t)
+            has_outer_torques = has_outer_torques .or. torque%by /= BY_WHEELS
+         class default
+            has_outer_torques = .true.
+         end select
+      end do
+   end function has_outer_torques
 
 end module nutate_invariants

@@ -86,7 +86,7 @@ contains
       type(motion_t), intent(inout) :: motion
       !> Body axes, N m; shape (3).
       real(wp), intent(out) :: inner(3)
-      real(wp) :: speed, start, stop, q(4)
+      real(wp) :: speed, window(2), q(4)
       integer :: i
       inner = 0.0_wp
       motion%inner_power = 0.0_wp
@@ -96,8 +96,8 @@ contains
             speed = wheel%speed_of(motion%state%wheel_momentum(i), motion%omega)
             rate = -wheel%friction*speed
             if (wheel%is_driven(window_time)) then
-               call wheel%motor%window(start, stop)
-               rate = rate + wheel%drive(min(max(motion%state%t, start), stop), q, motion%omega)
+               window = wheel%drive_window(window_time)
+               rate = rate + wheel%drive(min(max(motion%state%t, window(1)), window(2)), q, motion%relative)
             end if
             inner = inner + rate*wheel%axis
             motion%inner_power = motion%inner_power + rate*speed

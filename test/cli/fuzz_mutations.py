@@ -27,7 +27,9 @@ WORDS = [
     b".true.", b".false.", b"T", b".t", b".maybe.", b"'box'", b"'lapack'", b"'reduced'", b"Infinity", b"\n", b"\n\n",
     b"title = 'a\nb'", b"inertia(2) = 7", b"body%mass = 1", b"=/", b"every = 0", b"shape = 'box'", b"mass = 1.0",
     b"table = 'table.csv'", b"table = 'scene.nml'", b"table = '.'", b"interpolation = 'cubic'", b"outside = 'periodic'",
-    b"axes = 'space'", b"times = 0.1, 0.2", b"times_file = 'table.csv'", b"precision = 3", b"degrees = T",
+    b"axes = 'space'", b"table = 'motor.csv'", b"speed_limit = 3", b"torque_limit = 0.2", b"law = 'bdot'",
+    b"by = 'wheels'", b"sample = 0.1", b"gains = 'scalar'",
+    b"times = 0.1, 0.2", b"times_file = 'table.csv'", b"precision = 3", b"degrees = T",
 ]
 RAW = [
     b"\x00", b"\x00\x00\x00\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"\xc3\xa9", b"\xe2\x82\xac", b"\xf0\x9f\x98\x80",

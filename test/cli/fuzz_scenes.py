@@ -243,6 +243,14 @@ TABLE = b"""t (s),x (N m),y (N m),z (N m)
 """
 
 
+MOTOR = b"""t (s),u (N m)
+-0.5,0.1
+0.25,2
+0.25,-1
+2,0.5
+"""
+
+
 def table(dice, scales):
     """A torque by the table that stands beside every scene."""
     lines = [f"table = '{dice.choice(('table.csv', 'table.csv', 'table.csv', 'absent.csv'))}'",
@@ -279,14 +287,36 @@ def wheel(dice, scales):
     lines = [f"axis = {scales.text(3)}", f"inertia = {scales.text(length=2, mass=1, signed=False)}"]
     if dice.random() < 0.7:
         lines.append(f"speed = {scales.text(time=-1)}")
-    if dice.random() < 0.7:
+    way = dice.random()
+    if way < 0.15:
+        lines += ["table = 'motor.csv'", f"outside = '{dice.choice(('zero', 'periodic'))}'"]
+    elif way < 0.8:
         lines.append(f"torque = {scales.text(length=2, mass=1, time=-2)}")
-    if dice.random() < 0.3:
+    if way >= 0.15 and dice.random() < 0.3:
         lines += [f"frequency = {scales.text(time=-1)}", f"phase = {scales.text()}"]
+    if dice.random() < 0.2:
+        lines.append(f"torque_limit = {scales.text(length=2, mass=1, time=-2, signed=False)}")
+    if dice.random() < 0.2:
+        lines.append(f"speed_limit = {scales.text(time=-1, signed=False)}")
     if dice.random() < 0.5:
         lines.append(f"friction = {scales.text(length=2, mass=1, time=-1, signed=False)}")
     lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.3]
     return group("wheel", lines)
+
+
+def regulator(dice, scales):
+    lines = [f"sample = {scales.text(time=1, signed=False)}"] if dice.random() < 0.5 else []
+    if lines and dice.random() < 0.3:
+        lines.append(f"limit = {scales.text(length=2, mass=1, time=-2, signed=False)}")
+    if dice.random() < 0.3:
+        lines += ["law = 'bdot'", f"gain = {scales.text(signed=False)}", f"field = {scales.text(3)}"]
+    else:
+        lines += ["law = 'quaternion'", f"attitude_gain = {scales.text(time=-2, signed=False)}",
+                  f"rate_gain = {scales.text(time=-1, signed=False)}", f"gains = '{dice.choice(('inertia', 'scalar'))}'"]
+        lines += dice.choice(([], ["target = 0.0, 0.6, 0.0, -0.8"]))
+        lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnets'", f"field = {scales.text(3)}"]))
+    lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
+    return group("regulator", lines)
 
 
 def from_samples(name, keys):
@@ -305,7 +335,7 @@ EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3))
                  "wheel2_momentum"]
 
 # In the units of a scene, and then those that have no function of their own.
-EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, wheel]
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, wheel, regulator]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

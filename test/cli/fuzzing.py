@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 
 from fuzz_mutations import BASES, MUTATIONS, make_overrides, stretch
-from fuzz_scenes import TABLE, write_scene
+from fuzz_scenes import MOTOR, TABLE, write_scene
 
 LONGEST_RUN = 1000
 
@@ -74,6 +74,7 @@ def judge(program, case):
         path = pathlib.Path(folder)
         (path / "scene.nml").write_bytes(case.text)
         (path / "table.csv").write_bytes(TABLE)
+        (path / "motor.csv").write_bytes(MOTOR)
         statuses, longest = [], 0.0
         for command in ("check", "run"):
             started = processor_seconds()
@@ -133,7 +134,7 @@ def fault_of(command, case, done, folder):
 
 def fault_of_files(folder, expected):
     events = {name.replace("history.", "history.events.") for name in expected}
-    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv"} - events)
+    found = sorted(set(os.listdir(folder)) - {"scene.nml", "table.csv", "motor.csv"} - events)
     return "" if found == expected else f"left {found} instead of {expected}"
 
 

@@ -52,6 +52,45 @@ class Wheels(CommandLineTest):
         self.assertLess(rows[-1][11], 6.1)
         self.assertLessEqual(max(abs(row[9]) for row in rows), 1e-11)
 
+    def test_a_motor_switched_on_its_level_is_counted_once(self):
+        # Friction, or the body's rotation, takes the speed back from the level as soon as the motor is off.
+        lone = SCENE.replace("friction = 2e-4", "torque = 0.2, friction = 2e-3, name = 'spinner'").replace("speed = 100.0,", "")
+        for scene in (SCENE, lone.replace("0.02, -0.01, 0.03", "0.0, 0.0, 0.0")):
+            wheel = "wheel1" if scene is SCENE else "wheel2"
+            self.write("once.nml", scene + f"&event name = 'full', when = '{wheel}_speed', crosses = 50.0, "
+                       "switch = 'spinner off' /\n&event name = 'seen', when = '" + wheel + "_speed', crosses = 50.0 /\n")
+            for method in ([], ["--set", "integrator.linear_solver=reduced"], ["--set", "integrator.method=taylor"],
+                           ["--set", "integrator.method=dop853"], ["--set", "integrator.time_step=0.1"]):
+                self.succeed("run", "once.nml", "--quiet", "--output", "once.csv", *method)
+                rows = self.read("once.events.csv").splitlines()[1:]
+                self.assertEqual(sorted(row.split(",")[1] for row in rows), ["full", "seen"], (wheel, method, rows))
+
+    def test_motors_go_by_tables_and_keep_limits(self):
+        self.write("ramp.csv", "t (s),u (N m)\n0,0\n20,0.4\n20,-0.1\n60,-0.1\n")
+        limited = SCENE.replace("torque = 0.2, start = 0.0, stop = 50.0",
+                                "table = 'ramp.csv', torque_limit = 0.3, speed_limit = 60.0")
+        self.write("limited.nml", limited)
+        rows = {}
+        for method in ("nielsen_krenk", "taylor", "dop853", "rk4"):
+            text = self.succeed("run", "limited.nml", "--set", f"integrator.method={method}").stderr
+            self.assertIn("upper limit of wheel 1  once, at t = ", text)
+            rows[method] = self.history("limited.csv")[1]
+            self.assertLessEqual(max(row[10] for row in rows[method]), 60.2)
+            # From 20 s on the motor brakes.
+            self.assertAlmostEqual(rows[method][40][11] - rows[method][-1][11], 4.0, delta=1e-9)
+            # rk4 and dop853 run without the projection here.
+            self.assertLessEqual(max(abs(row[9]) for row in rows[method]), 1e-11 if method[0] in "nt" else 1e-7)
+        for method in ("dop853", "rk4"):
+            self.assertAlmostEqual(rows[method][-1][11], rows["taylor"][-1][11], delta=1e-6)
+        for method in ([], ["--set", "integrator.method=taylor"]):
+            self.succeed("run", "limited.nml", "--quiet", "--output", "whole.csv", *method)
+            for steps in ("25", "35", "61"):
+                self.fail_with(3, "run", "limited.nml", "--quiet", "--output", "part.csv", "--checkpoint", "a.ck",
+                               "--max-steps", steps, *method)
+                self.succeed("run", "limited.nml", "--quiet", "--output", "part.csv", "--resume", "a.ck", *method)
+                self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+        self.fail_with(2, "cost", "limited.nml", says=("neither limits of speed nor samples",))
+
     def test_auto_takes_no_closed_solution(self):
         self.write("auto.nml", SCENE.replace("time_step = 0.5", "accuracy = 1e-9"))
         self.assertIn("taylor", self.succeed("check", "auto.nml").stdout)

@@ -185,7 +185,7 @@ contains
          if (.not. archive%is_whole()) return
          if (has_followed) then
             allocate (handle%followed)
-            call handle%followed%begin(handle%events, handle%system, status)
+            call handle%followed%begin(handle%events, handle%system, handle%run%state, status)
          end if
       end if
       if (has_followed) call handle%followed%transfer(archive)

@@ -4,6 +4,7 @@
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
+   use nutate_control, only: needs_control
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: columns_t, need_attitude
    use nutate_effect_list, only: effect_list_t
@@ -162,6 +163,18 @@ contains
          integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
    end subroutine check_free
 
+   !> Raises an error where an accuracy is asked for and a run would have to watch over wheels or regulators.
+   subroutine check_control(effects, plan, integrator, error)
+      type(effect_list_t), intent(in) :: effects
+      type(run_plan_t), intent(in) :: plan
+      !> The group `&integrator`.
+      type(group_t), intent(in) :: integrator
+      type(scene_error_t), intent(inout) :: error
+      if (plan%goal%accuracy > 0.0_wp .and. needs_control(effects)) &
+         call error%raise(integrator%line_of('accuracy'), 'an accuracy is promised only where no wheel has a '// &
+                          'speed_limit, and no regulator samples', expected='time_step or local_tolerance with them')
+   end subroutine check_control
+
    !> Builds the parts from groups that have been checked one by one.
    subroutine build_scene(path, scene, error)
       character(len=*), intent(in) :: path
@@ -185,6 +198,8 @@ contains
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')
       call build_integrator(group, scene%integrator, scene%plan, error)
+      if (error%raised) return
+      call check_control(scene%system%effects, scene%plan, group, error)
       if (error%raised) return
       if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
       call check_initial(scene%system, scene%initial, scene%plan, first_group(scene%groups, 'initial'), group, error)

@@ -6,6 +6,8 @@ module nutate_scene_effects
    use nutate_keys, only: group_t, group_kind_t
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
+   use nutate_regulator, only: regulator_t
+   use nutate_regulator_mounting, only: add_regulator
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_scene_table, only: read_torque_table
    use nutate_status, only: status_t
@@ -35,8 +37,8 @@ contains
       end do
    end subroutine add_effect_kinds
 
-   !> Adds the effects that the groups name, in their order, to a system. What is made from a body is made from the
-   !> whole one, its wheels locked.
+   !> Adds the effects that the groups name, in their order but regulators last, to a system. What is made from
+   !> a body is made from the whole one, its wheels locked.
    subroutine build_effects(groups, system, error, folder)
       !> The tables that they name are read.
       type(group_t), intent(inout) :: groups(:)
@@ -49,11 +51,14 @@ contains
       class(effect_t), allocatable :: effect
       type(body_t) :: body
       type(status_t) :: status
-      integer :: i, k
+      integer :: i, k, n
 
       kinds = effect_kinds()
       body = whole_body(system%body)
-      do i = 1, size(groups)
+      do n = 1, 2*size(groups)
+         i = 1 + mod(n - 1, size(groups))
+         ! Regulators act by wheels, wherever these stand in the scene.
+         if ((groups(i)%name == 'regulator') .neqv. n > size(groups)) cycle
          do k = 1, size(kinds)
             if (kinds(k)%group%name /= groups(i)%name) cycle
             if (present(folder)) then
@@ -93,7 +98,7 @@ contains
    end subroutine take_switch
 
    !> Adds an effect. A rotor or a rotating frame that is off, which cannot be switched, is not there then. Errors:
-   !> those of `add_wheel`.
+   !> those of `add_wheel` and `add_regulator`.
    subroutine take_effect(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
@@ -105,6 +110,8 @@ contains
          if (effect%on) call system%effects%add(effect)
       type is (wheel_t)
          call add_wheel(system, effect, status)
+      type is (regulator_t)
+         call add_regulator(system, effect, status)
       class default
          call system%effects%add(effect)
       end select

@@ -35,10 +35,11 @@ contains
       integer :: at
 
       if (.not. group%has('table') .or. allocated(group%table)) return
-      call read_table(group, 'table', torque_units, folder, error)
+      ! A wheel has one torque, about its axis.
+      call read_table(group, 'table', torque_units(:merge(2, 4, group%name == 'wheel')), folder, error)
       if (error%raised) return
       associate (numbers => group%table%numbers)
-         call check_table(numbers(1, :), numbers(2:4, :), group%text('interpolation', 'linear') == 'cubic', &
+         call check_table(numbers(1, :), numbers(2:, :), group%text('interpolation', 'linear') == 'cubic', &
                           group%text('outside', 'zero') == 'periodic', at, status)
       end associate
       if (.not. status%ok()) call error%raise_in(path_beside(folder, group%text('table', '')), at + 1, &
@@ -149,12 +150,13 @@ contains
       end do
    end subroutine read_header
 
-   !> What a header must be, in words.
+   !> What a header must be, in words: of times, of a torque about an axis, of the components of one.
    pure function header_of(units) result(words)
       character(len=*), intent(in) :: units(:)
       character(len=:), allocatable :: words
       words = 't (s)'
-      if (size(units) > 1) words = words//' and three components, each with its unit (N m)'
+      if (size(units) == 2) words = words//' and a torque with its unit (N m)'
+      if (size(units) > 2) words = words//' and three components, each with its unit (N m)'
    end function header_of
 
    !> A name ends with its unit in brackets.

@@ -67,6 +67,7 @@ module nutate_taylor_stepper
       procedure :: choose_step
       procedure :: show
       procedure :: state_at
+      procedure :: take_commands
       procedure :: transfer
    end type taylor_t
 
@@ -108,6 +109,12 @@ contains
       type(noise_t), intent(in) :: noise
       call self%projection%disturb(noise)
    end subroutine disturb
+
+   !> The series that there is goes by the values before.
+   recursive subroutine take_commands(self)
+      class(taylor_t), intent(inout) :: self
+      self%expanded = .false.
+   end subroutine take_commands
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that the series does not follow
    !> the motion, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.

@@ -85,8 +85,13 @@ contains
    subroutine demand_series(effect, status)
       class(effect_t), intent(in) :: effect
       type(status_t), intent(inout) :: status
-      if (effect%series_kind() == NO_SERIES) status = fail(NUTATE_BAD_ARGUMENT, "effect '"//trim(effect%name)// &
-         "' has no series (expected method = 'dop853' with conserve = .true.)", 'method')
+      if (effect%series_kind() == NO_SERIES .and. effect%name == 'regulator') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a regulator that acts at all times has no series (expected sample in '// &
+                       "it, or method = 'dop853' with conserve = .true.)", 'method')
+      else if (effect%series_kind() == NO_SERIES) then
+         status = fail(NUTATE_BAD_ARGUMENT, "effect '"//trim(effect%name)// &
+                       "' has no series (expected method = 'dop853' with conserve = .true.)", 'method')
+      end if
    end subroutine demand_series
 
    !> Lists the potentials that have a general series.

@@ -146,9 +146,12 @@ contains
          associate (wheel => effects%wheels(i), columns => self%columns(:, i))
             self%speed(k, i) = wheel%speed_of(self%momentum(k, i), omega)
             tau = 0.0_wp
-            if (self%driven(i)) call wheel%motor%series_torque( &
-               k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
-               self%auxiliary(:, columns(1):columns(2)), tau)
+            if (self%driven(i) .and. allocated(wheel%motor)) then
+               call wheel%motor%series_torque(k, self%t, self%time_unit, self%omega(:, 0:k), self%gamma(:, 0:k), &
+                                              self%auxiliary(:, columns(1):columns(2)), tau)
+            else if (self%driven(i) .and. k == 0) then
+               tau(1) = wheel%command
+            end if
             self%torque(k, 1, i) = tau(1)
             self%torque(k, 2, i) = -wheel%friction*self%speed(k, i)
             if (k < highest_order) self%momentum(k + 1, i) = (self%time_unit*inverses(k + 1))* &

@@ -1,0 +1,318 @@
+!> A regulator: a torque that follows from attitude and rate, to point a body or to stop its tumbling.
+!>
+!> **Pointing**, the quaternion law of Wie, Weiss and Arapostathis (1989): with e = q_t*∘q, the attitude seen from the
+!> target,
+!>
+!>     τ = -K sgn(e₀) e_v - D Ω
+!>
+!> K and D the gains times the inertia of the body, or times the unit matrix; e₀ = 0 counts as positive. By wheels their
+!> motors give -τ, shared by the pseudo-inverse of the axes; by magnets the body has the moment m = B×τ/|B|² in the
+!> field B, of which the part of τ across B is left.
+!>
+!> **Detumbling**, B-dot: m = -k Ḃ, Ḃ = B×Ω the change of the field as the body sees it, B = R(q)ᵀb: τ = m×B takes
+!> the energy k|B×Ω|² from the body in a second.
+!>
+!> With a period of samples the torque of the body, the torques of the motors or the moment, in body axes, are held from
+!> one sample to the next: they are what runs set there (`hold`).
+module nutate_regulator
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use nutate_effect, only: GENERAL_SERIES, NO_SERIES, torque_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
+   use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
+   use nutate_small_products, only: times_vector
+   implicit none
+   private
+
+   public :: regulator_t, regulated_motor_t
+
+   !> Laws, and what they act by.
+   integer, parameter, public :: POINTING = 1, DETUMBLING = 2
+   integer, parameter, public :: BY_TORQUE = 1, BY_WHEELS = 2, BY_MAGNETS = 3
+
+   !> A regulator that acts from start to stop.
+   type, extends(torque_t) :: regulator_t
+      !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETS`: the last alone detumble.
+      integer :: law = POINTING, by = BY_TORQUE
+      !> q_t, body→space, unit quaternion; shape (4).
+      real(wp) :: target(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      !> K, N m, and D, N m s, body axes; shape (3,3).
+      real(wp) :: attitude_gain(3, 3) = 0.0_wp, rate_gain(3, 3) = 0.0_wp
+      !> k, A m² s/T.
+      real(wp) :: gain = 0.0_wp
+      !> b, space axes, T; shape (3).
+      real(wp) :: field(3) = 0.0_wp
+      !> From one sample to the next, s; 0: the law acts at all times.
+      real(wp) :: sample = 0.0_wp
+      !> Of each component of what is held, N m or A m²; of motors see `wheel_t`.
+      real(wp) :: limit = huge(1.0_wp)
+      !> s; samples are taken at whole periods behind the start, or behind t = 0 where there is none.
+      real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
+      !> What is held: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
+      !> (most_wheels).
+      real(wp) :: held(3) = 0.0_wp, held_by_wheels(most_wheels) = 0.0_wp
+      !> It was on at the last sample.
+      logical :: was_on = .false.
+      !> The torque of motor i is share(:, i)·τ; set by `add_regulator`; shape (3, most_wheels).
+      real(wp) :: share(3, most_wheels) = 0.0_wp
+   contains
+      procedure :: torque => regulating_torque
+      procedure :: derivatives => regulating_derivatives
+      procedure :: window => regulating_window
+      procedure :: next_break => regulating_break
+      procedure :: series_kind => regulator_series
+      procedure :: series_direction => regulator_direction
+      procedure :: series_torque => regulator_series_torque
+      procedure :: is_moderate => regulator_is_moderate
+      !> The torque that the law asks for.
+      procedure :: wanted
+      !> The next sample.
+      procedure :: next_sample
+      !> Holds from now on what the law asks for.
+      procedure :: hold
+   end type regulator_t
+
+   !> The motor of a wheel by which a regulator acts at all times: its torque is component 1.
+   type, extends(torque_t) :: regulated_motor_t
+      type(regulator_t) :: regulator = regulator_t()
+      !> Which wheel.
+      integer :: wheel = 1
+   contains
+      procedure :: torque => motor_torque
+      procedure :: window => motor_window
+   end type regulated_motor_t
+
+contains
+
+   !> -K sgn(e₀) e_v - D Ω, or m×B with m = -k B×Ω; body axes, N m.
+   pure function wanted(self, q, omega) result(tau)
+      class(regulator_t), intent(in) :: self
+      !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
+      real(wp), intent(in) :: q(4), omega(3)
+      real(wp) :: tau(3), e(4), b(3)
+      if (self%law == DETUMBLING) then
+         b = rotate_to_body(q, self%field)
+         tau = -self%gain*cross(cross(b, omega), b)
+      else
+         e = error_of(self, q)
+         tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega)
+         if (self%by == BY_MAGNETS) tau = across(rotate_to_body(q, self%field), tau)
+      end if
+   end function wanted
+
+   !> e with a scalar that is not negative; shape (4).
+   pure function error_of(self, q) result(e)
+      class(regulator_t), intent(in) :: self
+      !> Attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: e(4)
+      e = quat_product(quat_conjugate(self%target), q)
+      if (e(1) < 0.0_wp) e = -e
+   end function error_of
+
+   !> The part of a vector across b; nothing of it where there is no b.
+   pure function across(b, v) result(part)
+      real(wp), intent(in) :: b(3), v(3)
+      real(wp) :: part(3), unit(3)
+      part = 0.0_wp
+      if (.not. maxval(abs(b)) > 0.0_wp) return
+      unit = b/maxval(abs(b))
+      part = v - (dot_product(unit, v)/dot_product(unit, unit))*unit
+   end function across
+
+   !> The law, or what is held. That of motors acts inside of the body.
+   pure function regulating_torque(self, t, q, omega) result(tau)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      if (self%by == BY_WHEELS) then
+         tau = 0.0_wp
+      else if (.not. self%sample > 0.0_wp) then
+         tau = self%wanted(q, omega)
+      else if (self%by == BY_MAGNETS) then
+         tau = cross(self%held, rotate_to_body(q, self%field))
+      else
+         tau = self%held
+      end if
+   end function regulating_torque
+
+   !> A small rotation θ of the body changes e_v by ½(e₀θ + e_v×θ), and B by B×θ.
+   pure subroutine regulating_derivatives(self, t, q, omega, by_rotation, by_rate)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
+      real(wp) :: b(3), theta(3)
+      integer :: i
+      by_rotation = 0.0_wp
+      by_rate = 0.0_wp
+      if (self%by == BY_WHEELS) return
+      b = rotate_to_body(q, self%field)
+      do i = 1, 3
+         theta = 0.0_wp
+         theta(i) = 1.0_wp
+         if (self%sample > 0.0_wp) then
+            if (self%by == BY_MAGNETS) by_rotation(:, i) = cross(self%held, cross(b, theta))
+         else if (self%law == DETUMBLING) then
+            associate (change => cross(b, theta))
+               by_rotation(:, i) = self%gain*(dot_product(b, omega)*change + dot_product(change, omega)*b - &
+                                              2*dot_product(b, change)*omega)
+               by_rate(:, i) = -self%gain*cross(change, b)
+            end associate
+         else
+            call differentiate_pointing(self, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
+         end if
+      end do
+   end subroutine regulating_derivatives
+
+   !> The derivatives of the quaternion law by one small rotation, and by one component of Ω.
+   pure subroutine differentiate_pointing(self, q, omega, b, theta, by_rotation, by_rate)
+      class(regulator_t), intent(in) :: self
+      !> B, body axes, T; shape (3); a unit vector.
+      real(wp), intent(in) :: q(4), omega(3), b(3), theta(3)
+      real(wp), intent(out) :: by_rotation(3), by_rate(3)
+      real(wp) :: e(4), tau(3), unit(3), change(3)
+      e = error_of(self, q)
+      by_rotation = -0.5_wp*times_vector(self%attitude_gain, e(1)*theta + cross(e(2:4), theta))
+      by_rate = -times_vector(self%rate_gain, theta)
+      if (self%by /= BY_MAGNETS) return
+      by_rotation = across(b, by_rotation)
+      by_rate = across(b, by_rate)
+      if (.not. maxval(abs(b)) > 0.0_wp) return
+      unit = b/maxval(abs(b))
+      unit = unit/norm2(unit)
+      change = cross(unit, theta)
+      tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega)
+      by_rotation = by_rotation - dot_product(unit, tau)*change - dot_product(change, tau)*unit
+   end subroutine differentiate_pointing
+
+   !> From start to stop; by wheels never, since the motors act then.
+   pure subroutine regulating_window(self, start, stop)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = self%start
+      stop = self%stop
+      if (self%by /= BY_WHEELS) return
+      start = huge(1.0_wp)
+      stop = -huge(1.0_wp)
+   end subroutine regulating_window
+
+   !> The next sample, and the ends of the window.
+   pure real(wp) function regulating_break(self, t, sense) result(next)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, sense
+      real(wp) :: ends(2)
+      integer :: i
+      next = self%next_sample(t, sense)
+      ends = [self%start, self%stop]
+      do i = 1, 2
+         if (sense*ends(i) > sense*t .and. sense*ends(i) < sense*next) next = ends(i)
+      end do
+   end function regulating_break
+
+   !> The first sample behind a time, s; huge where there is none, or none that can be told from others.
+   pure real(wp) function next_sample(self, t, sense) result(next)
+      class(regulator_t), intent(in) :: self
+      !> s, and which way time goes: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      real(wp) :: first, n
+      next = sense*huge(next)
+      if (.not. self%sample > 0.0_wp) return
+      first = 0.0_wp
+      if (self%start > -huge(first)) first = self%start
+      n = (t - first)/self%sample
+      if (.not. abs(n) < 1e15_wp) return
+      ! Rounding may have put a sample on either side of itself.
+      n = aint(n) - 2*sense
+      do while (sense*(first + n*self%sample - t) <= 0.0_wp)
+         n = n + sense
+      end do
+      if (self%sample > 4*spacing(max(abs(t), abs(first)))) next = first + n*self%sample
+   end function next_sample
+
+   !> Holds from now on what the law asks for, cut off at the limit; nothing outside of the window.
+   pure subroutine hold(self, t, q, omega)
+      class(regulator_t), intent(inout) :: self
+      !> A time inside of what follows, s.
+      real(wp), intent(in) :: t
+      !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
+      real(wp), intent(in) :: q(4), omega(3)
+      real(wp) :: b(3), tau(3), square
+      self%was_on = self%on
+      self%held = 0.0_wp
+      self%held_by_wheels = 0.0_wp
+      if (.not. (self%on .and. t >= self%start .and. t <= self%stop)) return
+      b = rotate_to_body(q, self%field)
+      if (self%by == BY_WHEELS) then
+         self%held_by_wheels = matmul(self%wanted(q, omega), self%share)
+         return
+      else if (self%by == BY_TORQUE) then
+         self%held = self%wanted(q, omega)
+      else if (self%law == DETUMBLING) then
+         self%held = -self%gain*cross(b, omega)
+      else
+         tau = self%wanted(q, omega)
+         square = maxval(abs(b))
+         if (square > 0.0_wp) self%held = cross(b/square, tau)/(square*dot_product(b/square, b/square))
+      end if
+      self%held = max(-self%limit, min(self%limit, self%held))
+   end subroutine hold
+
+   !> What is held has a series; the law, a feedback, has none.
+   pure integer function regulator_series(self) result(kind)
+      class(regulator_t), intent(in) :: self
+      kind = merge(GENERAL_SERIES, NO_SERIES, self%sample > 0.0_wp)
+   end function regulator_series
+
+   !> b, for magnets.
+   pure function regulator_direction(self) result(direction)
+      class(regulator_t), intent(in) :: self
+      real(wp) :: direction(3)
+      direction = 0.0_wp
+      if (self%by == BY_MAGNETS) direction = self%field
+   end function regulator_direction
+
+   !> What is held: a constant torque, or m×B.
+   pure subroutine regulator_series_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
+      class(regulator_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit, omega(3, 0:k), gamma(3, 0:k)
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      tau = 0.0_wp
+      if (self%by == BY_MAGNETS) tau = cross(self%held, gamma(:, k))
+      if (self%by == BY_TORQUE .and. k == 0) tau = self%held
+   end subroutine regulator_series_torque
+
+   !> Start and stop may be anything that can be compared.
+   pure logical function regulator_is_moderate(self) result(moderate)
+      class(regulator_t), intent(in) :: self
+      integer :: i
+      moderate = is_unit(self%target, attitude_tolerance) .and. all(is_moderate(self%field)) .and. &
+                 is_moderate(self%gain) .and. is_moderate(self%sample) .and. self%limit > 0.0_wp .and. &
+                 .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+      if (moderate) moderate = .not. self%sample < 0.0_wp
+      if (moderate .and. self%sample > 0.0_wp) moderate = self%sample >= least_step
+      do i = 1, 3
+         moderate = moderate .and. all(is_moderate(self%attitude_gain(:, i))) .and. &
+                    all(is_moderate(self%rate_gain(:, i)))
+      end do
+      if (moderate .and. self%law == DETUMBLING) moderate = maxval(abs(self%field)) <= 1e50_wp
+      if (moderate .and. self%law == DETUMBLING) moderate = is_moderate(self%gain*maxval(abs(self%field))**2)
+   end function regulator_is_moderate
+
+   pure function motor_torque(self, t, q, omega) result(tau)
+      class(regulated_motor_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+      tau(1) = dot_product(self%regulator%share(:, self%wheel), self%regulator%wanted(q, omega))
+   end function motor_torque
+
+   pure subroutine motor_window(self, start, stop)
+      class(regulated_motor_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = self%regulator%start
+      stop = self%regulator%stop
+   end subroutine motor_window
+
+end module nutate_regulator

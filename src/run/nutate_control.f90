@@ -1,0 +1,101 @@
+!> What a run watches over beside events: regulators take their samples at the ends of steps, wheels have limits of
+!> speed.
+module nutate_control
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_motion, only: find_motion, motion_t
+   use nutate_quaternion, only: quat_normalized
+   use nutate_regulator, only: regulator_t
+   use nutate_speed_limits, only: has_limits
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: needs_control, next_sample, take_samples
+
+contains
+
+   !> True where only a run knows what acts: wheels with limits of their speed, regulators that take samples.
+   pure logical function needs_control(effects)
+      type(effect_list_t), intent(in) :: effects
+      needs_control = has_limits(effects) .or. has_samples(effects)
+   end function needs_control
+
+   pure logical function has_samples(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      has_samples = .false.
+      do i = 1, effects%n_torques
+         select type (regulator => effects%torques(i)%item)
+         class is (regulator_t)
+            has_samples = has_samples .or. regulator%sample > 0.0_wp
+         end select
+      end do
+   end function has_samples
+
+   !> The next time at which a regulator takes a sample, starts or stops, s; huge where none does.
+   pure real(wp) function next_sample(effects, t, sense) result(next)
+      type(effect_list_t), intent(in) :: effects
+      !> s, and which way time goes: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      real(wp) :: one
+      integer :: i
+      next = sense*huge(next)
+      do i = 1, effects%n_torques
+         select type (regulator => effects%torques(i)%item)
+         class is (regulator_t)
+            if (.not. regulator%sample > 0.0_wp) cycle
+            one = regulator%next_break(t, sense)
+            if (sense*one < sense*next) next = one
+         end select
+      end do
+   end function next_sample
+
+   !> Takes the samples that are due: those of their time, and of regulators that have been switched.
+   subroutine take_samples(system, state, sense, margin, changed)
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
+      !> 1: forward in time; -1: backward.
+      real(wp), intent(in) :: sense
+      !> Times nearer to each other than this are one, s.
+      real(wp), intent(in) :: margin
+      !> Something is held that was not.
+      logical, intent(out) :: changed
+      type(motion_t) :: motion
+      integer :: i
+      changed = .false.
+      do i = 1, system%effects%n_torques
+         select type (regulator => system%effects%torques(i)%item)
+         class is (regulator_t)
+            if (.not. regulator%sample > 0.0_wp) cycle
+            if (sense*(regulator%next_break(state%t - 2*sense*margin, sense) - state%t) > margin .and. &
+                (regulator%on .eqv. regulator%was_on)) cycle
+            if (.not. changed) call find_motion(system, state, motion)
+            changed = .true.
+            call regulator%hold(state%t + 2*sense*margin, quat_normalized(state%q), motion%relative)
+         end select
+      end do
+      if (changed) call command_wheels(system%effects)
+   end subroutine take_samples
+
+   !> Gives the motors what all regulators hold, cut off at their limits.
+   pure subroutine command_wheels(effects)
+      type(effect_list_t), intent(inout) :: effects
+      real(wp) :: command
+      integer :: i, k
+      do k = 1, effects%n_wheels
+         command = 0.0_wp
+         do i = 1, effects%n_torques
+            select type (regulator => effects%torques(i)%item)
+            class is (regulator_t)
+               command = command + regulator%held_by_wheels(k)
+            end select
+         end do
+         associate (wheel => effects%wheels(k))
+            wheel%command = max(-wheel%torque_limit, min(wheel%torque_limit, command))
+         end associate
+      end do
+   end subroutine command_wheels
+
+end module nutate_control

@@ -1,0 +1,101 @@
+!> Regulators of a system: those that act by its wheels share their torque among the motors.
+module nutate_regulator_mounting
+   use nutate_kinds, only: wp
+   use nutate_lapack, only: symmetric_eigen
+   use nutate_regulator, only: regulated_motor_t, regulator_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: add_regulator
+
+   !> Eigenvalue of SSᵀ, over the largest, below which there is no axis in a direction.
+   real(wp), parameter :: nearly_flat = 1e-10_wp
+
+contains
+
+   !> Adds a regulator to a system, behind all wheels that it acts by. Of one that is not sampled, and acts by wheels,
+   !> they get motors.
+   !>
+   !> Errors, with the system as it was: `NUTATE_BAD_ARGUMENT` for one that is none; one by wheels where there are none,
+   !> or one with a motor of its own; one by wheels, not sampled, that have limits.
+   subroutine add_regulator(system, regulator, status)
+      type(system_t), intent(inout) :: system
+      type(regulator_t), intent(in) :: regulator
+      type(status_t), intent(out) :: status
+      type(regulator_t) :: mounted
+      integer :: i
+      if (.not. regulator%is_moderate() .or. (regulator%law == DETUMBLING .and. regulator%by /= BY_MAGNETS)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the regulator is none (expected a unit quaternion as its target, '// &
+                       'finite gains up to 1e100 in SI units, magnets to detumble)', 'regulator')
+         return
+      end if
+      mounted = regulator
+      if (regulator%by == BY_WHEELS) call check_wheels(system, regulator, status)
+      if (.not. status%ok()) return
+      if (regulator%by == BY_WHEELS) call share_torque(system, mounted, status)
+      if (.not. status%ok()) return
+      call system%effects%add(mounted)
+      if (regulator%by /= BY_WHEELS .or. regulator%sample > 0.0_wp) return
+      do i = 1, system%effects%n_wheels
+         allocate (system%effects%wheels(i)%motor, &
+                   source=regulated_motor_t(name='regulator', label=regulator%label, on=regulator%on, &
+                                            regulator=mounted, wheel=i))
+      end do
+   end subroutine add_regulator
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for wheels that a regulator cannot act by.
+   subroutine check_wheels(system, regulator, status)
+      type(system_t), intent(in) :: system
+      type(regulator_t), intent(in) :: regulator
+      type(status_t), intent(inout) :: status
+      integer :: i
+      if (system%effects%n_wheels == 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a regulator by wheels, and there is none (expected &wheel)', 'by')
+         return
+      end if
+      do i = 1, system%effects%n_wheels
+         associate (wheel => system%effects%wheels(i))
+            if (allocated(wheel%motor)) then
+               status = fail(NUTATE_BAD_ARGUMENT, 'a regulator by wheels, and one has a motor of its own (expected '// &
+                             'neither torque nor table in &wheel, nor another regulator by wheels without '// &
+                             'sample)', 'by')
+            else if (min(wheel%torque_limit, wheel%speed_limit) < huge(1.0_wp) .and. &
+                     .not. regulator%sample > 0.0_wp) then
+               status = fail(NUTATE_BAD_ARGUMENT, 'a regulator by wheels with limits (expected sample in it, or '// &
+                             'neither torque_limit nor speed_limit in &wheel)', 'by')
+            end if
+         end associate
+      end do
+   end subroutine check_wheels
+
+   !> u = -S⁺τ, S the axes as columns, S⁺ = Sᵀ(SSᵀ)⁺: what lies in no axis is left out. Errors: those of LAPACK.
+   subroutine share_torque(system, regulator, status)
+      type(system_t), intent(in) :: system
+      type(regulator_t), intent(inout) :: regulator
+      type(status_t), intent(inout) :: status
+      real(wp) :: square(3, 3), values(3), vectors(3, 3)
+      integer :: i, k
+      square = 0.0_wp
+      do i = 1, system%effects%n_wheels
+         associate (axis => system%effects%wheels(i)%axis)
+            do k = 1, 3
+               square(:, k) = square(:, k) + axis(k)*axis
+            end do
+         end associate
+      end do
+      call symmetric_eigen(square, values, vectors, status)
+      if (.not. status%ok()) return
+      regulator%share = 0.0_wp
+      do i = 1, system%effects%n_wheels
+         associate (axis => system%effects%wheels(i)%axis)
+            do k = 1, 3
+               if (values(k) > nearly_flat*values(3)) regulator%share(:, i) = regulator%share(:, i) &
+                  - (dot_product(vectors(:, k), axis)/values(k))*vectors(:, k)
+            end do
+         end associate
+      end do
+   end subroutine share_torque
+
+end module nutate_regulator_mounting
