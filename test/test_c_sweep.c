@@ -74,7 +74,7 @@ int test_c_sweep_table(void)
     static const char *const names[2] = {"body.inertia.1", "initial.angular_velocity.3"}, *const bad[1] = {"body.shape"};
     static const double numbers[3][2] = {{5.0, 9.0}, {6.0, 10.0}, {7.0, 11.0}};
     nutate_scene *scene = NULL;
-    double rows[3][MOST_FIELDS];
+    double rows[3 * MOST_FIELDS];
     int64_t members;
     size_t fields;
     char message[200];
@@ -90,7 +90,7 @@ int test_c_sweep_table(void)
     EXPECT(NUTATE_OK, nutate_sweep_size(scene, &members, &fields));
     CHECK(members == 3 && fields > 6 && fields <= MOST_FIELDS);
     EXPECT(NUTATE_OK, nutate_sweep_members(scene, 1, 3, 1, rows, 3 * fields * sizeof(double), NULL, 0));
-    CHECK(rows[0][2] == 5.0 && rows[0][3] == 9.0 && rows[0][2 * fields + 2] == 7.0 && rows[0][2 * fields + 3] == 11.0);
+    CHECK(rows[2] == 5.0 && rows[3] == 9.0 && rows[2 * fields + 2] == 7.0 && rows[2 * fields + 3] == 11.0);
     EXPECT(NUTATE_BAD_SCENE, nutate_sweep_table(scene, names, 2, numbers[0], 3, message, sizeof message));
     CHECK(strstr(message, "has a table"));
     EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));
