@@ -51,6 +51,10 @@ for percent in 1 3 10; do
 done
 draw thrown_book
 
+# Roll, pitch and yaw on a circular orbit.
+simulate earth_pointing scenes/earth_pointing.nml
+draw earth_pointing
+
 # The box at eight times.
 simulate box_attitudes scenes/box.nml integrator.end_time=2.8 output.every=40 "output.columns='quaternion'"
 awk -f tools/figures/box_edges.awk "$data/box_attitudes.csv" >"$data/box_edges.dat" || exit 1

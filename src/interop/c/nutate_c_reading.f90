@@ -262,7 +262,7 @@ contains
          sets(i) = nth_name(list, i)
       end do
       call lock_texts()
-      call columns%choose(sets, status, wheels=handle%system%effects%n_wheels)
+      call columns%choose(sets, status, effects=handle%system%effects)
       if (status%ok()) names = columns%header()
       call unlock_texts()
       if (status%ok()) then
