@@ -49,7 +49,7 @@ module nutate
    use nutate_gravity, only: gravity_t, standard_gravity
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
-      potential_energy, relative_rate, space_momentum, total_energy
+      potential_energy, relative_rate, space_momentum, total_energy, world_power
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -64,6 +64,7 @@ module nutate
       quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
       rotate_to_space, rotation_matrix
    use nutate_orbit, only: earth_mu, orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run, only: integrate, run_t

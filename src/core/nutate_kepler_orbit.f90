@@ -43,7 +43,7 @@ contains
 
    pure real(wp) function mean_motion(self)
       class(kepler_orbit_t), intent(in) :: self
-      mean_motion = sqrt(self%mu/self%semi_major_axis)/self%semi_major_axis
+      mean_motion = sqrt(self%mu/self%semi_major_axis**3)
    end function mean_motion
 
    !> E of `E - e sin E = M`, rad, by Newton's iteration: on 0 <= M <= π the function is convex and M + e is not below

@@ -45,13 +45,15 @@ module nutate_effect_list
       !> The space axes turn, and their rate ω, in these axes, rad/s; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
+      !> There is a potential that moves, on or off.
+      logical :: moves = .false.
       !> The body goes round on an orbit.
       logical :: on_orbit = .false.
       type(orbit_t) :: orbit
    contains
       !> Adds a copy of an effect.
       procedure :: add
-      !> How many there are that do work: torques, and of each wheel motor and friction.
+      !> How many there are that do work: torques, of each wheel motor and friction, and the moving world.
       procedure :: n_works
       !> Momentum of rotors and wheels in the body, and what the wheels hold of the kinetic energy.
       procedure :: inner_momentum
@@ -116,10 +118,12 @@ contains
       self%orbit = orbit
    end subroutine follow_orbit
 
-   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on.
+   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on, last the
+   !> world, if there is a potential that moves.
    pure integer function n_works(self)
       class(effect_list_t), intent(in) :: self
       n_works = self%n_torques + 2*self%n_wheels
+      if (self%moves) n_works = n_works + 1
    end function n_works
 
    !> Momentum of rotors and wheels, body axes, N m s; shape (3).
@@ -373,6 +377,7 @@ contains
       type(potential_slot_t), allocatable :: grown(:)
       integer :: i, n
       n = self%n_potentials + self%n_off
+      self%moves = self%moves .or. effect%moves
       allocate (grown(n + 1))
       do i = 1, n
          grown(i)%place = self%potentials(i)%place

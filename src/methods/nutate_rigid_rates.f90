@@ -11,6 +11,7 @@
 !> method's coefficients.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_hamiltonian, only: world_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
@@ -56,6 +57,8 @@ module nutate_rigid_rates
       real(wp) :: frame_turn(3) = 0.0_wp
       !> There is an effect that exerts a force, or a wheel, or the space axes turn.
       logical :: forced = .false.
+      !> There is a potential that moves.
+      logical :: moves = .false.
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
       !> The torque acts in this step; shape (number of torques).
@@ -83,6 +86,7 @@ contains
       self%frame_turns = system%effects%frame_turns
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0 .or. self%frame_turns
       self%n_wheels = system%effects%n_wheels
+      self%moves = system%effects%moves
       if (allocated(self%a)) deallocate (self%a, self%turns)
       if (self%n_wheels > 0 .and. present(a)) then
          allocate (self%a, source=a)
@@ -126,6 +130,7 @@ contains
          end associate
          self%work(i) = 0.0_wp
       end do
+      if (self%moves) self%work(size(self%work)) = 0.0_wp
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
       if (self%failure /= 0 .or. .not. self%frame_turns) return
@@ -263,7 +268,7 @@ contains
       square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then
-         if (system%effects%n_potentials > 0) call add_potentials(system, y, square, tau)
+         if (system%effects%n_potentials > 0) call add_potentials(self, system, fraction, y, square, weight, tau)
          if (system%effects%n_torques > 0) call add_torques(self, system, fraction, y, sqrt(square), weight, tau)
       end if
       if (self%n_wheels > 0) call turn_wheels(self, system, fraction, y, square, weight)
@@ -309,13 +314,14 @@ contains
    end subroutine turn_wheels
 
    !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².
-   pure subroutine add_potentials(system, y, square, tau)
+   pure subroutine add_potentials(self, system, fraction, y, square, weight, tau)
+      type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> [q, L, 0] and |q|².
-      real(wp), intent(in) :: y(n_rates), square
+      !> Of the step; [q, L, 0] and |q|²; weight of the stage.
+      real(wp), intent(in) :: fraction, y(n_rates), square, weight
       !> Body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
-      real(wp) :: rows(3, 3), gamma(3), slope(3), double
+      real(wp) :: rows(3, 3), gamma(3), slope(3), n(3), double, t
       integer :: i
       double = 2/square
       rows(1, 1) = 1 - double*(y(3)*y(3) + y(4)*y(4))
@@ -327,15 +333,22 @@ contains
       rows(3, 1) = double*(y(2)*y(4) + y(1)*y(3))
       rows(2, 3) = double*(y(3)*y(4) + y(1)*y(2))
       rows(3, 2) = double*(y(3)*y(4) - y(1)*y(2))
+      t = self%t + fraction*self%dt
       do i = 1, system%effects%n_potentials
          associate (potential => system%effects%potentials(i)%item)
-            gamma = times_vector(rows, potential%direction)
+            n = potential%direction
+            if (self%moves) n = potential%direction_at(t)
+            gamma = times_vector(rows, n)
             slope = potential%gradient(gamma)
          end associate
          tau(1) = tau(1) + gamma(2)*slope(3) - gamma(3)*slope(2)
          tau(2) = tau(2) + gamma(3)*slope(1) - gamma(1)*slope(3)
          tau(3) = tau(3) + gamma(1)*slope(2) - gamma(2)*slope(1)
       end do
+      if (.not. self%moves) return
+      associate (work => self%work(size(self%work)))
+         work = work + (weight*self%dt)*world_power(system%effects, y(1:4)/sqrt(square), t)
+      end associate
    end subroutine add_potentials
 
    !> Adds the torques that act, each asked within its window only, and their work.
@@ -384,6 +397,7 @@ contains
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp
+      if (self%moves) state%world_work = state%world_work + self%work(size(self%work))
       state%t = self%t + self%dt
    end subroutine end_step
 
@@ -392,7 +406,7 @@ contains
       type(rigid_rates_t), intent(inout) :: self
       type(state_t), intent(inout) :: state
       integer :: i, last
-      last = size(self%work) - 2*self%n_wheels
+      last = size(self%acts)
       do i = 1, self%n_wheels
          call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), self%gain(i))
          state%wheel_work(:, i) = state%wheel_work(:, i) + self%wheel_work(:, i)

@@ -387,7 +387,7 @@ contains
       real(wp) :: before
       integer :: i
       associate (events => progress%events)
-         before = potential_energy(system%effects, progress%state%q)
+         before = potential_energy(system%effects, progress%state%q, progress%state%t)
          do i = 1, events%n_due
             associate (event => events%watched(events%due(i))%event)
                select case (event%action)
@@ -403,7 +403,7 @@ contains
          events%n_due = 0
          call events%take_system(system)
          call add_increment(progress%summary%world_work, progress%world_compensation, &
-                            potential_energy(system%effects, progress%state%q) - before)
+                            potential_energy(system%effects, progress%state%q, progress%state%t) - before)
       end associate
       call policy%renew(system, status)
    end subroutine make_switches

@@ -40,6 +40,7 @@ COLUMNS = {
     "constraints": ["norm_error", "orthogonality"],
     "solver": ["iterations", "step_residual"],
     "jacobi": ["jacobi"],
+    "world_work": ["world_work"],
 }
 ORBIT_COLUMNS = {
     "orbit_attitude": ["roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3"],

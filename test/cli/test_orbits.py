@@ -13,6 +13,14 @@ SCENE = BODY + """&orbit altitude = 500e3, inclination = 97.4, raan = 40, mean_a
 &event when = 'pitch', crosses = 0.0 /
 &event name = 'perigee', when = 'true_anomaly', crosses = 0.0 /
 """
+MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 60, raan = 30, argument_of_perigee = 45,
+   degrees = .true. /
+&gravity_gradient /
+&damping coefficient = 1e-5, 2e-5, 1e-5 /
+&initial axis = 1, 1, 1, angle = 0.7, angular_velocity = 1e-3, -5e-4, 8e-4 /
+&integrator time_step = 40.0, end_time = 20000.0 /
+&output columns = 'quaternion', 'energy', 'orbit_attitude', 'world_work', every = 5 /
+"""
 # The pitch of a pendulum let go at 30 degrees passes 0 at (2j+1) K/w: 20 digits of elliptic integrals.
 ZEROS = [1243.612203959228267295, 3730.836611877684801886, 6218.061019796141336476]
 PERIOD = 5676.9780285258586712
@@ -94,6 +102,39 @@ class Orbits(CommandLineTest):
         with open(self.path("ellipse.events.csv"), encoding="utf-8") as file:
             apogee = float(file.read().splitlines()[1].split(",")[0])
         self.assertAlmostEqual(apogee, math.pi * math.sqrt(1e21 / 3.986004418e14), delta=1e-5)
+
+    def test_a_gradient_that_moves_has_its_account(self):
+        self.write("moving.nml", MOVING)
+        for settings in (["integrator.order=2"], ["integrator.order=8", "integrator.linear_solver=reduced"],
+                         ["integrator.method=taylor"], ["integrator.method=dop853", "integrator.conserve=.true."]):
+            done = self.succeed("run", "moving.nml", *(word for setting in settings for word in ("--set", setting)))
+            self.assertIn("work of the moving world", done.stderr)
+            header, rows = self.history("moving.csv")
+            self.assertEqual(header[-1], "world_work")
+            total, work, residual, world = (header.index(name) for name in ("total", "work", "energy_residual", "world_work"))
+            for row in rows:
+                self.assertAlmostEqual(row[total] - rows[0][total] - row[work] - row[world], row[residual], delta=1e-18)
+                self.assertLess(abs(row[residual]), 1e-16)
+            # The damping takes, the world gives and takes.
+            self.assertLess(rows[-1][work], 0.0)
+            self.assertGreater(max(abs(row[world]) for row in rows), 1e-5)
+        text = self.succeed("check", "moving.nml").stdout
+        self.assertIn("changes by the work of torques and the moving world alone", text)
+        self.fail_with(2, "run", "moving.nml", "--set", "integrator.method=exact", says=("free bodies only",))
+
+    def test_runs_with_a_gradient_that_moves_go_on(self):
+        self.write("moving.nml", MOVING)
+        for name, method in (("step", "nielsen_krenk"), ("series", "taylor"), ("steps", "dop853")):
+            arguments = ["moving.nml", "--quiet", "--set", f"integrator.method={method}"]
+            self.succeed("run", *arguments, "--output", name + ".whole.csv")
+            self.fail_with(3, "run", *arguments, "--output", name + ".csv", "--checkpoint", "p.ck", "--max-steps", "100")
+            self.succeed("run", *arguments, "--output", name + ".csv", "--resume", "p.ck")
+            self.assertEqual(self.read(name + ".whole.csv"), self.read(name + ".csv"))
+
+    def test_auto_takes_the_series(self):
+        self.write("auto.nml", MOVING.replace("time_step = 40.0", "accuracy = 1e-9"))
+        self.assertIn("taylor", self.succeed("check", "auto.nml").stdout)
+        self.succeed("run", "auto.nml", "--quiet")
 
     def test_interrupted_runs_go_on(self):
         self.succeed("run", "orbit.nml", "--quiet", "--output", "whole.csv")

@@ -27,6 +27,8 @@ set ylabel 'angle  (°)' offset 0.5, 0
 set key at screen 0.97, 0.985 right top horizontal samplen 2.5
 
 rows = data.'/earth_pointing.csv'
-plot rows using (column('true_anomaly_deg')/360):'roll_deg' with lines linecolor rgb roll linewidth 2 title 'roll', \
-     rows using (column('true_anomaly_deg')/360):'pitch_deg' with lines linecolor rgb pitch linewidth 2 title 'pitch', \
-     rows using (column('true_anomaly_deg')/360):'yaw_deg' with lines linecolor rgb yaw linewidth 2 title 'yaw'
+turn = 2*pi
+degree = pi/180
+plot rows using (column('true_anomaly')/turn):(column('roll')/degree) with lines linecolor rgb roll linewidth 2 title 'roll', \
+     rows using (column('true_anomaly')/turn):(column('pitch')/degree) with lines linecolor rgb pitch linewidth 2 title 'pitch', \
+     rows using (column('true_anomaly')/turn):(column('yaw')/degree) with lines linecolor rgb yaw linewidth 2 title 'yaw'

@@ -3,7 +3,7 @@ module nutate_column_event
    use nutate_attitude, only: euler_from_quat, roll_pitch_yaw_from_quat
    use nutate_columns, only: column_sets
    use nutate_event, only: CROSSING, event_t
-   use nutate_hamiltonian, only: potential_energy
+   use nutate_hamiltonian, only: potential_energy, world_power
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
@@ -138,19 +138,21 @@ contains
                if (column /= AT_POTENTIAL) x = 0.5_wp*dot_product(omega, momentum - effects%inner_momentum(wheels)) &
                                                + effects%wheel_energy(wheels)
             end associate
-            if (column /= AT_KINETIC) x = x + potential_energy(system%effects, q)
+            if (column /= AT_KINETIC) x = x + potential_energy(system%effects, q, motion%state%t)
             if (column == AT_JACOBI) x = x - dot_product(omega - motion%relative, momentum)
          end select
       end associate
    end function column_value
 
-   !> Roll, pitch, yaw against the orbit's axes, its radius or true anomaly.
+   !> Roll, pitch, yaw against the orbit's axes, its radius or true anomaly; 0 where there is no orbit.
    pure real(wp) function orbit_value(column, system, motion) result(x)
       !> Place in the list.
       integer, intent(in) :: column
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       real(wp) :: angles(3)
+      x = 0.0_wp
+      if (.not. system%effects%on_orbit) return
       associate (orbit => system%effects%orbit, t => motion%state%t)
          select case (column)
          case (AT_RADIUS)
@@ -172,6 +174,8 @@ contains
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       real(wp) :: angles(3), w(3), velocity(3), place(3)
+      x = 0.0_wp
+      if (.not. system%effects%on_orbit) return
       associate (orbit => system%effects%orbit, t => motion%state%t)
          select case (column)
          case (AT_RADIUS)
@@ -274,11 +278,12 @@ contains
          case (AT_KINETIC)
             x = dot_product(omega, torque) + motion%inner_power
          case (AT_POTENTIAL)
-            x = -dot_product(relative, motion%potential_torque)
+            x = world_power_of(system, motion) - dot_product(relative, motion%potential_torque)
          case (AT_JACOBI)
-            x = dot_product(relative, motion%torque) + motion%inner_power
+            x = dot_product(relative, motion%torque) + motion%inner_power + world_power_of(system, motion)
          case (AT_TOTAL)
-            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + motion%inner_power
+            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + &
+                motion%inner_power + world_power_of(system, motion)
          case (AT_ROLL:AT_TRUE_ANOMALY)
             x = orbit_rate(column, system, motion)
          case default
@@ -286,6 +291,14 @@ contains
          end select
       end associate
    end function column_rate
+
+   !> What the energy of potentials that move changes by, W.
+   pure real(wp) function world_power_of(system, motion) result(power)
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      power = 0.0_wp
+      if (system%effects%moves) power = world_power(system%effects, unit(motion%state%q), motion%state%t)
+   end function world_power_of
 
    !> A quarter more than what the rates of the columns admit, and a hundredth more than their range, is left for the
    !> errors of a computed motion.

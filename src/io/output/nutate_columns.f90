@@ -39,7 +39,7 @@ module nutate_columns
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
       MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
-      ORBIT_ATTITUDE = 12, ORBIT = 13
+      ORBIT_ATTITUDE = 12, ORBIT = 13, WORLD_WORK = 14
 
    !> All sets of columns, in the order in which they stand in a history.
    type(column_set_t), parameter :: column_sets(*) = [ &
@@ -58,6 +58,7 @@ module nutate_columns
                    orbit=.true.), &
       column_set_t('orbit', 5, 'orbit_x,orbit_y,orbit_z,orbit_radius,true_anomaly', attitude=.false., &
                    first_angle=5, last_angle=5, orbit=.true.), &
+      column_set_t('world_work', 1, 'world_work', attitude=.false.), &
       column_set_t('wheel1', 4, 'wheel1_speed,wheel1_momentum,wheel1_motor_work,wheel1_friction_work', &
                    attitude=.false., wheel=1), &
       column_set_t('wheel2', 4, 'wheel2_speed,wheel2_momentum,wheel2_motor_work,wheel2_friction_work', &
@@ -287,9 +288,9 @@ contains
          values = [shared%phi, shared%theta, shared%psi]
       case (ENERGY)
          values(1) = kinetic_energy(system, state, shared%inverse_j0)
-         values(2) = potential_energy(system%effects, state%q)
+         values(2) = potential_energy(system%effects, state%q, state%t)
          values(3) = values(1) + values(2)
-         values(4) = record%work
+         values(4) = record%work - state%world_work
          values(5) = values(3) - shared%first_energy - record%work
          if (system%effects%frame_turns) values(5) = conserved_energy(system, state, shared%inverse_j0) &
                                                      - shared%first_energy - record%work
@@ -306,6 +307,8 @@ contains
          associate (path => system%effects%orbit%path)
             values = [path%position(state%t), path%radius(state%t), path%true_anomaly(state%t)]
          end associate
+      case (WORLD_WORK)
+         values = state%world_work
       case default
          values = of_wheel(column_sets(set)%wheel, system, state)
       end select

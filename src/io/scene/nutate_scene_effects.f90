@@ -6,6 +6,7 @@ module nutate_scene_effects
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_orbit, only: orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
    use nutate_rotating_frame, only: rotating_frame_t
@@ -82,7 +83,7 @@ contains
       class(effect_t), allocatable :: effect
       type(status_t) :: status
       if (goes_by_orbit(group, system)) then
-         call build_on_orbit(system%effects%orbit, body, effect, status)
+         call build_on_orbit(system%effects%orbit, body, effect)
       else
          call kind%build(group, body, effect, status)
       end if
@@ -100,15 +101,16 @@ contains
                       .not. (group%has('direction') .or. group%has('strength'))
    end function goes_by_orbit
 
-   !> The gravity gradient of an orbit. Errors: `NUTATE_BAD_ARGUMENT` where the space axes are not those of the orbit.
-   subroutine build_on_orbit(orbit, body, effect, status)
+   !> The gravity gradient of an orbit: at rest in its axes, moving in inertial ones.
+   subroutine build_on_orbit(orbit, body, effect)
       type(orbit_t), intent(in) :: orbit
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
-      type(status_t), intent(out) :: status
-      allocate (effect, source=gravity_gradient_t(body, orbit))
-      if (.not. orbit%is_frame) status = fail(NUTATE_BAD_ARGUMENT, 'the orbit moves in the space axes (expected '// &
-                                              "a circular orbit with frame = 'orbit')")
+      if (orbit%is_frame) then
+         allocate (effect, source=gravity_gradient_t(body, orbit))
+      else
+         allocate (effect, source=orbital_gradient_t(body, orbit%path))
+      end if
    end subroutine build_on_orbit
 
    !> The name by which switches call an effect, and whether it is on at the start.
