@@ -75,6 +75,7 @@ contains
                   new_unittest("an elliptic orbit by order 8", ellipse_by_order_8), &
                   new_unittest("an elliptic orbit by dop853", ellipse_by_dop853), &
                   new_unittest("Hyperion and Mercury", moons), &
+                  new_unittest("Hyperion's chaos: errors grow e-fold in 1.3 to 1.4 revolutions", lyapunov_time), &
                   new_unittest("a circular orbit is the same in its own axes", both_axes), &
                   new_unittest("the work of the world is its power summed up", work_of_the_world), &
                   new_unittest("the account closes in every form, at every order", account_closes), &
@@ -225,6 +226,42 @@ contains
          if (allocated(error)) return
       end do
    end subroutine moons
+
+   !> Two motions, the other one brought back to a distance of 1e-8 after each revolution, by angle and rate: the mean
+   !> growth over 1200 of them, from which 40 000 differ by some hundredths.
+   subroutine lyapunov_time(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: revolutions = 1200
+      real(wp), parameter :: off = 1e-8_wp, moments(3) = [0.5_wp, 0.5_wp + 0.7921_wp/3, 1.0_wp]
+      type(problem_t) :: problem
+      type(state_t) :: states(2)
+      type(status_t) :: status
+      real(wp) :: growth, distance(2), angles(2), rate(3)
+      integer :: i, k
+      call make_moon(moments, 0.1_wp, [0.0_wp, 1.0_wp], problem)
+      states = problem%start
+      distance = [off, 0.0_wp]
+      growth = 0.0_wp
+      do i = 1, revolutions
+         rate = angular_velocity(problem%system, states(1))
+         states(2) = make_state(problem%system, quat_product([cos(0.5_wp*distance(1)), 0.0_wp, 0.0_wp, &
+                                                              sin(0.5_wp*distance(1))], states(1)%q), &
+                                rate + [0.0_wp, 0.0_wp, distance(2)], states(1)%t)
+         do k = 1, 2
+            call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), states(k), &
+                           run_plan_t(goal=run_goal_t(local_tolerance=1e-13_wp), end_time=2*pi*i), status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            rate = angular_velocity(problem%system, states(k))
+            angles(k) = rate(3)
+         end do
+         distance(2) = angles(2) - angles(1)
+         distance(1) = 2*(states(1)%q(1)*states(2)%q(4) - states(1)%q(4)*states(2)%q(1))
+         growth = growth + log(norm2(distance)/off)
+         distance = (off/norm2(distance))*distance
+      end do
+      call check_close(error, revolutions/growth, 1.35_wp, 0.1_wp, "revolutions")
+   end subroutine lyapunov_time
 
    subroutine make_moon(moments, eccentricity, start, problem)
       real(wp), intent(in) :: moments(3), eccentricity

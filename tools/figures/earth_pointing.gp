@@ -20,7 +20,7 @@ set tmargin at screen 0.88
 set bmargin at screen 0.22
 set xrange [0:5]
 set xtics 0, 1, 5
-set yrange [-20:20]
+set yrange [-30:30]
 set ytics 10
 set xlabel 'revolutions' offset 0, 0.3
 set ylabel 'angle  (°)' offset 0.5, 0
