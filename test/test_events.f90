@@ -13,6 +13,7 @@ module test_events
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_quaternion, only: quat_product
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -323,13 +324,19 @@ contains
       type(problem_t) :: problem
       type(column_event_t) :: event
       type(motion_t) :: here, ahead, behind
+      real(wp), parameter :: away(4) = [0.9_wp, 0.1_wp, -0.3_wp, 0.3_wp]
       real(wp) :: rate, change
       integer :: i, k, at, last
       do k = 1, 4
          problem = forced_body()
          if (k == 2) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', &
                                                                       rate=[0.3_wp, -0.5_wp, 0.4_wp]))
-         if (k > 2) call add_orbit(problem%system, eccentricity=merge(0.3_wp, 0.0_wp, k == 3))
+         if (k > 2) then
+            call add_orbit(problem%system, eccentricity=merge(0.3_wp, 0.0_wp, k == 3))
+            ! Away from a pitch of 90 degrees.
+            problem%start%q = quat_product(away, problem%start%q)
+            problem%start%p = quat_product(away, problem%start%p)
+         end if
          call find_motion(problem%system, problem%start, here)
          call find_rates(problem%system, 0.0_wp, here)
          at = 0

@@ -25,6 +25,8 @@ module nutate_state
       real(wp) :: wheel_work(2, most_wheels) = 0.0_wp
       !> Work of potentials that move, since the state was made, J.
       real(wp) :: world_work = 0.0_wp
+      !> Time up to which it is counted, s: a rounding from `t` where that was put to the end of a step.
+      real(wp) :: world_time = -huge(1.0_wp)
    contains
       !> Becomes a copy of another one.
       procedure :: take
@@ -48,6 +50,7 @@ contains
       self%q_compensation = other%q_compensation
       self%p_compensation = other%p_compensation
       self%world_work = other%world_work
+      self%world_time = other%world_time
       if (.not. wheels) return
       self%wheel_momentum = other%wheel_momentum
       self%wheel_compensation = other%wheel_compensation
@@ -76,6 +79,7 @@ contains
          call archive%transfer(self%wheel_work(:, i))
       end do
       call archive%transfer(self%world_work)
+      call archive%transfer(self%world_time)
    end subroutine transfer_wheels
 
    !> Compensated summation: adds an increment to a sum kept as `total + compensation`.

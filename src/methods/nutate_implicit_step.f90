@@ -235,11 +235,8 @@ contains
          return
       end if
       self%untested = .false.
-      if (system%effects%moves) then
-         call finish_in_world(self, system, state, dt, z)
-      else
-         call self%finish(system, state, dt, z)
-      end if
+      if (.not. system%effects%moves) call self%finish(system, state, dt, z)
+      if (system%effects%moves) call finish_in_world(self, system, state, dt, z)
       call self%predictor%remember(dt, z)
       if (self%iterations > self%slow) then
          call self%predictor%forget(kept_after_surprise)
@@ -257,8 +254,9 @@ contains
       before = state
       call self%finish(system, state, dt, z)
       associate (work => self%work(size(self%work)))
-         work = world_work(system%effects, before, state)
+         work = world_work(system%effects, before, state, dt)
          state%world_work = state%world_work + work
+         state%world_time = state%t
       end associate
    end subroutine finish_in_world
 

@@ -7,7 +7,7 @@ module nutate_hamiltonian
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_moderate
+   use nutate_limits, only: is_moderate, same_time
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
@@ -237,18 +237,23 @@ contains
    end function moving_energy
 
    !> Work of potentials that move in a step of the conserving scheme, which sees them as they are at its middle t̄:
-   !> V(q1, t1) - V(q0, t0) - (V(q1, t̄) - V(q0, t̄)), J. The first difference is free of rounding once summed up; the
-   !> second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq) from the increment of q, all of its digits.
-   pure real(wp) function world_work(effects, before, after) result(work)
+   !> V(q1, t1) - V(q0, t0) - (V(q1, t̄) - V(q0, t̄)), J. The first difference is free of rounding once summed up, from
+   !> the time on that was booked last; the second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq) from the increment of q, all of its
+   !> digits.
+   pure real(wp) function world_work(effects, before, after, dt) result(work)
       type(effect_list_t), intent(in) :: effects
       !> The ends of the step.
       type(state_t), intent(in) :: before, after
-      real(wp) :: middle, change(4), mean(4), n(3), gamma(4)
+      !> s.
+      real(wp), intent(in) :: dt
+      real(wp) :: start, middle, change(4), mean(4), n(3), gamma(4)
       integer :: i
-      middle = before%t + 0.5_wp*(after%t - before%t)
+      middle = before%t + 0.5_wp*dt
+      start = before%t
+      if (abs(before%world_time - start) <= same_time*abs(dt)) start = before%world_time
       change = (after%q - before%q) + (after%q_compensation - before%q_compensation)
       mean = 0.5_wp*(before%q + after%q)
-      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, before%t)
+      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, start)
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
             if (.not. potential%moves) cycle
