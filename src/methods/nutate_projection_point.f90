@@ -284,13 +284,15 @@ contains
       class(projection_plan_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       type(projection_point_t), intent(inout) :: point
-      real(wp) :: gamma(3), slope(3), n(3)
+      real(wp) :: gamma(3), slope(3)
       integer :: i
       do i = 1, size(self%others)
          associate (potential => effects%potentials(self%others(i))%item, rows => point%to_body)
-            n = potential%direction
-            if (self%moves) n = potential%direction_at(self%t)
-            gamma = times_vector(rows, n)
+            if (self%moves) then
+               gamma = times_vector(rows, potential%direction_at(self%t))
+            else
+               gamma = times_vector(rows, potential%direction)
+            end if
             slope = potential%gradient(gamma)
             call add_potential(potential%energy(gamma), slope, gamma, point)
          end associate

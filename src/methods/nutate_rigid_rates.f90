@@ -11,7 +11,7 @@
 !> method's coefficients.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_hamiltonian, only: world_power
+   use nutate_hamiltonian, only: potential_torque, world_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
@@ -268,7 +268,11 @@ contains
       square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then
-         if (system%effects%n_potentials > 0) call add_potentials(self, system, fraction, y, square, weight, tau)
+         if (self%moves) then
+            call add_moving(self, system, fraction, y(1:4)/sqrt(square), weight, tau)
+         else if (system%effects%n_potentials > 0) then
+            call add_potentials(system, y, square, tau)
+         end if
          if (system%effects%n_torques > 0) call add_torques(self, system, fraction, y, sqrt(square), weight, tau)
       end if
       if (self%n_wheels > 0) call turn_wheels(self, system, fraction, y, square, weight)
@@ -314,14 +318,13 @@ contains
    end subroutine turn_wheels
 
    !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².
-   pure subroutine add_potentials(self, system, fraction, y, square, weight, tau)
-      type(rigid_rates_t), intent(inout) :: self
+   pure subroutine add_potentials(system, y, square, tau)
       type(system_t), intent(in) :: system
-      !> Of the step; [q, L, 0] and |q|²; weight of the stage.
-      real(wp), intent(in) :: fraction, y(n_rates), square, weight
+      !> [q, L, 0] and |q|².
+      real(wp), intent(in) :: y(n_rates), square
       !> Body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
-      real(wp) :: rows(3, 3), gamma(3), slope(3), n(3), double, t
+      real(wp) :: rows(3, 3), gamma(3), slope(3), double
       integer :: i
       double = 2/square
       rows(1, 1) = 1 - double*(y(3)*y(3) + y(4)*y(4))
@@ -333,23 +336,32 @@ contains
       rows(3, 1) = double*(y(2)*y(4) + y(1)*y(3))
       rows(2, 3) = double*(y(3)*y(4) + y(1)*y(2))
       rows(3, 2) = double*(y(3)*y(4) - y(1)*y(2))
-      t = self%t + fraction*self%dt
       do i = 1, system%effects%n_potentials
          associate (potential => system%effects%potentials(i)%item)
-            n = potential%direction
-            if (self%moves) n = potential%direction_at(t)
-            gamma = times_vector(rows, n)
+            gamma = times_vector(rows, potential%direction)
             slope = potential%gradient(gamma)
          end associate
          tau(1) = tau(1) + gamma(2)*slope(3) - gamma(3)*slope(2)
          tau(2) = tau(2) + gamma(3)*slope(1) - gamma(1)*slope(3)
          tau(3) = tau(3) + gamma(1)*slope(2) - gamma(2)*slope(1)
       end do
-      if (.not. self%moves) return
-      associate (work => self%work(size(self%work)))
-         work = work + (weight*self%dt)*world_power(system%effects, y(1:4)/sqrt(square), t)
-      end associate
    end subroutine add_potentials
+
+   !> The same where some of them move, with the work of those.
+   pure subroutine add_moving(self, system, fraction, q, weight, tau)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Of the step; unit quaternion, shape (4); weight of the stage.
+      real(wp), intent(in) :: fraction, q(4), weight
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      real(wp) :: t
+      t = self%t + fraction*self%dt
+      tau = tau + potential_torque(system%effects, q, t)
+      associate (work => self%work(size(self%work)))
+         work = work + (weight*self%dt)*world_power(system%effects, q, t)
+      end associate
+   end subroutine add_moving
 
    !> Adds the torques that act, each asked within its window only, and their work.
    pure subroutine add_torques(self, system, fraction, y, norm, weight, tau)

@@ -45,10 +45,11 @@ module nutate_torque_series
       !> of torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
       !> Which of the general potentials move, by position, 0 for one that does not; series of their n in the basis,
-      !> shape (3, 0:highest_order, any); the fastest pace of them, 1/s.
+      !> shape (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
       integer, allocatable, private :: mover(:)
       real(wp), allocatable, private :: moving(:, :, :)
       real(wp) :: pace = 0.0_wp
+      logical, private :: moves = .false.
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
       !> Ω, rad/s, shape (3, 0:highest_order), and each torque, last that of potentials that move, N m, shape
@@ -214,6 +215,7 @@ contains
          self%slot(i) = n
       end do
       allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
+      self%moves = size(self%moving, 3) > 0
       do i = 1, effects%n_torques
          associate (torque => effects%torques(i)%item)
             if (torque%series_kind() == LINEAR_SERIES) then
@@ -277,13 +279,13 @@ contains
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
                                + rows(:, 3)*self%components(3, n)
       end do
-      if (size(self%moving, 3) > 0) call move_directions(self, effects, k, t, time_unit, rows)
+      if (self%moves) call move_directions(self, effects, k, t, time_unit, rows)
       do i = 1, self%n_general
          n = self%slot(i)
          call effects%potentials(self%general(i))%item%series_torque( &
             k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
          tau = tau + one
-         if (self%mover(i) > 0) self%torque(k, :, size(acts) + 1) = self%torque(k, :, size(acts) + 1) + one
+         if (self%moves) call add_moved(self, i, k, one)
       end do
       do i = 1, size(acts)
          if (.not. acts(i)) cycle
@@ -300,6 +302,18 @@ contains
          tau = tau + one
       end do
    end subroutine add_terms
+
+   !> Adds coefficient k of the torque of a potential to those that move, if it does.
+   pure subroutine add_moved(self, i, k, tau)
+      class(torque_series_t), intent(inout) :: self
+      !> Position among the general ones; coefficient.
+      integer, intent(in) :: i, k
+      !> Body axes, N m; shape (3).
+      real(wp), intent(in) :: tau(3)
+      associate (moved => self%torque(k, :, size(self%torque, 3)))
+         if (self%mover(i) > 0) moved = moved + tau
+      end associate
+   end subroutine add_moved
 
    !> Coefficient k of γ of the potentials that move, and no torque of theirs yet; with the first one the series of n.
    pure subroutine move_directions(self, effects, k, t, time_unit, rows)
