@@ -60,7 +60,7 @@ perigees() {
    local name=$1 start=$2 revolutions=$3 end rate
    end=$(awk -v n="$revolutions" 'BEGIN {printf "%.6f", 6.283186*n}')
    rate=$(awk -v r="${start#*,}" 'BEGIN {printf "%.15g", 57.29577951308232*r}')
-   simulate "hyperion_$name" scenes/hyperion.nml "integrator.end_time=$end" output.every=2000000000 initial.degrees=T \
+   simulate "hyperion_$name" scenes/hyperion.nml "integrator.end_time=$end" output.every=1000000 initial.degrees=T \
       "initial.roll_pitch_yaw=0,0,${start%,*}" "initial.angular_velocity=0,0,$rate"
 }
 perigees sea 0,1 1000
