@@ -10,6 +10,7 @@ module nutate_check_command
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_words, only: add_ensemble
    use nutate_event_words, only: event_text
    use nutate_files, only: STANDARD_OUTPUT
@@ -115,7 +116,7 @@ contains
                         rounded_text(norm2(omega))//' rad/s in all')
          call page%item('angular momentum', vector_text(space_momentum(state))//' N m s in space axes')
          kinetic = kinetic_energy(system, state, scene%integrator%inverse_auxiliary_inertia)
-         potential = potential_energy(system%effects, state%q)
+         potential = potential_energy(system%effects, state%q, state%t)
          call page%item('energy', rounded_text(kinetic + potential)//' J: kinetic '//rounded_text(kinetic)// &
                         ', potential '//rounded_text(potential))
       end associate
@@ -264,6 +265,18 @@ contains
       end if
    end function steps_text
 
+   !> All that does work.
+   function workers(effects) result(text)
+      type(effect_list_t), intent(in) :: effects
+      character(len=:), allocatable :: text
+      text = 'the torques'
+      if (effects%n_wheels > 0) text = 'torques, motors and friction'
+      if (.not. effects%moves) return
+      text = 'the moving world'
+      if (effects%n_torques > 0) text = 'torques and the moving world'
+      if (effects%n_wheels > 0) text = 'torques, motors, friction and the moving world'
+   end function workers
+
    !> What the run should keep.
    subroutine add_invariants(page, scene)
       type(page_t), intent(inout) :: page
@@ -276,9 +289,7 @@ contains
                             scene%integrator%attitude)
       call page%line('invariants')
       if (scene%system%effects%n_works() > 0) then
-         call page%item(kept, 'changes by the work of '// &
-                        trim(merge('torques, motors and friction', 'the torques                 ', &
-                                   scene%system%effects%n_wheels > 0))//' alone')
+         call page%item(kept, 'changes by the work of '//workers(scene%system%effects)//' alone')
       else
          call page%item(kept, 'conserved')
       end if

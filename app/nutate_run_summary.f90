@@ -172,7 +172,7 @@ contains
       end select
    end function kept_momentum
 
-   !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel.
+   !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or the world.
    function worker_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       !> Position among what does work.
@@ -181,6 +181,8 @@ contains
       integer :: k
       if (i <= effects%n_torques) then
          name = torque_name(effects, i)
+      else if (effects%moves .and. i == effects%n_works()) then
+         name = 'the moving world'
       else
          k = (i - effects%n_torques + 1)/2
          name = trim(merge('friction', 'motor   ', i - effects%n_torques == 2*k))//' '//count_text(int(k, long))

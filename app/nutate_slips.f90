@@ -14,7 +14,7 @@ module nutate_slips
    !> The direction to the centre of attraction turns by more than this on a circular orbit while a run lasts, rad.
    real(wp), parameter :: visible_turn = 0.1_wp
    !> Keys of `&initial` that are angles.
-   character(len=5), parameter :: angles(2) = [character(len=5) :: 'angle', 'euler']
+   character(len=14), parameter :: angles(3) = [character(len=14) :: 'angle', 'euler', 'roll_pitch_yaw']
 
 contains
 
@@ -68,7 +68,7 @@ contains
       real(wp) :: rate
       rate = sqrt(abs(group%number('strength', 0.0_wp)))
       if (rate*abs(duration) > visible_turn) call add_note(notes, 'the direction of &gravity_gradient is fixed in '// &
-         'space: on a circular orbit it would turn once in '//rounded_text(2*pi/rate, 3)//' s')
+         'space: on a circular orbit it would turn once in '//rounded_text(2*pi/rate, 3)//' s (&orbit turns it)')
    end subroutine note_orbit
 
    !> Effects that stand twice, to the last number.

@@ -34,7 +34,8 @@ module nutate
    use nutate_applied_torque, only: applied_torque_t
    use nutate_archive, only: archive_t
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
-      quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_rotation_vector, rotation_vector_from_quat
+      quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_roll_pitch_yaw, quat_from_rotation_vector, &
+      roll_pitch_yaw_from_quat, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
@@ -48,9 +49,10 @@ module nutate
    use nutate_gravity, only: gravity_t, standard_gravity
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
-      potential_energy, relative_rate, space_momentum, total_energy
+      potential_energy, relative_rate, space_momentum, total_energy, world_power
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: long, pi, wp
    use nutate_methods, only: make_stepper
    use nutate_member, only: member_t
@@ -61,6 +63,8 @@ module nutate
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
       quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
       rotate_to_space, rotation_matrix
+   use nutate_orbit, only: earth_mu, orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run, only: integrate, run_t

@@ -68,6 +68,8 @@ program unit
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
+   use test_moving_world, only: collect_moving_world
+   use test_orbit, only: collect_orbit
    use test_rotating_frame, only: collect_rotating_frame
    use test_rotation, only: collect_rotation
    use test_rk8, only: collect_rk8
@@ -254,10 +256,12 @@ contains
          ]
    end function inside_suites
 
-   !> The suites about torques of time.
+   !> The suites about orbits, torques of time and wheels.
    function torque_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("moving_world", collect_moving_world), &
+         new_testsuite("orbit", collect_orbit), &
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
          new_testsuite("torque_physics", collect_torque_physics), &

@@ -66,22 +66,39 @@ contains
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, rate])
    end function spinner
 
-   !> Takes the samples from the file. Fails where a kind of the catalogue is not in it.
+   !> Takes the samples from the files. Fails where a kind of the catalogue is in none of them.
    subroutine load(self, error)
       class(effect_samples_t), intent(out) :: self
       type(error_type), allocatable, intent(out) :: error
       type(effect_kind_t), allocatable :: kinds(:)
+      integer :: k
+      allocate (kinds, source=effect_kinds())
+      allocate (self%names(size(kinds)), self%items(64), self%potentials(0))
+      do k = 1, size(kinds)
+         self%names(k) = kinds(k)%group%name
+      end do
+      call take_file(self, kinds, 'test/effect_samples.nml', error)
+      if (.not. allocated(error)) call take_file(self, kinds, 'test/orbit_samples.nml', error)
+      do k = 1, size(kinds)
+         if (allocated(error)) return
+         call check(error, any(self%items(:self%n_items)%kind == k), 'no sample of &'//trim(self%names(k)))
+      end do
+   end subroutine load
+
+   !> Takes the samples of a file.
+   subroutine take_file(self, kinds, file, error)
+      class(effect_samples_t), intent(inout) :: self
+      type(effect_kind_t), intent(in) :: kinds(:)
+      character(len=*), intent(in) :: file
+      type(error_type), allocatable, intent(out) :: error
       type(scene_t) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
       integer :: i, k
-      call read_scene('test/effect_samples.nml', scene, status, message)
+      call read_scene(file, scene, status, message)
       call check(error, status%ok(), message)
       if (allocated(error)) return
-      allocate (kinds, source=effect_kinds())
-      allocate (self%names(size(kinds)), self%items(size(scene%groups)), self%potentials(0))
       do k = 1, size(kinds)
-         self%names(k) = kinds(k)%group%name
          do i = 1, size(scene%groups)
             if (scene%groups(i)%name /= self%names(k)) cycle
             if (any(self%potentials == k)) exit
@@ -95,11 +112,8 @@ contains
             end associate
             self%n_items = self%n_items + 1
          end do
-         call check(error, any(self%items(:self%n_items)%kind == k), &
-                    'test/effect_samples.nml has no &'//trim(self%names(k)))
-         if (allocated(error)) return
       end do
-   end subroutine load
+   end subroutine take_file
 
    !> Adds the samples of kind `k` to a system; along `n` instead of its own direction, for a potential, where given.
    subroutine add(self, system, k, n)

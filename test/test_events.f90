@@ -9,12 +9,18 @@ module test_events
    use nutate_methods, only: default_settings, methods
    use nutate_motion, only: displaced, find_motion, find_rates, motion_t
    use nutate_progress, only: run_summary_t
+   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_orbit, only: orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_quaternion, only: quat_product
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
    use test_event_support, only: angle_event_t, compass, keeper_t, no_effects, rate_event_t, tilt_event_t
    use test_problems, only: box, fast_top, forced_body, problem_t
    use test_support, only: check_below, check_close
@@ -318,12 +324,19 @@ contains
       type(problem_t) :: problem
       type(column_event_t) :: event
       type(motion_t) :: here, ahead, behind
-      real(wp) :: rate, change
+      real(wp), parameter :: away(4) = [0.9_wp, 0.1_wp, -0.3_wp, 0.3_wp]
+      real(wp) :: rate, change, bound
       integer :: i, k, at, last
-      problem = forced_body()
-      do k = 1, 2
+      do k = 1, 4
+         problem = forced_body()
          if (k == 2) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', &
                                                                       rate=[0.3_wp, -0.5_wp, 0.4_wp]))
+         if (k > 2) then
+            call add_orbit(problem%system, eccentricity=merge(0.3_wp, 0.0_wp, k == 3))
+            ! Away from a pitch of 90 degrees.
+            problem%start%q = quat_product(away, problem%start%q)
+            problem%start%p = quat_product(away, problem%start%p)
+         end if
          call find_motion(problem%system, problem%start, here)
          call find_rates(problem%system, 0.0_wp, here)
          at = 0
@@ -340,13 +353,29 @@ contains
                if (abs(change) > 1.9_wp*pi .and. abs(change) < 2.1_wp*pi) change = change - sign(2*pi, change)
                rate = rate + weights(i)*change/h
             end do
-            call check_close(error, event%rate(problem%system, here), rate, 1e-10_wp*max(1.0_wp, abs(rate)), &
+            ! Differences are as good as h times the rates, which are greater next to an orbit.
+            bound = merge(1e-9_wp, 1e-10_wp, k > 2)*max(1.0_wp, abs(rate))
+            call check_close(error, event%rate(problem%system, here), rate, bound, &
                              trim(event%columns(1)))
             if (allocated(error)) return
             at = at + last + 1
          end do
       end do
    end subroutine column_rates
+
+   !> Puts a system on an orbit, with its gravity gradient.
+   subroutine add_orbit(system, eccentricity)
+      type(system_t), intent(inout) :: system
+      real(wp), intent(in) :: eccentricity
+      type(kepler_orbit_t) :: path
+      path = kepler_orbit_t(eccentricity=eccentricity, mu=2.0_wp, inclination=0.4_wp, raan=1.0_wp, mean_anomaly=2.0_wp)
+      call system%effects%add(orbit_t(path))
+      if (eccentricity > 0.0_wp) then
+         call system%effects%add(orbital_gradient_t(system%body, path))
+      else
+         call system%effects%add(gravity_gradient_t(system%body, orbit_t(path)))
+      end if
+   end subroutine add_orbit
 
    subroutine directions(error)
       type(error_type), allocatable, intent(out) :: error

@@ -5,8 +5,8 @@ module test_limit_promises
    implicit none
    private
 
-   public :: promise_t, of_bodies, of_potentials, of_torques, of_wheels, of_regulators, of_starts, of_settings, &
-      of_events
+   public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_wheels, of_regulators, of_starts, &
+      of_settings, of_events
 
    !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
    type :: promise_t
@@ -126,6 +126,23 @@ contains
       promises(10) = any_number('rotating_frame', 'latitude', zero(1:1))
       promises(10)%greatest = 2*atan(1.0_wp)
    end function of_torques
+
+   pure function of_orbits() result(promises)
+      type(promise_t) :: promises(9)
+      real(wp), parameter :: zero(3) = 0.0_wp
+      promises(1) = positive('orbit', 'semi_major_axis', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
+      promises(2) = positive('orbit', 'altitude', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
+      promises(3) = any_number('orbit', 'eccentricity', zero(1:1))
+      promises(3)%negative = .false.
+      promises(3)%greatest = 1 - epsilon(1.0_wp)/2
+      promises(4) = any_number('orbit', 'inclination', zero(1:1))
+      promises(5) = any_number('orbit', 'raan', zero(1:1))
+      promises(6) = any_number('orbit', 'argument_of_perigee', zero(1:1))
+      promises(7) = any_number('orbit', 'mean_anomaly', zero(1:1))
+      promises(8) = positive('orbit', 'mu', [1.0_wp])
+      promises(9) = any_number('initial', 'roll_pitch_yaw', zero, 2)
+      promises%text_only = .true.
+   end function of_orbits
 
    pure function of_wheels() result(promises)
       type(promise_t) :: promises(12)

@@ -107,6 +107,8 @@ contains
          text = text//entry(setting, 'initial', 'quaternion', setting%q)
       case ('axis', 'angle')
          text = text//entry(setting, 'initial', 'axis', up)//entry(setting, 'initial', 'angle', [0.5_wp])
+      case ('roll_pitch_yaw')
+         text = text//entry(setting, 'initial', 'roll_pitch_yaw', origin)
       case ('euler', 'euler_rates')
          text = text//entry(setting, 'initial', 'euler', origin)
       case default
@@ -208,6 +210,8 @@ contains
          text = entry(setting, group, trim(setting%key), [0.0_wp])
       case ('regulator')
          text = regulator_text(setting)
+      case ('orbit')
+         text = orbit_text(setting)
       case ('event')
          text = " when = 'omega1'"//entry(setting, group, 'crosses', [0.5_wp])
          if (setting%key /= 'crosses') text = text//entry(setting, group, trim(setting%key), [1.0_wp])
@@ -240,6 +244,23 @@ contains
          if (setting%key == 'limit') text = text//' sample = 1'
       end select
    end function regulator_text
+
+   !> The keys of a group `&orbit`. Next to the mass of the Earth a small orbit turns too fast for a step.
+   function orbit_text(setting) result(text)
+      type(setting_t), intent(in) :: setting
+      character(len=:), allocatable :: text
+      character(len=*), parameter :: group = 'orbit'
+      select case (setting%key)
+      case ('altitude')
+         text = entry(setting, group, 'altitude', [5e5_wp])
+      case ('semi_major_axis')
+         text = entry(setting, group, 'semi_major_axis', [7e6_wp])//' mu = 1e-100'
+      case ('mu')
+         text = ' semi_major_axis = 1e30'//entry(setting, group, 'mu', [1.0_wp])
+      case default
+         text = ' semi_major_axis = 7e6'//entry(setting, group, trim(setting%key), [0.0_wp])
+      end select
+   end function orbit_text
 
    !> The keys of a group `&vary`, and an ensemble before it.
    function variation_text(setting) result(text)

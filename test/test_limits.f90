@@ -7,8 +7,8 @@ module test_limits
    use nutate_scene, only: scene_kinds
    use test_limit_c, only: c_takes, c_takes_direction, c_takes_every
    use test_limit_f77, only: f77_takes, f77_takes_direction, f77_takes_energy, f77_takes_every
-   use test_limit_promises, only: of_bodies, of_events, of_potentials, of_settings, of_regulators, of_starts, &
-      of_torques, of_wheels, promise_t
+   use test_limit_promises, only: of_bodies, of_events, of_orbits, of_potentials, of_settings, of_regulators, &
+      of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
@@ -32,6 +32,7 @@ contains
                   new_unittest("bodies at their limits", bodies), &
                   new_unittest("potentials at their limits", potentials), &
                   new_unittest("torques and rotors at their limits", torques), &
+                  new_unittest("orbits at their limits", orbits), &
                   new_unittest("wheels at their limits", wheels), &
                   new_unittest("regulators at their limits", regulators), &
                   new_unittest("starts at their limits", starts), &
@@ -59,6 +60,11 @@ contains
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_torques())
    end subroutine torques
+
+   subroutine orbits(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_orbits())
+   end subroutine orbits
 
    subroutine wheels(error)
       type(error_type), allocatable, intent(out) :: error
@@ -91,7 +97,7 @@ contains
       type(promise_t), allocatable :: promises(:)
       type(group_kind_t), allocatable :: kinds(:)
       integer :: i, k
-      promises = [of_bodies(), of_potentials(), of_torques(), of_wheels(), of_regulators(), of_starts(), &
+      promises = [of_bodies(), of_potentials(), of_torques(), of_orbits(), of_wheels(), of_regulators(), of_starts(), &
                   of_settings(), of_events()]
       kinds = scene_kinds()
       do i = 1, size(kinds)

@@ -24,8 +24,8 @@ module test_shipped_scenes
 
    !> Names of the scenes, but for those of ensembles and of events, of which one is the box again, and the switches of
    !> the other exclude an accuracy.
-   character(len=26), parameter :: scene_names(12) = [character(len=26) :: &
-                                                      'all_effects', 'box', 'compass', 'fast_top', &
+   character(len=26), parameter :: scene_names(13) = [character(len=26) :: &
+                                                      'all_effects', 'box', 'compass', 'earth_pointing', 'fast_top', &
                                                       'gravity_gradient_satellite', 'gyrostat', 'heavy_top', &
                                                       'precessing_top', 'slowing_plate', 'spin_up', &
                                                       'spring_gyroscope', 'thrust_profile']

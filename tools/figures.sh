@@ -57,6 +57,24 @@ for percent in 1 3 10; do
 done
 draw thrown_book
 
+# Roll, pitch and yaw on a circular orbit.
+simulate earth_pointing scenes/earth_pointing.nml
+draw earth_pointing
+
+# Hyperion at the perigee: from ANGLE,RATE (degrees, mean motions) over REVOLUTIONS.
+perigees() {
+   local name=$1 start=$2 revolutions=$3 end rate
+   end=$(awk -v n="$revolutions" 'BEGIN {printf "%.6f", 6.283186*n}')
+   rate=$(awk -v r="${start#*,}" 'BEGIN {printf "%.15g", 57.29577951308232*r}')
+   simulate "hyperion_$name" scenes/hyperion.nml "integrator.end_time=$end" output.every=1000000 initial.degrees=T \
+      "initial.roll_pitch_yaw=0,0,${start%,*}" "initial.angular_velocity=0,0,$rate"
+}
+perigees sea 0,1 1000
+for start in 0,0.55 0,0.6 0,0.72 0,2.31 0,2.33 0,2.66 0,2.75 0,2.9 0,3.2 0,3.35 90,0.865 90,0.875; do
+   perigees "island_$start" "$start" 100
+done
+draw hyperion
+
 # The box at eight times.
 simulate box_attitudes scenes/box.nml integrator.end_time=2.8 output.every=40 "output.columns='quaternion'"
 awk -f tools/figures/box_edges.awk "$data/box_attitudes.csv" >"$data/box_edges.dat" || exit 1

@@ -23,12 +23,16 @@ module nutate_state
       real(wp) :: wheel_momentum(most_wheels) = 0.0_wp, wheel_compensation(most_wheels) = 0.0_wp
       !> Work of the motor of each wheel, and of its friction, since the state was made, J; shape (2, most_wheels).
       real(wp) :: wheel_work(2, most_wheels) = 0.0_wp
+      !> Work of potentials that move, since the state was made, J.
+      real(wp) :: world_work = 0.0_wp
+      !> Time up to which it is counted, s: a rounding from `t` where that was put to the end of a step.
+      real(wp) :: world_time = -huge(1.0_wp)
    contains
       !> Becomes a copy of another one.
       procedure :: take
       !> Shows its values to an archive.
       procedure :: transfer => transfer_state
-      !> The same of what belongs to wheels.
+      !> The same of what belongs to wheels, and of the work of the world.
       procedure :: transfer_wheels
    end type state_t
 
@@ -45,6 +49,8 @@ contains
       self%p = other%p
       self%q_compensation = other%q_compensation
       self%p_compensation = other%p_compensation
+      self%world_work = other%world_work
+      self%world_time = other%world_time
       if (.not. wheels) return
       self%wheel_momentum = other%wheel_momentum
       self%wheel_compensation = other%wheel_compensation
@@ -62,7 +68,7 @@ contains
       call archive%transfer(self%p_compensation)
    end subroutine transfer_state
 
-   !> Shows to an archive what belongs to wheels.
+   !> Shows to an archive what belongs to wheels, and the work of the world.
    subroutine transfer_wheels(self, archive)
       class(state_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -72,6 +78,8 @@ contains
       do i = 1, most_wheels
          call archive%transfer(self%wheel_work(:, i))
       end do
+      call archive%transfer(self%world_work)
+      call archive%transfer(self%world_time)
    end subroutine transfer_wheels
 
    !> Compensated summation: adds an increment to a sum kept as `total + compensation`.

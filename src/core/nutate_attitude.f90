@@ -14,6 +14,7 @@ module nutate_attitude
    public :: quat_from_axis_angle, axis_angle_from_quat
    public :: quat_from_rotation_vector, rotation_vector_from_quat
    public :: quat_from_euler, euler_from_quat, euler_of_motion, follow_euler, unwrap_angle
+   public :: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
    public :: angular_velocity_from_euler_rates
 
    !> Where the z-x-z angles stand: φ and ψ separate, or only their sum (θ = 0) or their difference (θ = π) defined.
@@ -157,6 +158,39 @@ contains
       phi = wrapped(half_sum + half_difference)
       psi = wrapped(half_sum - half_difference)
    end subroutine euler_from_quat
+
+   !> Unit quaternion of the rotation Rz(yaw) Ry(pitch) Rx(roll); shape (4).
+   pure function quat_from_roll_pitch_yaw(angles) result(q)
+      !> Roll, pitch, yaw (rad). Shape: (3).
+      real(wp), intent(in) :: angles(3)
+      real(wp) :: q(4), c(3), s(3)
+      c = cos(angles/2)
+      s = sin(angles/2)
+      q(1) = c(1)*c(2)*c(3) + s(1)*s(2)*s(3)
+      q(2) = s(1)*c(2)*c(3) - c(1)*s(2)*s(3)
+      q(3) = c(1)*s(2)*c(3) + s(1)*c(2)*s(3)
+      q(4) = c(1)*c(2)*s(3) - s(1)*s(2)*c(3)
+   end function quat_from_roll_pitch_yaw
+
+   !> Roll, pitch, yaw of an attitude (rad): roll and yaw in (-π, π], pitch in [-π/2, π/2], where only the sum or
+   !> difference of the others is defined; then the roll is 0. Shape: (3).
+   pure function roll_pitch_yaw_from_quat(q) result(angles)
+      !> Attitude, body to space. Shape: (4).
+      real(wp), intent(in) :: q(4)
+      real(wp) :: angles(3), square, x(3), up(2)
+      square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
+      ! Where the body's axis 1 points to, and the last components of its axes 2 and 3.
+      x = [(q(1)*q(1) + q(2)*q(2)) - (q(3)*q(3) + q(4)*q(4)), 2*(q(2)*q(3) + q(1)*q(4)), 2*(q(2)*q(4) - q(1)*q(3))]
+      up = [2*(q(3)*q(4) + q(1)*q(2)), (q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3))]
+      angles(2) = atan2(-x(3), hypot(x(1), x(2)))
+      if (hypot(x(1), x(2)) > 4*eps*square) then
+         angles(1) = atan2(up(1), up(2))
+         angles(3) = atan2(x(2), x(1))
+      else
+         angles(1) = 0.0_wp
+         angles(3) = atan2(2*(q(1)*q(4) - q(2)*q(3)), (q(1)*q(1) + q(3)*q(3)) - (q(2)*q(2) + q(4)*q(4)))
+      end if
+   end function roll_pitch_yaw_from_quat
 
    !> The z-x-z Euler angles of an attitude in a motion: at a pole, where `euler_from_quat` must choose, those that the
    !> motion goes on from. The line of nodes is then that about which it leaves the pole; where it does not leave it at

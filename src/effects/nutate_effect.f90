@@ -66,7 +66,14 @@ module nutate_effect
    type, abstract, extends(effect_t) :: potential_t
       !> n: a vector fixed in space, of whatever length and unit the potential is written in.
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      !> n moves, `direction` is that of t = 0; a bound of the rate, 1/s.
+      logical :: moves = .false.
+      real(wp) :: pace = 0.0_wp
    contains
+      !> n at a time, ∂V/∂t at fixed attitude, and the series of n in time; constant unless overridden.
+      procedure :: direction_at => fixed_direction
+      procedure :: power => no_power
+      procedure :: direction_series => fixed_series
       !> U(γ), J.
       procedure(potential_energy), deferred :: energy
       !> ∇U(γ): derivative by the body components γ.
@@ -157,6 +164,33 @@ module nutate_effect
    end interface
 
 contains
+
+   !> n at a time, s; shape (3).
+   pure function fixed_direction(self, t) result(n)
+      class(potential_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: n(3)
+      n = self%direction
+   end function fixed_direction
+
+   !> ∂V/∂t at a time, W.
+   pure real(wp) function no_power(self, q, t)
+      class(potential_t), intent(in) :: self
+      !> Unit quaternion, body→space, shape (4); s.
+      real(wp), intent(in) :: q(4), t
+      no_power = 0.0_wp
+   end function no_power
+
+   !> Coefficients of n from a time on.
+   pure subroutine fixed_series(self, t, time_unit, n)
+      class(potential_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_unit
+      !> Space axes; shape (3, 0:order).
+      real(wp), intent(out) :: n(:, 0:)
+      n = 0.0_wp
+      n(:, 0) = self%direction
+   end subroutine fixed_series
 
    pure logical function not_judged(self)
       class(effect_t), intent(in) :: self

@@ -9,6 +9,7 @@ module nutate_effect_catalogue
    use nutate_gravity_gradient, only: build_gravity_gradient, gravity_gradient_keys
    use nutate_keys, only: group_kind_t, group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_regulator_group, only: build_regulator, regulator_keys
+   use nutate_orbit, only: build_orbit, orbit_keys
    use nutate_rotating_frame, only: build_rotating_frame, rotating_frame_keys
    use nutate_rotor, only: build_rotor, rotor_keys
    use nutate_spring, only: build_spring, spring_keys
@@ -53,6 +54,7 @@ contains
       call add_kind(kinds, 'torque', applied_torque_keys, build_torque)
       call add_kind(kinds, 'rotor', rotor_keys, build_rotor)
       call add_kind(kinds, 'rotating_frame', rotating_frame_keys, build_rotating_frame, repeatable=.false.)
+      call add_kind(kinds, 'orbit', orbit_keys, build_orbit, repeatable=.false.)
       call add_kind(kinds, 'wheel', wheel_keys, build_wheel)
       call add_kind(kinds, 'regulator', regulator_keys, build_regulator)
    end function effect_kinds

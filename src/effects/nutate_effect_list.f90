@@ -6,6 +6,7 @@ module nutate_effect_list
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_kinds, only: wp
    use nutate_regulator, only: regulated_motor_t, regulator_t
+   use nutate_orbit, only: orbit_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
@@ -45,10 +46,15 @@ module nutate_effect_list
       !> The space axes turn, and their rate ω, in these axes, rad/s; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
+      !> There is a potential that moves, on or off.
+      logical :: moves = .false.
+      !> The body goes round on an orbit.
+      logical :: on_orbit = .false.
+      type(orbit_t) :: orbit
    contains
       !> Adds a copy of an effect.
       procedure :: add
-      !> How many there are that do work: torques, and of each wheel motor and friction.
+      !> How many there are that do work: torques, of each wheel motor and friction, and the moving world.
       procedure :: n_works
       !> Momentum of rotors and wheels in the body, and what the wheels hold of the kinetic energy.
       procedure :: inner_momentum
@@ -75,7 +81,8 @@ module nutate_effect_list
 contains
 
    !> Adds a copy of an effect: of a `potential_t`, `torque_t`, `rotor_t` or `rotating_frame_t`, or any extension of
-   !> these. A wheel is for `add_wheel`, since the body changes with it.
+   !> these; a further orbit takes the place of the one before. A wheel is for `add_wheel`, since the body changes with
+   !> it.
    subroutine add(self, effect)
       class(effect_list_t), intent(inout) :: self
       class(effect_t), intent(in) :: effect
@@ -87,6 +94,8 @@ contains
       class is (rotor_t)
          self%n_rotors = self%n_rotors + 1
          self%rotor_momentum = self%rotor_momentum + effect%momentum
+      type is (orbit_t)
+         call follow_orbit(self, effect)
       class is (rotating_frame_t)
          call turn_frame(self, effect%rate)
       type is (wheel_t)
@@ -103,10 +112,21 @@ contains
       self%frame_turns = any(abs(self%frame_rate) > 0.0_wp)
    end subroutine turn_frame
 
-   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on.
+   !> Takes an orbit; its rate counts as that of the space axes.
+   pure subroutine follow_orbit(self, orbit)
+      class(effect_list_t), intent(inout) :: self
+      type(orbit_t), intent(in) :: orbit
+      call turn_frame(self, orbit%rate - self%orbit%rate)
+      self%on_orbit = .true.
+      self%orbit = orbit
+   end subroutine follow_orbit
+
+   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on, last the
+   !> world, if there is a potential that moves.
    pure integer function n_works(self)
       class(effect_list_t), intent(in) :: self
       n_works = self%n_torques + 2*self%n_wheels
+      if (self%moves) n_works = n_works + 1
    end function n_works
 
    !> Momentum of rotors and wheels, body axes, N m s; shape (3).
@@ -152,7 +172,8 @@ contains
       end do
       self%n_rotors = self%n_rotors + (other%n_rotors - other%n_wheels)
       self%rotor_momentum = self%rotor_momentum + other%rotor_momentum
-      call turn_frame(self, other%frame_rate)
+      call turn_frame(self, other%frame_rate - other%orbit%rate)
+      if (other%on_orbit) call follow_orbit(self, other%orbit)
    end subroutine append
 
    !> True if there is a potential, a torque or a wheel of a label.
@@ -390,6 +411,7 @@ contains
       type(potential_slot_t), allocatable :: grown(:)
       integer :: i, n
       n = self%n_potentials + self%n_off
+      self%moves = self%moves .or. effect%moves
       allocate (grown(n + 1))
       do i = 1, n
          grown(i)%place = self%potentials(i)%place

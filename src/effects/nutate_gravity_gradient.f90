@@ -8,8 +8,9 @@ module nutate_gravity_gradient
    use nutate_keys, only: group_t, key_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction, is_moderate
+   use nutate_orbit, only: orbit_t
    use nutate_small_products, only: is_symmetric_about, times_vector, vector_length
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
@@ -17,8 +18,8 @@ module nutate_gravity_gradient
 
    !> Keys of the scene group `&gravity_gradient`.
    type(key_t), parameter :: gravity_gradient_keys(2) = [ &
-      key_t(name='direction', least=3, most=3, range=ANY_DIRECTION, required=.true.), &
-      key_t(name='strength', required=.true.)]
+      key_t(name='direction', least=3, most=3, range=ANY_DIRECTION, default='that of &orbit'), &
+      key_t(name='strength', default='that of &orbit')]
 
    !> U(γ) = ½ γᵀAγ + U₀, A = 3(μ/r³)(J - J_m I), U₀ = ½ 3(μ/r³)J_m, J_m the intermediate principal moment: the effect's
    !> V wherever |γ| = 1. U is quadratic, so the gradient at the mean of two γ is a discrete gradient: ∇̄U = Aγ̄.
@@ -44,9 +45,9 @@ module nutate_gravity_gradient
       procedure :: has_axis => quadratic_has_axis
    end type gravity_gradient_t
 
-   !> A gravity gradient on a body.
+   !> A gravity gradient on a body, along a direction or of a circular orbit.
    interface gravity_gradient_t
-      module procedure new_gravity_gradient
+      module procedure new_gravity_gradient, gradient_on_orbit
    end interface gravity_gradient_t
 
 contains
@@ -79,12 +80,28 @@ contains
       gradient%offset = 1.5_wp*strength*middle
    end function new_gravity_gradient
 
-   !> A gravity gradient as a scene's group asks for it. No errors of its own.
+   !> The gravity gradient in the axes of a circular orbit: along z, of strength n².
+   pure function gradient_on_orbit(body, orbit) result(gradient)
+      !> Its inertia about the reference point counts.
+      type(body_t), intent(in) :: body
+      !> The space axes are its own.
+      type(orbit_t), intent(in) :: orbit
+      type(gravity_gradient_t) :: gradient
+      gradient = new_gravity_gradient(body, [0.0_wp, 0.0_wp, 1.0_wp], orbit%path%mean_motion()**2)
+   end function gradient_on_orbit
+
+   !> A gravity gradient as a scene's group asks for it. Errors: `NUTATE_BAD_ARGUMENT` where it lacks its direction or
+   !> strength.
    subroutine build_gravity_gradient(group, body, effect, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
+      if (.not. (group%has('direction') .and. group%has('strength'))) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a gravity gradient has a direction and a strength (expected both, or '// &
+                       '&orbit and none of them)', merge('direction', 'strength ', group%has('direction')))
+         return
+      end if
       allocate (effect, source=gravity_gradient_t(body, group%vector('direction', [0.0_wp, 0.0_wp, 1.0_wp]), &
                                                   group%number('strength', 0.0_wp)))
    end subroutine build_gravity_gradient

@@ -134,7 +134,7 @@ contains
          return
       end if
       associate (scene => self%scene)
-         call build_initial(scene%groups(self%initial), q, omega, error)
+         call build_initial(scene%groups(self%initial), scene%system%effects, q, omega, error)
          if (error%raised) return
          scene%initial = make_state(scene%system, q, omega)
          call check_initial(scene%system, scene%initial, scene%plan, scene%groups(self%initial), &

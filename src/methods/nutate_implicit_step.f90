@@ -9,6 +9,7 @@ module nutate_implicit_step
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_continuation, only: continuation_t, root_judge_t, root_t
+   use nutate_hamiltonian, only: world_work
    use nutate_kinds, only: wp, eps
    use nutate_newton_increment, only: has_converged, increment_t, most_cancellation, usual_cancellation
    use nutate_predictor, only: most_unknowns, predictor_t
@@ -238,13 +239,30 @@ contains
          return
       end if
       self%untested = .false.
-      call self%finish(system, state, dt, z)
+      if (.not. system%effects%moves) call self%finish(system, state, dt, z)
+      if (system%effects%moves) call finish_in_world(self, system, state, dt, z)
       call self%predictor%remember(dt, z)
       if (self%iterations > self%slow) then
          call self%predictor%forget(kept_after_surprise)
          self%kept_dt = 0.0_wp
       end if
    end subroutine advance
+
+   !> Moves the state, and books the work of potentials that move.
+   subroutine finish_in_world(self, system, state, dt, z)
+      class(implicit_stepper_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: dt, z(most_unknowns)
+      type(state_t) :: before
+      before = state
+      call self%finish(system, state, dt, z)
+      associate (work => self%work(size(self%work)))
+         work = world_work(system%effects, before, state, dt)
+         state%world_work = state%world_work + work
+         state%world_time = state%t
+      end associate
+   end subroutine finish_in_world
 
    !> The root that continues the true motion: proved, or by a rule where nothing can be proved. Errors: those of
    !> `iterate`; `NUTATE_OFF_BRANCH`.

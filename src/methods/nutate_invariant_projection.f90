@@ -263,6 +263,7 @@ contains
       largest = self%largest
       to_order_one = self%to_order_one
       if (self%plan%has_wheels) call self%plan%take_wheels(system%effects, state)
+      self%plan%t = state%t
       call take_attitude(state, point)
       if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
       if (self%noise%amplitude > 0.0_wp) call shake(self, point)

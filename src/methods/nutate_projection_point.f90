@@ -39,6 +39,9 @@ module nutate_projection_point
       !> The space axes turn; ω, rad/s; shape (3). The whole l of a free body then turns in them by -ω.
       logical :: turns = .false., turns_momentum = .false.
       real(wp) :: frame_rate(3) = 0.0_wp
+      !> There are potentials that move; the time of the state last taken, s.
+      logical :: moves = .false.
+      real(wp) :: t = 0.0_wp
       !> There are wheels, and h counts theirs. Of the state last taken their momenta, N m s, shape (most_wheels), and
       !> energy, J.
       logical :: has_wheels = .false.
@@ -98,6 +101,7 @@ contains
                                      self%inverse_inertia(2, 3)]) > 0.0_wp)
       self%has_rotor = system%effects%n_rotors > 0
       self%has_wheels = system%effects%n_wheels > 0
+      self%moves = system%effects%moves
       self%wheel_energy = 0.0_wp
       self%rotor = system%effects%rotor_momentum
       self%rotor_length = norm2(self%rotor)
@@ -145,6 +149,7 @@ contains
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(out) :: point
       if (self%has_wheels) call self%take_wheels(effects, state)
+      self%t = state%t
       call take_attitude(state, point)
       call take_momentum(state, point)
       call set_gamma(self, point)
@@ -235,7 +240,7 @@ contains
       end associate
       if (self%turns) call add_frame(self%frame_rate, point)
       if (self%has_weight) call add_weight(self%weight, point)
-      if (self%has_others) call add_others(self%others, effects, point)
+      if (self%has_others) call add_others(self, effects, point)
       if (.not. self%attitude .and. self%pushes) point%rate = 0.0_wp
    end subroutine evaluate
 
@@ -275,16 +280,19 @@ contains
    end subroutine add_weight
 
    !> Adds U and γ×∇U of the other potentials.
-   pure subroutine add_others(others, effects, point)
-      !> Which potentials; shape (any).
-      integer, intent(in) :: others(:)
+   pure subroutine add_others(self, effects, point)
+      class(projection_plan_t), intent(in) :: self
       type(effect_list_t), intent(in) :: effects
       type(projection_point_t), intent(inout) :: point
       real(wp) :: gamma(3), slope(3)
       integer :: i
-      do i = 1, size(others)
-         associate (potential => effects%potentials(others(i))%item, rows => point%to_body)
-            gamma = times_vector(rows, potential%direction)
+      do i = 1, size(self%others)
+         associate (potential => effects%potentials(self%others(i))%item, rows => point%to_body)
+            if (self%moves) then
+               gamma = times_vector(rows, potential%direction_at(self%t))
+            else
+               gamma = times_vector(rows, potential%direction)
+            end if
             slope = potential%gradient(gamma)
             call add_potential(potential%energy(gamma), slope, gamma, point)
          end associate

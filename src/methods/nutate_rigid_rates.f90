@@ -11,6 +11,7 @@
 !> method's coefficients.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_hamiltonian, only: potential_torque, world_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
@@ -56,6 +57,8 @@ module nutate_rigid_rates
       real(wp) :: frame_turn(3) = 0.0_wp
       !> There is an effect that exerts a force, or a wheel, or the space axes turn.
       logical :: forced = .false.
+      !> There is a potential that moves.
+      logical :: moves = .false.
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
       !> The torque acts in this step; shape (number of torques).
@@ -83,6 +86,7 @@ contains
       self%frame_turns = system%effects%frame_turns
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0 .or. self%frame_turns
       self%n_wheels = system%effects%n_wheels
+      self%moves = system%effects%moves
       if (allocated(self%a)) deallocate (self%a, self%turns)
       if (self%n_wheels > 0 .and. present(a)) then
          allocate (self%a, source=a)
@@ -126,6 +130,7 @@ contains
          end associate
          self%work(i) = 0.0_wp
       end do
+      if (self%moves) self%work(size(self%work)) = 0.0_wp
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
       if (self%failure /= 0 .or. .not. self%frame_turns) return
@@ -259,7 +264,11 @@ contains
       square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then
-         if (system%effects%n_potentials > 0) call add_potentials(system, y, square, tau)
+         if (self%moves) then
+            call add_moving(self, system, fraction, y(1:4)/sqrt(square), weight, tau)
+         else if (system%effects%n_potentials > 0) then
+            call add_potentials(system, y, square, tau)
+         end if
          if (system%effects%n_torques > 0) call add_torques(self, system, fraction, y, sqrt(square), weight, tau)
       end if
       if (self%n_wheels > 0) call turn_wheels(self, system, fraction, y, square, weight)
@@ -336,6 +345,22 @@ contains
       end do
    end subroutine add_potentials
 
+   !> The same where some of them move, with the work of those.
+   pure subroutine add_moving(self, system, fraction, q, weight, tau)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> Of the step; unit quaternion, shape (4); weight of the stage.
+      real(wp), intent(in) :: fraction, q(4), weight
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      real(wp) :: t
+      t = self%t + fraction*self%dt
+      tau = tau + potential_torque(system%effects, q, t)
+      associate (work => self%work(size(self%work)))
+         work = work + (weight*self%dt)*world_power(system%effects, q, t)
+      end associate
+   end subroutine add_moving
+
    !> Adds the torques that act, each asked within its window only, and their work.
    pure subroutine add_torques(self, system, fraction, y, norm, weight, tau)
       type(rigid_rates_t), intent(inout) :: self
@@ -382,6 +407,7 @@ contains
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp
+      if (self%moves) state%world_work = state%world_work + self%work(size(self%work))
       state%t = self%t + self%dt
    end subroutine end_step
 
@@ -390,7 +416,7 @@ contains
       type(rigid_rates_t), intent(inout) :: self
       type(state_t), intent(inout) :: state
       integer :: i, last
-      last = size(self%work) - 2*self%n_wheels
+      last = size(self%acts)
       do i = 1, self%n_wheels
          call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), self%gain(i))
          state%wheel_work(:, i) = state%wheel_work(:, i) + self%wheel_work(:, i)

@@ -416,7 +416,7 @@ contains
       logical :: changed
       integer :: i
       associate (events => progress%events)
-         before = potential_energy(system%effects, progress%state%q)
+         before = potential_energy(system%effects, progress%state%q, progress%state%t)
          changed = .false.
          do i = 1, events%n_due
             associate (event => events%watched(events%due(i))%event)
@@ -436,7 +436,7 @@ contains
          events%n_due = 0
          call events%take_system(system)
          call add_increment(progress%summary%world_work, progress%world_compensation, &
-                            potential_energy(system%effects, progress%state%q) - before)
+                            potential_energy(system%effects, progress%state%q, progress%state%t) - before)
       end associate
       if (changed) then
          call policy%renew(system, status)

@@ -104,7 +104,7 @@ contains
       real(wp), intent(in) :: norm
       !> Time that decides which torques act, s; default: `t`.
       real(wp), intent(in), optional :: window_time
-      real(wp) :: moment, columns(3, 3), square
+      real(wp) :: moment, columns(3, 3), square, n(3)
       integer :: i, j
       moment = t
       if (present(window_time)) moment = window_time
@@ -117,7 +117,9 @@ contains
       columns = rotation_matrix(frame)
       square = norm*norm
       do i = 1, effects%n_potentials
-         associate (n => effects%potentials(i)%item%direction)
+         associate (potential => effects%potentials(i)%item)
+            n = potential%direction
+            if (potential%moves) n = potential%direction_at(t)
             do j = 1, 3
                self%direction(j, i) = columns(1, j)*n(1) + columns(2, j)*n(2) + columns(3, j)*n(3)
                self%gamma0(j, i) = square*self%direction(j, i)

@@ -7,7 +7,7 @@ module nutate_hamiltonian
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_moderate
+   use nutate_limits, only: is_moderate, same_time
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
@@ -18,7 +18,8 @@ module nutate_hamiltonian
 
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
-   public :: potential_gradient, potential_torque, hamilton_equations, conserved_energy, frame_rate_of, relative_rate
+   public :: potential_gradient, potential_torque, moving_energy, world_power, world_work
+   public :: hamilton_equations, conserved_energy, frame_rate_of, relative_rate
 
 contains
 
@@ -170,18 +171,99 @@ contains
    end function kinetic_energy
 
    !> V(q) = Σ U(R(q)ᵀ n), J; R(q) the homogeneous quadratic form.
-   pure real(wp) function potential_energy(effects, q) result(energy)
+   pure real(wp) function potential_energy(effects, q, t) result(energy)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
       real(wp), intent(in) :: q(4)
+      !> Time, s, that potentials which move are asked for; default 0.
+      real(wp), intent(in), optional :: t
+      real(wp) :: time
+      integer :: i
+      energy = 0.0_wp
+      time = 0.0_wp
+      if (present(t)) time = t
+      do i = 1, effects%n_potentials
+         energy = energy + effects%potentials(i)%item%energy(gamma_of(effects, i, q, time))
+      end do
+   end function potential_energy
+
+   !> γ = R(q)ᵀn of a potential; shape (3).
+   pure function gamma_of(effects, i, q, t) result(gamma)
+      type(effect_list_t), intent(in) :: effects
+      !> Its number.
+      integer, intent(in) :: i
+      !> Body→space, shape (4); s.
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: gamma(3)
+      associate (potential => effects%potentials(i)%item)
+         if (potential%moves) then
+            gamma = rotate_to_body(q, potential%direction_at(t))
+         else
+            gamma = rotate_to_body(q, potential%direction)
+         end if
+      end associate
+   end function gamma_of
+
+   !> ∂V/∂t at fixed attitude: the power of potentials that move, W.
+   pure real(wp) function world_power(effects, q, t) result(power)
+      type(effect_list_t), intent(in) :: effects
+      !> Unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> s.
+      real(wp), intent(in) :: t
+      integer :: i
+      power = 0.0_wp
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i)%item)
+            if (potential%moves) power = power + potential%power(q, t)
+         end associate
+      end do
+   end function world_power
+
+   !> V of the potentials that move alone, J.
+   pure real(wp) function moving_energy(effects, q, t) result(energy)
+      type(effect_list_t), intent(in) :: effects
+      !> Attitude, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> s.
+      real(wp), intent(in) :: t
       integer :: i
       energy = 0.0_wp
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
-            energy = energy + potential%energy(rotate_to_body(q, potential%direction))
+            if (potential%moves) energy = energy + potential%energy(gamma_of(effects, i, q, t))
          end associate
       end do
-   end function potential_energy
+   end function moving_energy
+
+   !> Work of potentials that move in a step of the conserving scheme, which sees them as they are at its middle t̄:
+   !> V(q1, t1) - V(q0, t0) - (V(q1, t̄) - V(q0, t̄)), J. The first difference is free of rounding once summed up, from
+   !> the time on that was booked last; the second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq) from the increment of q, all of its
+   !> digits.
+   pure real(wp) function world_work(effects, before, after, dt) result(work)
+      type(effect_list_t), intent(in) :: effects
+      !> The ends of the step.
+      type(state_t), intent(in) :: before, after
+      !> s.
+      real(wp), intent(in) :: dt
+      real(wp) :: start, middle, change(4), mean(4), n(3), gamma(4)
+      integer :: i
+      middle = before%t + 0.5_wp*dt
+      start = before%t
+      if (abs(before%world_time - start) <= same_time*abs(dt)) start = before%world_time
+      change = (after%q - before%q) + (after%q_compensation - before%q_compensation)
+      mean = 0.5_wp*(before%q + after%q)
+      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, start)
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i)%item)
+            if (.not. potential%moves) cycle
+            n = potential%direction_at(middle)
+            gamma = quat_product(quat_conjugate(mean), vector_quat_product(n, change))
+            work = work - 2*dot_product(gamma(2:4), potential%discrete_gradient(rotate_to_body(before%q, n), &
+                                                                                rotate_to_body(after%q, n)))
+         end associate
+      end do
+   end function world_work
 
    !> H = T + V, J: equation (8) on the constraint (2), where the term of its multiplier λ vanishes.
    pure real(wp) function total_energy(system, state, inverse_j0) result(energy)
@@ -189,7 +271,8 @@ contains
       type(state_t), intent(in) :: state
       !> 1/J0, kg⁻¹ m⁻²; default 0.
       real(wp), intent(in), optional :: inverse_j0
-      energy = kinetic_energy(system, state, inverse_j0) + potential_energy(system%effects, state%q)
+      energy = kinetic_energy(system, state, inverse_j0) + &
+            potential_energy(system%effects, state%q, state%t)
    end function total_energy
 
    !> What potentials leave alone, J: H; in space axes that turn, the Jacobi integral H - ω·l.
@@ -202,7 +285,7 @@ contains
       if (system%effects%frame_turns) energy = energy - dot_product(system%effects%frame_rate, space_momentum(state))
    end function conserved_energy
 
-   !> ∂V/∂q of (9b) = Σ γ'(q)ᵀ∇U; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
+   !> ∂V/∂q of (9b) = Σ γ'(q)ᵀ∇U at t = 0; shape (4). With γ = vec(q*∘n∘q) it is 2 q∘[γ·∇U, ∇U×γ]/|q|².
    pure function potential_gradient(effects, q) result(gradient)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
@@ -223,19 +306,21 @@ contains
    end function potential_gradient
 
    !> τ = Σ γ×∇U: torque of the potentials, body axes, N m; shape (3).
-   pure function potential_torque(effects, q) result(torque)
+   pure function potential_torque(effects, q, t) result(torque)
       type(effect_list_t), intent(in) :: effects
       !> Attitude, body→space; shape (4).
       real(wp), intent(in) :: q(4)
+      !> Time, s, that potentials which move are asked for; default 0.
+      real(wp), intent(in), optional :: t
       real(wp) :: torque(3)
-      real(wp) :: gamma(3)
+      real(wp) :: gamma(3), time
       integer :: i
       torque = 0.0_wp
+      time = 0.0_wp
+      if (present(t)) time = t
       do i = 1, effects%n_potentials
-         associate (potential => effects%potentials(i)%item)
-            gamma = rotate_to_body(q, potential%direction)
-            torque = torque + cross(gamma, potential%gradient(gamma))
-         end associate
+         gamma = gamma_of(effects, i, q, time)
+         torque = torque + cross(gamma, effects%potentials(i)%item%gradient(gamma))
       end do
    end function potential_torque
 
@@ -263,7 +348,7 @@ contains
       if (present(inverse_j0)) a(1) = inverse_j0*w(1)
       a(2:4) = times_vector(system%body%inverse_inertia, w(2:4) - 2*system%effects%inner_momentum(state%wheel_momentum))
       rate = 0.5_wp*a(2:4) - frame_rate_of(system%effects, state%q)
-      tau = potential_torque(system%effects, state%q)
+      tau = potential_torque(system%effects, state%q, state%t)
       do i = 1, system%effects%n_torques
          associate (torque => system%effects%torques(i)%item)
             if (torque%acts_at(state%t)) tau = tau + torque%torque(state%t, state%q, rate)

@@ -89,7 +89,7 @@ contains
       real(wp), intent(in), optional :: work
       real(wp) :: kinetic, potential, residual, change(3)
       kinetic = kinetic_energy(system, state, self%inverse_j0)
-      potential = potential_energy(system%effects, state%q)
+      potential = potential_energy(system%effects, state%q, state%t)
       if (system%effects%frame_turns) potential = potential - dot_product(system%effects%frame_rate, &
                                                                           space_momentum(state))
       residual = kinetic + potential - self%energy
@@ -143,7 +143,7 @@ contains
 
    !> Which components of l the effects leave alone, on or off: all without torque; the one along n with potentials
    !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise. Where the space axes turn, none
-   !> but that along their axis.
+   !> but that along their axis; with a potential that moves none.
    pure subroutine conserved_momentum(effects, components, axis)
       type(effect_list_t), intent(in) :: effects
       !> `NO_COMPONENT`, `ALONG_AXIS` or `ALL_COMPONENTS`.
@@ -175,7 +175,7 @@ contains
             components = NO_COMPONENT
          end if
       end if
-      if (has_outer_torques(effects)) components = NO_COMPONENT
+      if (has_outer_torques(effects) .or. effects%moves) components = NO_COMPONENT
       if (components /= ALONG_AXIS) axis = 0.0_wp
    end subroutine conserved_momentum
 

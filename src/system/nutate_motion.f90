@@ -53,7 +53,7 @@ contains
       real(wp), intent(in) :: window_time
       !> Found by `find_motion`.
       type(motion_t), intent(inout) :: motion
-      real(wp) :: q(4), gamma(3), start, stop, inner(3)
+      real(wp) :: q(4), n(3), gamma(3), start, stop, inner(3)
       integer :: i
       motion%potential_torque = 0.0_wp
       motion%torque = 0.0_wp
@@ -61,7 +61,9 @@ contains
          q = (1/quat_norm(motion%state%q))*motion%state%q
       do i = 1, system%effects%n_potentials
          associate (potential => system%effects%potentials(i)%item)
-            gamma = rotate_to_body(q, potential%direction)
+            n = potential%direction
+            if (potential%moves) n = potential%direction_at(motion%state%t)
+            gamma = rotate_to_body(q, n)
             motion%potential_torque = motion%potential_torque + cross(gamma, potential%gradient(gamma))
          end associate
       end do

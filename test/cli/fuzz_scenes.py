@@ -2,7 +2,7 @@
 
 import re
 
-from support import COLUMNS, METHODS, ROOT, WHEEL_COLUMNS
+from support import COLUMNS, METHODS, ORBIT_COLUMNS, ROOT, WHEEL_COLUMNS
 
 
 def read_effects():
@@ -60,8 +60,8 @@ def write_scene(dice):
     """A scene that keeps the rules of scene files, whose values need not make sense."""
     scales = Scales(dice)
     effects = [dice.choice(EFFECTS)(dice, scales) for _ in range(dice.choice((0, 0, 1, 1, 2, 5)))]
-    turns = any("&rotating_frame" in effect for effect in effects)
-    parts = [body(dice, scales), initial(dice, scales, turns), integrator(dice, scales, not effects), output(dice, scales)]
+    axes = [name for name in ("rotating_frame", "orbit") if any("&" + name in effect for effect in effects)]
+    parts = [body(dice, scales), initial(dice, scales, axes), integrator(dice, scales, not effects), output(dice, scales, axes)]
     parts += dict.fromkeys(effects)
     if dice.random() < 0.3:
         parts += [event(dice, scales) for _ in range(dice.choice((1, 1, 2, 4)))]
@@ -102,11 +102,13 @@ def moments(dice, scales):
     return ", ".join(number_text(moment) for moment in j)
 
 
-def initial(dice, scales, turns):
+def initial(dice, scales, axes):
     lines = []
-    if turns and dice.random() < 0.5:
-        lines.append(f"rate_from = '{dice.choice(('inertial', 'frame'))}'")
-    way = dice.randrange(4)
+    if axes and dice.random() < 0.5:
+        lines.append(f"rate_from = '{dice.choice(('inertial', 'frame', 'orbit'))}'")
+    if "orbit" in axes and dice.random() < 0.5:
+        lines.append(f"attitude_from = '{dice.choice(('space', 'orbit'))}'")
+    way = dice.randrange(5)
     if way == 0:
         lines.append(f"euler = {dice.uniform(-7, 7)}, {dice.choice((0.0, 3.141592653589793, 1e-200, 1.0))}, 0.5")
     elif way == 1:
@@ -115,6 +117,8 @@ def initial(dice, scales, turns):
         q = [dice.choice((0.0, dice.gauss(0, 1))) for _ in range(3)] + [1.0]
         size = sum(x * x for x in q) ** 0.5
         lines.append("quaternion = " + ", ".join(number_text(x / size) for x in q))
+    elif way == 3:
+        lines.append(f"roll_pitch_yaw = {dice.uniform(-7, 7)}, {dice.choice((0.0, 1.5707963267948966, 1.0))}, {scales.text()}")
     if way == 0 and dice.random() < 0.3:
         lines.append(f"euler_rates = {scales.text(3, time=-1)}")
     else:
@@ -152,10 +156,11 @@ def integrator(dice, scales, free):
     return group("integrator", lines)
 
 
-def output(dice, scales):
+def output(dice, scales, axes):
     lines = []
     if dice.random() < 0.8:
         sets = list(COLUMNS) + (list(WHEEL_COLUMNS)[:2] if dice.random() < 0.1 else [])
+        sets += list(ORBIT_COLUMNS) if "orbit" in axes or dice.random() < 0.05 else []
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
@@ -218,7 +223,9 @@ def dipole(_, scales):
     return group("dipole", [f"moment = {scales.text(3)}", f"field = {scales.text(3, length=2, mass=1, time=-2)}"])
 
 
-def gravity_gradient(_, scales):
+def gravity_gradient(dice, scales):
+    if dice.random() < 0.2:
+        return group("gravity_gradient", [])
     return group("gravity_gradient", [f"direction = {scales.text(3)}", f"strength = {scales.text(time=-2)}"])
 
 
@@ -283,6 +290,18 @@ def rotating_frame(dice, scales):
     return group("rotating_frame", [f"rate = {scales.text(3, time=-1)}"])
 
 
+def orbit(dice, scales):
+    lines = [f"semi_major_axis = {scales.text(length=1, signed=False)}", f"mu = {scales.text(length=3, time=-2, signed=False)}"]
+    if dice.random() < 0.2:
+        lines = [f"altitude = {10.0 ** dice.uniform(0, 8)}"]
+    elif dice.random() < 0.3:
+        lines.append(f"eccentricity = {dice.choice((0.0, 1e-17, 0.3, 0.999, 0.9999999999999999))}")
+    lines += [f"{key} = {dice.uniform(-400, 400)}" for key in ("inclination", "raan", "argument_of_perigee", "mean_anomaly")
+              if dice.random() < 0.3]
+    lines += dice.choice(([], ["degrees = .true."], ["frame = 'inertial'"], ["frame = 'orbit'"]))
+    return group("orbit", lines)
+
+
 def wheel(dice, scales):
     lines = [f"axis = {scales.text(3)}", f"inertia = {scales.text(length=2, mass=1, signed=False)}"]
     if dice.random() < 0.7:
@@ -332,10 +351,10 @@ def from_samples(name, keys):
 
 EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3)), "omega_x", "L1", "l_z", "p0", "phi", "theta",
                  "psi", "kinetic", "potential", "total", "jacobi", "wheel1_speed",
-                 "wheel2_momentum"]
+                 "wheel2_momentum", "roll", "pitch", "yaw", "orbit_radius", "true_anomaly"]
 
 # In the units of a scene, and then those that have no function of their own.
-EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, wheel, regulator]
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, wheel, regulator]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

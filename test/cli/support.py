@@ -40,6 +40,11 @@ COLUMNS = {
     "constraints": ["norm_error", "orthogonality"],
     "solver": ["iterations", "step_residual"],
     "jacobi": ["jacobi"],
+    "world_work": ["world_work"],
+}
+ORBIT_COLUMNS = {
+    "orbit_attitude": ["roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3"],
+    "orbit": ["orbit_x", "orbit_y", "orbit_z", "orbit_radius", "true_anomaly"],
 }
 WHEEL_COLUMNS = {f"wheel{i}": [f"wheel{i}_{name}" for name in ("speed", "momentum", "motor_work", "friction_work")]
                  for i in range(1, 7)}

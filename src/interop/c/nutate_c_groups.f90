@@ -209,6 +209,7 @@ contains
          end do
       else
          built%body = system%body
+         if (system%effects%on_orbit) call built%effects%add(system%effects%orbit)
       end if
       if (.not. error%raised) call build_effects(groups, built, error)
       if (.not. error%raised .and. .not. with_body) call check_once(groups, system, error)
@@ -259,8 +260,8 @@ contains
          do i = 1, system%effects%n_torques
             has = has .or. same_type_as(system%effects%torques(i)%item, alone%effects%torques(1)%item)
          end do
-      else if (alone%effects%frame_turns) then
-         has = system%effects%frame_turns
+      else if (alone%effects%frame_turns .or. alone%effects%on_orbit) then
+         has = system%effects%frame_turns .or. system%effects%on_orbit
       end if
    end function has_effect_of
 

@@ -109,7 +109,7 @@ contains
       if (code /= NUTATE_OK) return
       handle%failure = 0
       kinetic = kinetic_energy(handle%system, handle%run%state, handle%settings%inverse_auxiliary_inertia)
-      potential = potential_energy(handle%system%effects, handle%run%state%q)
+      potential = potential_energy(handle%system%effects, handle%run%state%q, handle%run%state%t)
       frame = dot_product(handle%system%effects%frame_rate, space_momentum(handle%run%state))
       work = work_done(handle)
       call add_failure(handle%failure, status)
@@ -262,7 +262,7 @@ contains
          sets(i) = nth_name(list, i)
       end do
       call lock_texts()
-      call columns%choose(sets, status, wheels=handle%system%effects%n_wheels)
+      call columns%choose(sets, status, effects=handle%system%effects)
       if (status%ok()) names = columns%header()
       call unlock_texts()
       if (status%ok()) then

@@ -277,7 +277,7 @@ contains
       type(status_t), intent(out) :: status
       handle%sets = sets
       call lock_texts()
-      call handle%columns%choose(handle%sets, status, wheels=handle%system%effects%n_wheels)
+      call handle%columns%choose(handle%sets, status, effects=handle%system%effects)
       handle%names = handle%columns%header()
       call unlock_texts()
       if (status%ok()) call replace_state(handle, state, status)

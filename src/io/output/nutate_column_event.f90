@@ -1,18 +1,19 @@
 !> Columns of a history as quantities of events, with their rates in closed form.
 module nutate_column_event
-   use nutate_attitude, only: euler_from_quat
+   use nutate_attitude, only: euler_from_quat, roll_pitch_yaw_from_quat
    use nutate_columns, only: column_sets
    use nutate_event, only: CROSSING, event_t
-   use nutate_hamiltonian, only: potential_energy
+   use nutate_hamiltonian, only: potential_energy, world_power
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
-   use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_space
+   use nutate_quaternion, only: cross, quat_conjugate, quat_norm, quat_product, quat_vector_product, rotate_to_body, &
+      rotate_to_space
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: column_event_t, event_columns, natural_period, needs_attitude, wheel_of
+   public :: column_event_t, event_columns, natural_period, needs_attitude, shows_orbit, wheel_of
 
    !> Most columns of an event.
    integer, parameter, public :: most_columns = 3
@@ -21,13 +22,14 @@ module nutate_column_event
    character(len=*), parameter :: event_columns = &
       'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
       'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total,jacobi,'// &
+      'roll,pitch,yaw,orbit_radius,true_anomaly,'// &
       'wheel1_speed,wheel1_momentum,wheel2_speed,wheel2_momentum,wheel3_speed,wheel3_momentum,'// &
       'wheel4_speed,wheel4_momentum,wheel5_speed,wheel5_momentum,wheel6_speed,wheel6_momentum'
 
    !> Places in it.
    integer, parameter :: AT_Q0 = 1, AT_P0 = 5, AT_OMEGA1 = 9, AT_OMEGA_X = 12, AT_L1 = 15, AT_L_X = 18, AT_PHI = 21, &
       AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25, AT_TOTAL = 26, AT_JACOBI = 27, &
-      AT_WHEEL = 28
+      AT_ROLL = 28, AT_PITCH = 29, AT_YAW = 30, AT_RADIUS = 31, AT_TRUE_ANOMALY = 32, AT_WHEEL = 33
 
    !> A sum of columns with weights.
    type, extends(event_t) :: column_event_t
@@ -50,7 +52,8 @@ contains
    !> The period of a column: 2π for the angles that have one; 0 for others.
    pure real(wp) function natural_period(column) result(period)
       character(len=*), intent(in) :: column
-      period = merge(2*pi, 0.0_wp, column == 'phi' .or. column == 'psi')
+      period = merge(2*pi, 0.0_wp, any(column == ['phi         ', 'psi         ', 'roll        ', 'yaw         ', &
+                                                  'true_anomaly']))
    end function natural_period
 
    !> True for a column that depends on the attitude.
@@ -125,6 +128,8 @@ contains
             x = v(column - AT_L_X + 1)
          case (AT_PHI:AT_PSI)
             x = angle_of(column, q)
+         case (AT_ROLL:AT_TRUE_ANOMALY)
+            x = orbit_value(column, system, motion)
          case (AT_WHEEL:)
             x = wheel_value(column - AT_WHEEL, system, motion)
          case default
@@ -133,11 +138,73 @@ contains
                if (column /= AT_POTENTIAL) x = 0.5_wp*dot_product(omega, momentum - effects%inner_momentum(wheels)) &
                                                + effects%wheel_energy(wheels)
             end associate
-            if (column /= AT_KINETIC) x = x + potential_energy(system%effects, q)
+            if (column /= AT_KINETIC) x = x + potential_energy(system%effects, q, motion%state%t)
             if (column == AT_JACOBI) x = x - dot_product(omega - motion%relative, momentum)
          end select
       end associate
    end function column_value
+
+   !> Roll, pitch, yaw against the orbit's axes, its radius or true anomaly; 0 where there is no orbit.
+   pure real(wp) function orbit_value(column, system, motion) result(x)
+      !> Place in the list.
+      integer, intent(in) :: column
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: angles(3)
+      x = 0.0_wp
+      if (.not. system%effects%on_orbit) return
+      associate (orbit => system%effects%orbit, t => motion%state%t)
+         select case (column)
+         case (AT_RADIUS)
+            x = orbit%path%radius(t)
+         case (AT_TRUE_ANOMALY)
+            x = orbit%path%true_anomaly(t)
+         case default
+            angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
+            x = angles(column - AT_ROLL + 1)
+         end select
+      end associate
+   end function orbit_value
+
+   !> Its rate along the motion. With w the body's rate against the orbit's axes: pitch' = w2 cos(roll) - w3 sin(roll),
+   !> yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch), roll' = w1 + yaw' sin(pitch).
+   pure real(wp) function orbit_rate(column, system, motion) result(x)
+      !> Place in the list.
+      integer, intent(in) :: column
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: angles(3), w(3), velocity(3), place(3)
+      x = 0.0_wp
+      if (.not. system%effects%on_orbit) return
+      associate (orbit => system%effects%orbit, t => motion%state%t)
+         select case (column)
+         case (AT_RADIUS)
+            velocity = orbit%path%velocity(t)
+            place = orbit%path%position(t)
+            x = dot_product(velocity, place)/orbit%path%radius(t)
+         case (AT_TRUE_ANOMALY)
+            x = orbit%path%turn_rate(t)
+         case default
+            angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
+            w = motion%omega - rotate_to_body(unit(motion%state%q), orbit%axes_rate(t))
+            x = w(2)*cos(angles(1)) - w(3)*sin(angles(1))
+            if (column == AT_PITCH) return
+            x = (w(2)*sin(angles(1)) + w(3)*cos(angles(1)))/max(cos(angles(2)), eps)
+            if (column == AT_ROLL) x = w(1) + x*sin(angles(2))
+         end select
+      end associate
+   end function orbit_rate
+
+   !> True for a column that shows an orbit.
+   pure logical function shows_orbit(column) result(shows)
+      character(len=*), intent(in) :: column
+      integer :: k
+      shows = .false.
+      do k = 1, size(column_sets)
+         if (index(','//trim(column_sets(k)%headers)//',', ','//trim(column)//',') > 0) &
+            shows = shows .or. column_sets(k)%orbit
+      end do
+   end function shows_orbit
 
    !> Speed or momentum of a wheel, rad/s or N m s.
    pure real(wp) function wheel_value(place, system, motion) result(x)
@@ -211,16 +278,27 @@ contains
          case (AT_KINETIC)
             x = dot_product(omega, torque) + motion%inner_power
          case (AT_POTENTIAL)
-            x = -dot_product(relative, motion%potential_torque)
+            x = world_power_of(system, motion) - dot_product(relative, motion%potential_torque)
          case (AT_JACOBI)
-            x = dot_product(relative, motion%torque) + motion%inner_power
+            x = dot_product(relative, motion%torque) + motion%inner_power + world_power_of(system, motion)
          case (AT_TOTAL)
-            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + motion%inner_power
+            x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + &
+                motion%inner_power + world_power_of(system, motion)
+         case (AT_ROLL:AT_TRUE_ANOMALY)
+            x = orbit_rate(column, system, motion)
          case default
             x = wheel_rate(column - AT_WHEEL, system, motion)
          end select
       end associate
    end function column_rate
+
+   !> What the energy of potentials that move changes by, W.
+   pure real(wp) function world_power_of(system, motion) result(power)
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      power = 0.0_wp
+      if (system%effects%moves) power = world_power(system%effects, unit(motion%state%q), motion%state%t)
+   end function world_power_of
 
    !> A quarter more than what the rates of the columns admit, and a hundredth more than their range, is left for the
    !> errors of a computed motion.

@@ -2,11 +2,12 @@
 !> case of `write_set`.
 module nutate_columns
    use nutate_archive, only: archive_t
-   use nutate_attitude, only: euler_of_motion, follow_euler, quat_from_euler
+   use nutate_attitude, only: euler_of_motion, follow_euler, quat_from_euler, roll_pitch_yaw_from_quat
+   use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, potential_energy, &
       relative_rate, space_momentum
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: quat_normalized, rotate_to_space
+   use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
    use nutate_spelling, only: nearest_name
    use nutate_state, only: state_t
@@ -27,29 +28,37 @@ module nutate_columns
       !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
       logical :: attitude = .true.
-      !> Its columns are angles, or their rates.
-      logical :: angles = .false.
+      !> Which of its columns are angles, or their rates: from one to another; none where the last is 0.
+      integer :: first_angle = 1, last_angle = 0
       !> The wheel that it shows, 1 or more; 0: it is no wheel's.
       integer :: wheel = 0
+      !> It shows an orbit.
+      logical :: orbit = .false.
    end type column_set_t
 
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
-      MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11
+      MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
+      ORBIT_ATTITUDE = 12, ORBIT = 13, WORLD_WORK = 14
 
    !> All sets of columns, in the order in which they stand in a history.
    type(column_set_t), parameter :: column_sets(*) = [ &
       column_set_t('quaternion', 4, 'q0,q1,q2,q3'), &
       column_set_t('conjugate_momentum', 4, 'p0,p1,p2,p3'), &
-      column_set_t('angular_velocity', 3, 'omega1,omega2,omega3', attitude=.false., angles=.true.), &
-      column_set_t('angular_velocity_space', 3, 'omega_x,omega_y,omega_z', angles=.true.), &
+      column_set_t('angular_velocity', 3, 'omega1,omega2,omega3', attitude=.false., last_angle=3), &
+      column_set_t('angular_velocity_space', 3, 'omega_x,omega_y,omega_z', last_angle=3), &
       column_set_t('angular_momentum', 3, 'L1,L2,L3', attitude=.false.), &
       column_set_t('angular_momentum_space', 3, 'l_x,l_y,l_z'), &
-      column_set_t('euler', 3, 'phi,theta,psi', angles=.true.), &
+      column_set_t('euler', 3, 'phi,theta,psi', last_angle=3), &
       column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual', attitude=.false.), &
       column_set_t('constraints', 2, 'norm_error,orthogonality'), &
       column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.), &
       column_set_t('jacobi', 1, 'jacobi'), &
+      column_set_t('orbit_attitude', 7, 'roll,pitch,yaw,orbit_q0,orbit_q1,orbit_q2,orbit_q3', last_angle=3, &
+                   orbit=.true.), &
+      column_set_t('orbit', 5, 'orbit_x,orbit_y,orbit_z,orbit_radius,true_anomaly', attitude=.false., &
+                   first_angle=5, last_angle=5, orbit=.true.), &
+      column_set_t('world_work', 1, 'world_work', attitude=.false.), &
       column_set_t('wheel1', 4, 'wheel1_speed,wheel1_momentum,wheel1_motor_work,wheel1_friction_work', &
                    attitude=.false., wheel=1), &
       column_set_t('wheel2', 4, 'wheel2_speed,wheel2_momentum,wheel2_motor_work,wheel2_friction_work', &
@@ -117,24 +126,23 @@ contains
    end function need_attitude
 
    !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, and
-   !> for a wheel that there is not.
-   subroutine choose(self, names, status, degrees, wheels)
+   !> for a wheel or an orbit that there is not.
+   subroutine choose(self, names, status, degrees, effects)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
       type(status_t), intent(out) :: status
       !> Angles in degrees, rates in degrees per second, which the names of their columns say; default `.false.`.
       logical, intent(in), optional :: degrees
-      !> Number of wheels of the system; default: as many as columns ask for.
-      integer, intent(in), optional :: wheels
+      !> Those of the system; default: there is all that columns ask for.
+      type(effect_list_t), intent(in), optional :: effects
       integer :: i
 
       do i = 1, size(names)
          if (any(column_sets%name == names(i))) then
-            if (.not. present(wheels)) cycle
-            if (column_sets(findloc(column_sets%name, names(i), dim=1))%wheel <= wheels) cycle
-            status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(names(i))//"' of a wheel that there is not "// &
-                          '(expected one group &wheel for each)', 'columns')
-            return
+            if (present(effects)) call check_shown(column_sets(findloc(column_sets%name, names(i), dim=1)), effects, &
+                                                   status)
+            if (.not. status%ok()) return
+            cycle
          end if
          status = fail(NUTATE_BAD_ARGUMENT, "no set of columns is called '"//trim(names(i))//"' (nearest: "// &
                        nearest_name(names(i), column_sets%name)//')', 'columns')
@@ -148,6 +156,20 @@ contains
       self%follows_steps = any(self%chosen == EULER)
    end subroutine choose
 
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel or an orbit that there is not.
+   subroutine check_shown(set, effects, status)
+      type(column_set_t), intent(in) :: set
+      type(effect_list_t), intent(in) :: effects
+      type(status_t), intent(out) :: status
+      if (set%wheel > effects%n_wheels) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a wheel that there is not "// &
+                       '(expected one group &wheel for each)', 'columns')
+      else if (set%orbit .and. .not. effects%on_orbit) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of an orbit that there is not "// &
+                       '(expected &orbit with them)', 'columns')
+      end if
+   end subroutine check_shown
+
    !> The header row: the names of all columns, comma separated.
    pure function header(self) result(line)
       class(columns_t), intent(in) :: self
@@ -155,8 +177,8 @@ contains
       integer :: i
       line = 't'
       do i = 1, size(self%chosen)
-         if (self%degrees .and. column_sets(self%chosen(i))%angles) then
-            line = line//','//in_degrees(trim(column_sets(self%chosen(i))%headers))
+         if (self%degrees) then
+            line = line//','//in_degrees(column_sets(self%chosen(i)))
          else
             line = line//','//trim(column_sets(self%chosen(i))%headers)
          end if
@@ -164,17 +186,20 @@ contains
    end function header
 
    !> `phi_deg,theta_deg` for `phi,theta`.
-   pure function in_degrees(headers) result(names)
-      character(len=*), intent(in) :: headers
-      character(len=:), allocatable :: names
-      character(len=*), parameter :: mark = '_deg'
-      integer :: i
+   pure function in_degrees(set) result(names)
+      type(column_set_t), intent(in) :: set
+      character(len=:), allocatable :: names, headers
+      integer :: i, place
+      headers = trim(set%headers)//','
       names = ''
+      place = 1
       do i = 1, len(headers)
-         if (headers(i:i) == ',') names = names//mark
-         names = names//headers(i:i)
+         if (headers(i:i) == ',') then
+            if (place >= set%first_angle .and. place <= set%last_angle) names = names//'_deg'
+            place = place + 1
+         end if
+         if (i < len(headers)) names = names//headers(i:i)
       end do
-      names = names//mark
    end function in_degrees
 
    !> Takes the first state.
@@ -221,10 +246,18 @@ contains
       do i = 1, size(self%chosen)
          last = first + column_sets(self%chosen(i))%width - 1
          call write_set(self%chosen(i), system, state, record, self%shared, values(first:last))
-         if (self%degrees .and. column_sets(self%chosen(i))%angles) values(first:last) = values(first:last)*degree
+         if (self%degrees) call turn_to_degrees(column_sets(self%chosen(i)), values(first:last))
          first = last + 1
       end do
    end subroutine evaluate
+
+   !> The angles of a set in degrees.
+   pure subroutine turn_to_degrees(set, values)
+      type(column_set_t), intent(in) :: set
+      !> Shape (width of the set).
+      real(wp), intent(inout) :: values(:)
+      values(set%first_angle:set%last_angle) = values(set%first_angle:set%last_angle)*degree
+   end subroutine turn_to_degrees
 
    !> The values of one set.
    pure subroutine write_set(set, system, state, record, shared, values)
@@ -255,9 +288,9 @@ contains
          values = [shared%phi, shared%theta, shared%psi]
       case (ENERGY)
          values(1) = kinetic_energy(system, state, shared%inverse_j0)
-         values(2) = potential_energy(system%effects, state%q)
+         values(2) = potential_energy(system%effects, state%q, state%t)
          values(3) = values(1) + values(2)
-         values(4) = record%work
+         values(4) = record%work - state%world_work
          values(5) = values(3) - shared%first_energy - record%work
          if (system%effects%frame_turns) values(5) = conserved_energy(system, state, shared%inverse_j0) &
                                                      - shared%first_energy - record%work
@@ -267,6 +300,15 @@ contains
          values = [real(record%iterations, wp), record%residual]
       case (JACOBI)
          values = conserved_energy(system, state, shared%inverse_j0)
+      case (ORBIT_ATTITUDE)
+         values(4:7) = quat_product(quat_conjugate(system%effects%orbit%axes(state%t)), state%q)
+         values(1:3) = roll_pitch_yaw_from_quat(values(4:7))
+      case (ORBIT)
+         associate (path => system%effects%orbit%path)
+            values = [path%position(state%t), path%radius(state%t), path%true_anomaly(state%t)]
+         end associate
+      case (WORLD_WORK)
+         values = state%world_work
       case default
          values = of_wheel(column_sets(set)%wheel, system, state)
       end select

@@ -133,7 +133,7 @@ contains
       logical, intent(in), optional :: degrees
       integer, intent(in), optional :: digits
       logical, intent(in), optional :: backward
-      call self%columns%choose(columns, status, degrees, system%effects%n_wheels)
+      call self%columns%choose(columns, status, degrees, system%effects)
       if (.not. status%ok()) return
       self%digits = 0
       if (present(digits)) self%digits = digits

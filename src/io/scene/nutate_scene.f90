@@ -21,7 +21,7 @@ module nutate_scene
    use nutate_scene_ensemble, only: build_ensemble, ensemble_keys
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
-   use nutate_scene_initial, only: add_frame_rate, initial_keys, build_initial, check_initial
+   use nutate_scene_initial, only: initial_keys, build_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
    use nutate_scene_override, only: apply_override
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
@@ -189,11 +189,9 @@ contains
       scene%title = group%text('title', scene%name)
       call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
       if (error%raised) return
-      call build_initial(first_group(scene%groups, 'initial'), q, omega, error)
-      if (error%raised) return
       call build_effects(scene%groups, scene%system, error, path(1:index(path, '/', back=.true.)))
       if (error%raised) return
-      call add_frame_rate(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
+      call build_initial(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
       if (error%raised) return
       scene%initial = make_state(scene%system, q, omega)
       group = first_group(scene%groups, 'integrator')
@@ -238,7 +236,7 @@ contains
       type(output_settings_t), intent(out) :: output
    end subroutine forget
 
-   !> Raises an error for columns of a wheel that there is not.
+   !> Raises an error for columns of a wheel or an orbit that there is not.
    subroutine check_columns(group, names, effects, error)
       !> The group `&output`.
       type(group_t), intent(in) :: group
@@ -247,7 +245,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       type(columns_t) :: columns
       type(status_t) :: status
-      call columns%choose(names, status, wheels=effects%n_wheels)
+      call columns%choose(names, status, effects=effects)
       if (.not. status%ok()) call error%take(group%line_of('columns'), status)
    end subroutine check_columns
 

@@ -3,14 +3,17 @@ module nutate_scene_effects
    use nutate_body, only: body_t, whole_body
    use nutate_effect, only: effect_t, rotor_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
+   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_keys, only: group_t, group_kind_t
+   use nutate_orbit, only: orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
    use nutate_regulator, only: regulator_t
    use nutate_regulator_mounting, only: add_regulator
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_scene_table, only: read_torque_table
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
@@ -18,6 +21,9 @@ module nutate_scene_effects
    private
 
    public :: add_effect_kinds, build_effects
+
+   !> Passes through the groups.
+   integer, parameter :: FIRST = 1, MIDDLE = 2, LAST = 3
 
 contains
 
@@ -37,8 +43,8 @@ contains
       end do
    end subroutine add_effect_kinds
 
-   !> Adds the effects that the groups name, in their order but regulators last, to a system. What is made from
-   !> a body is made from the whole one, its wheels locked.
+   !> Adds the effects that the groups name, in their order but an orbit first and regulators last, to a system. What is made
+   !> from a body is made from the whole one, its wheels locked.
    subroutine build_effects(groups, system, error, folder)
       !> The tables that they name are read.
       type(group_t), intent(inout) :: groups(:)
@@ -48,39 +54,83 @@ contains
       !> Where names of tables begin, `/` at its end; default: the working directory.
       character(len=*), intent(in), optional :: folder
       type(effect_kind_t), allocatable :: kinds(:)
-      class(effect_t), allocatable :: effect
       type(body_t) :: body
-      type(status_t) :: status
-      integer :: i, k, n
+      integer :: i, k, pass
 
       kinds = effect_kinds()
       body = whole_body(system%body)
-      do n = 1, 2*size(groups)
-         i = 1 + mod(n - 1, size(groups))
-         ! Regulators act by wheels, wherever these stand in the scene.
-         if ((groups(i)%name == 'regulator') .neqv. n > size(groups)) cycle
-         do k = 1, size(kinds)
-            if (kinds(k)%group%name /= groups(i)%name) cycle
-            if (present(folder)) then
-               call read_torque_table(groups(i), folder, error)
-            else
-               call read_torque_table(groups(i), '', error)
-            end if
-            if (error%raised) return
-            call kinds(k)%build(groups(i), body, effect, status)
-            if (status%ok()) call check_strength(effect, status)
-            if (.not. status%ok()) then
-               call error%take(groups(i)%line_of(trim(status%subject)), status)
-               return
-            end if
-            call take_switch(groups(i), effect, error)
-            if (error%raised) return
-            call take_effect(system, effect, status)
-            if (.not. status%ok()) call error%take(groups(i)%line_of(trim(status%subject)), status)
-            if (error%raised) return
+      do pass = FIRST, LAST
+         do i = 1, size(groups)
+            if (pass_of(groups(i)) /= pass) cycle
+            do k = 1, size(kinds)
+               if (kinds(k)%group%name /= groups(i)%name) cycle
+               if (present(folder)) then
+                  call read_torque_table(groups(i), folder, error)
+               else
+                  call read_torque_table(groups(i), '', error)
+               end if
+               if (.not. error%raised) call build_one(groups(i), kinds(k), body, system, error)
+               if (error%raised) return
+            end do
          end do
       end do
    end subroutine build_effects
+
+   !> In which pass a group is built: what others are made from comes first, and regulators act by wheels, wherever these
+   !> stand in the scene.
+   pure integer function pass_of(group)
+      type(group_t), intent(in) :: group
+      select case (group%name)
+      case ('orbit')
+         pass_of = FIRST
+      case ('regulator')
+         pass_of = LAST
+      case default
+         pass_of = MIDDLE
+      end select
+   end function pass_of
+
+   !> Adds the effect that a group names.
+   subroutine build_one(group, kind, body, system, error)
+      type(group_t), intent(in) :: group
+      !> What it is.
+      type(effect_kind_t), intent(in) :: kind
+      !> The whole body.
+      type(body_t), intent(in) :: body
+      type(system_t), intent(inout) :: system
+      type(scene_error_t), intent(inout) :: error
+      class(effect_t), allocatable :: effect
+      type(status_t) :: status
+      if (goes_by_orbit(group, system)) then
+         call build_on_orbit(system%effects%orbit, body, effect)
+      else
+         call kind%build(group, body, effect, status)
+      end if
+      if (status%ok()) call check_strength(effect, status)
+      if (status%ok()) call take_switch(group, effect, error)
+      if (status%ok() .and. .not. error%raised) call take_effect(system, effect, status)
+      if (.not. status%ok()) call error%take(group%line_of(trim(status%subject)), status)
+   end subroutine build_one
+
+   !> A gravity gradient that leaves its direction and strength to the orbit.
+   pure logical function goes_by_orbit(group, system)
+      type(group_t), intent(in) :: group
+      type(system_t), intent(in) :: system
+      goes_by_orbit = group%name == 'gravity_gradient' .and. system%effects%on_orbit .and. &
+                      .not. (group%has('direction') .or. group%has('strength'))
+   end function goes_by_orbit
+
+   !> The gravity gradient of an orbit: at rest in its axes, moving in inertial ones.
+   subroutine build_on_orbit(orbit, body, effect)
+      type(orbit_t), intent(in) :: orbit
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      if (orbit%is_frame) then
+         allocate (effect, source=gravity_gradient_t(body, orbit))
+      else
+         allocate (effect, source=orbital_gradient_t(body, orbit%path))
+      end if
+   end subroutine build_on_orbit
 
    !> The name by which switches call an effect, and whether it is on at the start.
    subroutine take_switch(group, effect, error)
@@ -97,8 +147,8 @@ contains
       effect%on = group%flag('on', .true.)
    end subroutine take_switch
 
-   !> Adds an effect. A rotor or a rotating frame that is off, which cannot be switched, is not there then. Errors:
-   !> those of `add_wheel` and `add_regulator`.
+   !> Adds an effect. A rotor, a rotating frame or an orbit that is off, which cannot be switched, is not there then.
+   !> Errors: those of `add_wheel` and `add_regulator`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit.
    subroutine take_effect(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
@@ -107,7 +157,7 @@ contains
       class is (rotor_t)
          if (effect%on) call system%effects%add(effect)
       class is (rotating_frame_t)
-         if (effect%on) call system%effects%add(effect)
+         if (effect%on) call take_frame(system, effect, status)
       type is (wheel_t)
          call add_wheel(system, effect, status)
       type is (regulator_t)
@@ -116,5 +166,23 @@ contains
          call system%effects%add(effect)
       end select
    end subroutine take_effect
+
+   !> Adds a frame that turns, or an orbit. Errors: those of `take_effect`.
+   subroutine take_frame(system, frame, status)
+      type(system_t), intent(inout) :: system
+      class(rotating_frame_t), intent(in) :: frame
+      type(status_t), intent(out) :: status
+      logical :: is_second
+      is_second = system%effects%on_orbit
+      select type (frame)
+      type is (orbit_t)
+         is_second = is_second .or. system%effects%frame_turns
+      end select
+      if (is_second) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit has space axes of its own (expected &orbit or &rotating_frame)')
+      else
+         call system%effects%add(frame)
+      end if
+   end subroutine take_frame
 
 end module nutate_scene_effects

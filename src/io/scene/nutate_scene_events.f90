@@ -2,7 +2,7 @@
 module nutate_scene_events
    use nutate_admissible, only: POSITIVE
    use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude, &
-      wheel_of
+      shows_orbit, wheel_of
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
    use nutate_event_tracker, only: event_list_t
@@ -79,6 +79,10 @@ contains
       n = group%count_of('when')
       do i = 1, n
          event%columns(i) = group%text_at('when', i)
+         if (shows_orbit(event%columns(i)) .and. .not. effects%on_orbit) call error%raise( &
+            group%line_of('when'), "'"//trim(event%columns(i))//"' is of an orbit that there is not", &
+            expected='&orbit with it')
+         if (error%raised) return
          if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
          call error%raise(group%line_of('when'), "'"//trim(event%columns(i))//"' is of a wheel that there is not", &
                           expected='one group &wheel for each')

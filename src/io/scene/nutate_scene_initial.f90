@@ -1,12 +1,13 @@
 !> `&initial`: attitude and angular velocity at t = 0.
 module nutate_scene_initial
    use nutate_admissible, only: ANY_DIRECTION
-   use nutate_attitude, only: angular_velocity_from_euler_rates, quat_from_axis_angle, quat_from_euler
+   use nutate_attitude, only: angular_velocity_from_euler_rates, quat_from_axis_angle, quat_from_euler, &
+      quat_from_roll_pitch_yaw
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: frame_rate_of
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: quat_normalized, rotate_to_body
+   use nutate_quaternion, only: quat_normalized, quat_product, rotate_to_body
    use nutate_range, only: check_attitude, check_motion, check_step
    use nutate_run_plan, only: run_plan_t
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
@@ -16,25 +17,29 @@ module nutate_scene_initial
    implicit none
    private
 
-   public :: initial_keys, add_frame_rate, build_initial, check_initial
+   public :: initial_keys, build_initial, check_initial
 
    !> Keys of the scene group `&initial`.
-   type(key_t), parameter :: initial_keys(9) = [ &
+   type(key_t), parameter :: initial_keys(11) = [ &
       key_t(name='quaternion', least=4, most=4, range=ANY_DIRECTION), &
       key_t(name='axis', least=3, most=3, range=ANY_DIRECTION), &
       key_t(name='angle'), &
       key_t(name='euler', least=3, most=3), &
+      key_t(name='roll_pitch_yaw', least=3, most=3), &
+      key_t(name='attitude_from', kind=KEY_TEXT, choices='space,orbit'), &
       key_t(name='angular_velocity', least=3, most=3), &
       key_t(name='euler_rates', least=3, most=3), &
       key_t(name='frame', kind=KEY_TEXT, choices='body,space'), &
-      key_t(name='rate_from', kind=KEY_TEXT, choices='inertial,frame'), &
+      key_t(name='rate_from', kind=KEY_TEXT, choices='inertial,frame,orbit'), &
       key_t(name='degrees', kind=KEY_LOGICAL)]
 
 contains
 
    !> Attitude and angular velocity at the start.
-   subroutine build_initial(group, q, omega, error)
+   subroutine build_initial(group, effects, q, omega, error)
       type(group_t), intent(in) :: group
+      !> The orbit, and the rate of the space axes, against which they may be given.
+      type(effect_list_t), intent(in) :: effects
       !> Unit quaternion, body→space; shape (4).
       real(wp), intent(out) :: q(4)
       !> Ω, body axes, rad/s; shape (3).
@@ -45,36 +50,46 @@ contains
       q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       omega = 0.0_wp
       call check_keys(group, error)
+      call check_references(group, effects, error)
       if (error%raised) return
       unit = 1.0_wp
       if (group%flag('degrees', .false.)) unit = pi/180
       call build_attitude(group, unit, q, error)
       if (error%raised) return
+      if (group%text('attitude_from', 'space') == 'orbit') q = quat_product(effects%orbit%axes(0.0_wp), q)
       call build_rate(group, unit, q, omega)
+      select case (group%text('rate_from', 'inertial'))
+      case ('frame')
+         omega = omega + frame_rate_of(effects, q)
+      case ('orbit')
+         omega = omega + rotate_to_body(q, effects%orbit%axes_rate(0.0_wp))
+      case default
+         ! Against the stars, as Ω is.
+      end select
    end subroutine build_initial
 
-   !> Adds the rate of the space axes to one that is given against them.
-   subroutine add_frame_rate(group, effects, q, omega, error)
+   !> Raises an error for what is given against axes that there are not.
+   subroutine check_references(group, effects, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
-      !> Body→space; shape (4).
-      real(wp), intent(in) :: q(4)
-      !> Ω, body axes, rad/s; shape (3).
-      real(wp), intent(inout) :: omega(3)
       type(scene_error_t), intent(inout) :: error
-      if (group%text('rate_from', 'inertial') /= 'frame') return
-      if (.not. effects%frame_turns) call error%raise(group%line_of('rate_from'), 'there is no frame that turns', &
-                                                      expected='&rotating_frame with it')
-      omega = omega + frame_rate_of(effects, q)
-   end subroutine add_frame_rate
+      if (group%text('rate_from', 'inertial') == 'frame' .and. .not. effects%frame_turns) &
+         call error%raise(group%line_of('rate_from'), 'there is no frame that turns', &
+                          expected='&rotating_frame with it')
+      if (effects%on_orbit) return
+      if (group%text('rate_from', 'inertial') == 'orbit') &
+         call error%raise(group%line_of('rate_from'), 'there is no orbit', expected='&orbit with it')
+      if (group%text('attitude_from', 'space') == 'orbit') &
+         call error%raise(group%line_of('attitude_from'), 'there is no orbit', expected='&orbit with it')
+   end subroutine check_references
 
    !> Keys that exclude or need each other.
    subroutine check_keys(group, error)
       type(group_t), intent(in) :: group
       type(scene_error_t), intent(inout) :: error
 
-      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'axis', 'euler'], error)
-      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'angle', 'euler'], error)
+      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'axis', 'euler', 'roll_pitch_yaw'], error)
+      call allow_one_of(group, [character(len=name_length) :: 'quaternion', 'angle', 'euler', 'roll_pitch_yaw'], error)
       call allow_one_of(group, [character(len=name_length) :: 'angular_velocity', 'euler_rates'], error)
       call demand_with(group, 'axis', 'angle', error)
       call demand_with(group, 'angle', 'axis', error)
@@ -83,6 +98,9 @@ contains
       if (group%has('euler_rates') .and. group%has('frame')) &
          call error%raise(group%line_of('frame'), 'frame has no meaning with euler_rates', &
                           expected='frame with angular_velocity only')
+      if (group%has('euler_rates') .and. group%text('attitude_from', 'space') == 'orbit') &
+         call error%raise(group%line_of('attitude_from'), 'Euler rates are those of the space axes', &
+                          expected='angular_velocity with it')
    end subroutine check_keys
 
    !> The attitude, from whichever form is given; unchanged where none is.
@@ -107,6 +125,8 @@ contains
       else if (group%has('euler')) then
          angles = unit*group%vector('euler', angles)
          q = quat_from_euler(angles(1), angles(2), angles(3))
+      else if (group%has('roll_pitch_yaw')) then
+         q = quat_from_roll_pitch_yaw(unit*group%vector('roll_pitch_yaw', angles))
       end if
    end subroutine build_attitude
 

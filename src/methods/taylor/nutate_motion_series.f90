@@ -234,7 +234,7 @@ contains
       w = self%momentum - system%effects%rotor_momentum
       if (self%wheels%n > 0) call self%wheels%start(self%torques%start, self%time_unit)
       bound = steepest_growth
-      converges = maxval(abs(turn)) <= bound
+      converges = max(maxval(abs(turn)), abs(self%time_unit)*self%torques%pace) <= bound
       if (.not. converges) return
       do k = 0, self%order
          self%lanes_1(:, :, k) = a

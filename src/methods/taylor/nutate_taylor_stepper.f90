@@ -5,7 +5,7 @@
 !> output. The projection onto the invariants follows the steps.
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
-   use nutate_hamiltonian, only: body_momentum
+   use nutate_hamiltonian, only: body_momentum, moving_energy
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_exp, quat_product
@@ -145,6 +145,7 @@ contains
       call end_step(self%rates, y, self%next, status)
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
+      if (self%rates%moves .and. self%rates%failure == 0) call book_world_work(self, system, dt, self%next)
       do i = 1, size(self%work)
          self%work(i) = work_of(self, i, dt)
       end do
@@ -314,7 +315,26 @@ contains
          self%series%order, time/self%series%time_unit, self%series%tail, self%rates%gain, self%rates%wheel_work)
    end subroutine get_state
 
-   !> Work of a torque from the start of the series to a time after it, J; of a wheel to the state last put together.
+   !> Books what potentials that move have done from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
+   !> their torque τ.
+   subroutine book_world_work(self, system, time, state)
+      class(taylor_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: time
+      !> That time's; its work of the world that of the start.
+      type(state_t), intent(inout) :: state
+      associate (work => self%rates%work(size(self%rates%work)))
+         work = moving_energy(system%effects, state%q, self%first%t + time) &
+                - moving_energy(system%effects, self%first%q, self%first%t) &
+                + self%series%torques%work_until(system%effects%n_torques + 1, self%series%order, &
+                                                 self%series%time_unit, time/self%series%time_unit, self%series%tail)
+         state%world_work = self%first%world_work + work
+      end associate
+   end subroutine book_world_work
+
+   !> Work of a torque from the start of the series to a time after it, J; of a wheel and of the world to the state last
+   !> put together.
    pure real(wp) function work_of(self, i, time) result(work)
       class(taylor_t), intent(in) :: self
       integer, intent(in) :: i
@@ -353,6 +373,7 @@ contains
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
+      if (self%rates%moves) call book_world_work(self, system, time, state)
       do i = 1, size(self%work)
          work = work + work_of(self, i, time)
       end do

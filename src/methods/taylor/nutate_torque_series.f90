@@ -44,10 +44,16 @@ module nutate_torque_series
       !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number
       !> of torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
+      !> Which of the general potentials move, by position, 0 for one that does not; series of their n in the basis,
+      !> shape (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
+      integer, allocatable, private :: mover(:)
+      real(wp), allocatable, private :: moving(:, :, :)
+      real(wp) :: pace = 0.0_wp
+      logical, private :: moves = .false.
       !> D of linear torques; shape (3,3, number of torques).
       real(wp), allocatable, private :: drag(:, :, :)
-      !> Ω, rad/s, shape (3, 0:highest_order), and each torque, N m, shape (0:highest_order, 3, number of torques); body
-      !> axes.
+      !> Ω, rad/s, shape (3, 0:highest_order), and each torque, last that of potentials that move, N m, shape
+      !> (0:highest_order, 3, number of torques + 1); body axes.
       real(wp), private :: omega(3, 0:highest_order) = 0.0_wp
       real(wp), allocatable, private :: torque(:, :, :)
    contains
@@ -55,7 +61,7 @@ module nutate_torque_series
       procedure :: prepare
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
-      !> Work of a torque up to a time.
+      !> Work of a torque, or of potentials that move on the body, up to a time.
       procedure :: work_until
    end type torque_series_t
 
@@ -120,15 +126,13 @@ contains
          do i = 1, effects%n_potentials
             associate (potential => effects%potentials(i)%item)
                if (potential%series_kind() == kind) call add_direction(self, potential%direction)
+               if (potential%moves) call add_all_directions(self)
             end associate
          end do
       end do
       do i = 1, effects%n_torques
          call add_direction(self, effects%torques(i)%item%series_direction())
-         if (effects%torques(i)%item%series_kind() /= SPACE_SERIES) cycle
-         do kind = 1, 3
-            call add_direction(self, merge(1.0_wp, 0.0_wp, [1, 2, 3] == kind))
-         end do
+         if (effects%torques(i)%item%series_kind() == SPACE_SERIES) call add_all_directions(self)
       end do
       associate (e => self%basis)
          if (self%rank == 0) e(:, 1) = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -141,6 +145,15 @@ contains
          e(:, 3) = cross(e(:, 1), e(:, 2))
       end associate
    end subroutine choose_basis
+
+   !> Makes the basis one of all space.
+   subroutine add_all_directions(self)
+      class(torque_series_t), intent(inout) :: self
+      integer :: i
+      do i = 1, 3
+         call add_direction(self, merge(1.0_wp, 0.0_wp, [1, 2, 3] == i))
+      end do
+   end subroutine add_all_directions
 
    !> Adds a direction to the basis, unless it lies in its span.
    subroutine add_direction(self, direction)
@@ -190,18 +203,24 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer :: i, n, last
       if (allocated(self%slot)) deallocate (self%slot, self%torque_slot, self%components, self%gamma, self%columns, &
-                                            self%auxiliary, self%drag, self%torque)
+                                            self%auxiliary, self%drag, self%torque, self%mover, self%moving)
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
+      allocate (self%mover(self%n_general), source=0)
+      self%pace = 0.0_wp
       n = 0
       last = 0
       do i = 1, self%n_general
          associate (potential => effects%potentials(self%general(i))%item)
             call open_slot(self, potential, potential%direction, n, last)
+            if (potential%moves) self%mover(i) = 1 + maxval(self%mover)
+            self%pace = max(self%pace, potential%pace)
          end associate
          self%slot(i) = n
       end do
+      allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
+      self%moves = size(self%moving, 3) > 0
       do i = 1, effects%n_torques
          associate (torque => effects%torques(i)%item)
             if (torque%series_kind() == LINEAR_SERIES) then
@@ -213,7 +232,7 @@ contains
          end associate
       end do
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
-      allocate (self%torque(0:highest_order, 3, effects%n_torques), source=0.0_wp)
+      allocate (self%torque(0:highest_order, 3, effects%n_torques + 1), source=0.0_wp)
    end subroutine make_slots
 
    !> Marks the torques in space axes, and makes room for them.
@@ -223,6 +242,7 @@ contains
       integer :: i, last
       if (allocated(self%along)) deallocate (self%along, self%rows)
       last = -1
+      if (size(self%moving, 3) > 0) last = highest_order
       do i = 1, effects%n_torques
          if (effects%torques(i)%item%series_kind() /= SPACE_SERIES) cycle
          self%torque_slot(i) = -self%torque_slot(i)
@@ -264,11 +284,13 @@ contains
          self%gamma(:, k, n) = rows(:, 1)*self%components(1, n) + rows(:, 2)*self%components(2, n) &
                                + rows(:, 3)*self%components(3, n)
       end do
+      if (self%moves) call move_directions(self, effects, k, t, time_unit, rows)
       do i = 1, self%n_general
          n = self%slot(i)
          call effects%potentials(self%general(i))%item%series_torque( &
             k, self%gamma(:, 0:k, n), self%auxiliary(:, self%columns(1, n):self%columns(2, n)), one)
          tau = tau + one
+         if (self%moves) call add_moved(self, i, k, one)
       end do
       do i = 1, size(acts)
          if (.not. acts(i)) cycle
@@ -285,6 +307,45 @@ contains
          tau = tau + one
       end do
    end subroutine add_terms
+
+   !> Adds coefficient k of the torque of a potential to those that move, if it does.
+   pure subroutine add_moved(self, i, k, tau)
+      class(torque_series_t), intent(inout) :: self
+      !> Position among the general ones; coefficient.
+      integer, intent(in) :: i, k
+      !> Body axes, N m; shape (3).
+      real(wp), intent(in) :: tau(3)
+      associate (moved => self%torque(k, :, size(self%torque, 3)))
+         if (self%mover(i) > 0) moved = moved + tau
+      end associate
+   end subroutine add_moved
+
+   !> Coefficient k of γ of the potentials that move, and no torque of theirs yet; with the first one the series of n.
+   pure subroutine move_directions(self, effects, k, t, time_unit, rows)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: k
+      !> Start and unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
+      real(wp), intent(in) :: rows(3, 3)
+      real(wp) :: n(3, 0:highest_order), gamma(3)
+      integer :: i, j
+      self%rows(:, :, k) = rows
+      self%torque(k, :, size(self%torque, 3)) = 0.0_wp
+      do i = 1, self%n_general
+         if (self%mover(i) == 0) cycle
+         if (k == 0) then
+            call effects%potentials(self%general(i))%item%direction_series(t, time_unit, n)
+            self%moving(:, :, self%mover(i)) = matmul(transpose(self%basis), n)
+         end if
+         gamma = 0.0_wp
+         do j = 0, k
+            gamma = gamma + times_vector(self%rows(:, :, k - j), self%moving(:, j, self%mover(i)))
+         end do
+         self%gamma(:, k, self%slot(i)) = gamma
+      end do
+   end subroutine move_directions
 
    !> Coefficient k of R(q)ᵀν from that of ν and those before.
    pure subroutine turn_to_body(self, i, k, rows, tau)
@@ -305,7 +366,8 @@ contains
       end do
    end subroutine turn_to_body
 
-   !> ∫ Ω·τᵢ dt of the torque i from the start of the series to `s`, J: term by term, and the tail.
+   !> ∫ Ω·τᵢ dt of the torque i, or, one more, of the potentials that move, from the start of the series to `s`, J: term
+   !> by term, and the tail.
    pure real(wp) function work_until(self, i, order, time_unit, s, tail) result(work)
       class(torque_series_t), intent(in) :: self
       integer, intent(in) :: i

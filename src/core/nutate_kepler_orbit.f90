@@ -1,0 +1,152 @@
+!> The motion of a body's centre about a centre of attraction: Kepler's ellipse, at any time.
+!>
+!> Inertial axes: x to the equinox, z north. Orbital axes (LVLH): x across the radius in the plane, forward on a
+!> circular orbit, y against the orbit's normal, z to the centre of attraction. With E the eccentric anomaly,
+!> `E - e sin E = M`, β = e/(1 + √(1-e²)):
+!>
+!>     ν = E + 2 atan(β sin E/(1 - β cos E)),   r = a(1 - e cos E),   ν̇ = h/r²,   h = √(μ a (1-e²)).
+module nutate_kepler_orbit
+   use nutate_kinds, only: wp, eps, pi
+   use nutate_quaternion, only: quat_product, rotate_to_space
+   implicit none
+   private
+
+   public :: kepler_orbit_t, eccentric_anomaly
+
+   !> Orbital axes from those along radius, transverse and normal: unit quaternion.
+   real(wp), parameter :: from_radial(4) = [0.5_wp, -0.5_wp, -0.5_wp, 0.5_wp]
+
+   !> An ellipse and the place on it at t = 0.
+   type :: kepler_orbit_t
+      !> a, m; e, 0 <= e < 1; μ, m³/s².
+      real(wp) :: semi_major_axis = 1.0_wp, eccentricity = 0.0_wp, mu = 1.0_wp
+      !> Inclination, right ascension of the ascending node, argument of the perigee, mean anomaly at t = 0, rad.
+      real(wp) :: inclination = 0.0_wp, raan = 0.0_wp, argument_of_perigee = 0.0_wp, mean_anomaly = 0.0_wp
+   contains
+      !> n = √(μ/a³), rad/s.
+      procedure :: mean_motion
+      !> ν at a time, rad, without jumps: it grows by 2π with each revolution.
+      procedure :: true_anomaly
+      !> ν̇ at a time, rad/s.
+      procedure :: turn_rate
+      !> Distance from the centre of attraction at a time, m.
+      procedure :: radius
+      !> Place seen from the centre of attraction at a time, inertial axes, m.
+      procedure :: position
+      !> Velocity at a time, inertial axes, m/s.
+      procedure :: velocity
+      !> Unit quaternion from orbital to inertial axes at a time, without jumps.
+      procedure :: axes
+   end type kepler_orbit_t
+
+contains
+
+   pure real(wp) function mean_motion(self)
+      class(kepler_orbit_t), intent(in) :: self
+      mean_motion = sqrt(self%mu/self%semi_major_axis**3)
+   end function mean_motion
+
+   !> E of `E - e sin E = M`, rad, by Newton's iteration: on 0 <= M <= π the function is convex and M + e is not below
+   !> its root, from where the iteration falls to it without fail. It ends where it stops falling.
+   pure real(wp) function eccentric_anomaly(mean, eccentricity) result(anomaly)
+      !> M, rad, any number; e, 0 <= e < 1.
+      real(wp), intent(in) :: mean, eccentricity
+      !> Newton's iteration doubles its digits; a nearly parabolic orbit first comes down by thirds.
+      integer, parameter :: most = 80
+      real(wp) :: turns, m, change
+      integer :: i
+      turns = 2*pi*anint(mean/(2*pi))
+      m = abs(mean - turns)
+      anomaly = min(m + eccentricity, pi)
+      do i = 1, most
+         change = (anomaly - eccentricity*sin(anomaly) - m)/(1 - eccentricity*cos(anomaly))
+         if (change <= 0.0_wp) exit
+         anomaly = anomaly - change
+         if (change <= eps*anomaly) exit
+      end do
+      anomaly = turns + sign(anomaly, mean - turns)
+   end function eccentric_anomaly
+
+   pure real(wp) function anomaly_at(self, t) result(anomaly)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      anomaly = eccentric_anomaly(self%mean_anomaly + self%mean_motion()*t, self%eccentricity)
+   end function anomaly_at
+
+   pure real(wp) function true_anomaly(self, t) result(nu)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: anomaly, beta
+      anomaly = anomaly_at(self, t)
+      beta = self%eccentricity/(1 + flatness(self))
+      nu = anomaly + 2*atan2(beta*sin(anomaly), 1 - beta*cos(anomaly))
+   end function true_anomaly
+
+   !> √(1-e²).
+   pure real(wp) function flatness(self)
+      class(kepler_orbit_t), intent(in) :: self
+      flatness = sqrt((1 - self%eccentricity)*(1 + self%eccentricity))
+   end function flatness
+
+   pure real(wp) function turn_rate(self, t)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      turn_rate = self%mean_motion()*flatness(self)*(self%semi_major_axis/self%radius(t))**2
+   end function turn_rate
+
+   pure real(wp) function radius(self, t)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      radius = self%semi_major_axis*(1 - self%eccentricity*cos(anomaly_at(self, t)))
+   end function radius
+
+   !> Shape (3).
+   pure function position(self, t)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: position(3), anomaly
+      anomaly = anomaly_at(self, t)
+      position = self%semi_major_axis*[cos(anomaly) - self%eccentricity, flatness(self)*sin(anomaly), 0.0_wp]
+      position = rotate_to_space(plane(self, 0.0_wp), position)
+   end function position
+
+   !> Shape (3).
+   pure function velocity(self, t)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: velocity(3), anomaly
+      anomaly = anomaly_at(self, t)
+      velocity = (self%semi_major_axis*self%mean_motion()/(1 - self%eccentricity*cos(anomaly)))* &
+                 [-sin(anomaly), flatness(self)*cos(anomaly), 0.0_wp]
+      velocity = rotate_to_space(plane(self, 0.0_wp), velocity)
+   end function velocity
+
+   !> Shape (4).
+   pure function axes(self, t) result(q)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: q(4)
+      q = quat_product(plane(self, self%true_anomaly(t)), from_radial)
+   end function axes
+
+   !> Unit quaternion to inertial axes from those with x at an angle from the perigee in the plane, z along its normal;
+   !> shape (4).
+   pure function plane(self, angle) result(q)
+      class(kepler_orbit_t), intent(in) :: self
+      !> rad.
+      real(wp), intent(in) :: angle
+      real(wp) :: q(4), half(3)
+      half = 0.5_wp*[self%raan, self%inclination, self%argument_of_perigee + angle]
+      q = quat_product(quat_product([cos(half(1)), 0.0_wp, 0.0_wp, sin(half(1))], &
+                                    [cos(half(2)), sin(half(2)), 0.0_wp, 0.0_wp]), &
+                       [cos(half(3)), 0.0_wp, 0.0_wp, sin(half(3))])
+   end function plane
+
+end module nutate_kepler_orbit

@@ -1,0 +1,143 @@
+!> The orbit that the body's centre of mass follows: what gravity gradients, attitudes and columns go by.
+!>
+!> The scene's space axes are those of a circular orbit itself (LVLH: x forward, y against the normal, z to the centre
+!> of attraction), which turn at the constant rate (0, -n, 0), or inertial ones: x to the equinox, z north.
+module nutate_orbit
+   use nutate_admissible, only: NON_NEGATIVE, POSITIVE, SHAPE_LENGTH
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
+   use nutate_kinds, only: wp, pi
+   use nutate_limits, only: is_moderate
+   use nutate_quaternion, only: rotate_to_space
+   use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: orbit_t, orbit_keys, build_orbit, earth_mu, earth_radius
+
+   !> Gravitational parameter of the Earth, m³/s², and the radius above which altitudes count, m.
+   real(wp), parameter :: earth_mu = 3.986004418e14_wp, earth_radius = 6378137.0_wp
+
+   !> Keys of the scene group `&orbit`.
+   type(key_t), parameter :: orbit_keys(10) = [ &
+                             key_t(name='semi_major_axis', range=SHAPE_LENGTH, instead_of='altitude'), &
+                             key_t(name='altitude', range=SHAPE_LENGTH, instead_of='semi_major_axis'), &
+                             key_t(name='eccentricity', range=NON_NEGATIVE, default='0'), &
+                             key_t(name='inclination'), &
+                             key_t(name='raan'), &
+                             key_t(name='argument_of_perigee'), &
+                             key_t(name='mean_anomaly'), &
+                             key_t(name='mu', range=POSITIVE, default='3.986004418e14'), &
+                             key_t(name='frame', kind=KEY_TEXT, choices='orbit,inertial'), &
+                             key_t(name='degrees', kind=KEY_LOGICAL)]
+
+   !> An orbit, and the rate of the space axes, 0 where they are inertial.
+   type, extends(rotating_frame_t) :: orbit_t
+      type(kepler_orbit_t) :: path
+      !> The space axes are those of the orbit.
+      logical :: is_frame = .false.
+   contains
+      procedure :: is_moderate => orbit_is_moderate
+      !> Unit quaternion from orbital to space axes at a time.
+      procedure :: axes
+      !> Rate of the orbital axes at a time, space axes, rad/s.
+      procedure :: axes_rate
+   end type orbit_t
+
+   !> An orbit from its ellipse.
+   interface orbit_t
+      module procedure new_orbit
+   end interface orbit_t
+
+contains
+
+   !> An orbit as what effects go by. The space axes of an ellipse with e > 0 are inertial, whatever is asked for.
+   pure function new_orbit(path, inertial) result(orbit)
+      type(kepler_orbit_t), intent(in) :: path
+      !> The space axes are inertial ones; default: those of the orbit where it is circular.
+      logical, intent(in), optional :: inertial
+      type(orbit_t) :: orbit
+      orbit%name = 'orbit'
+      orbit%path = path
+      orbit%is_frame = .not. path%eccentricity > 0.0_wp
+      if (present(inertial)) orbit%is_frame = orbit%is_frame .and. .not. inertial
+      if (orbit%is_frame) orbit%rate = [0.0_wp, -path%mean_motion(), 0.0_wp]
+   end function new_orbit
+
+   !> An orbit as a scene's group asks for it. Errors: `NUTATE_BAD_ARGUMENT` unless it gives one of semi-major axis and
+   !> altitude, for an ellipse that is none, and for the axes, or an altitude, of an eccentric one.
+   subroutine build_orbit(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      type(kepler_orbit_t) :: path
+      real(wp) :: unit
+      call check_shape(group, status)
+      if (.not. status%ok()) return
+      unit = 1.0_wp
+      if (group%flag('degrees', .false.)) unit = pi/180
+      path%semi_major_axis = group%number('semi_major_axis', earth_radius + group%number('altitude', 0.0_wp))
+      path%eccentricity = group%number('eccentricity', 0.0_wp)
+      path%mu = group%number('mu', earth_mu)
+      path%inclination = unit*group%number('inclination', 0.0_wp)
+      path%raan = unit*group%number('raan', 0.0_wp)
+      path%argument_of_perigee = unit*group%number('argument_of_perigee', 0.0_wp)
+      path%mean_anomaly = unit*group%number('mean_anomaly', 0.0_wp)
+      allocate (effect, source=orbit_t(path, group%text('frame', 'orbit') == 'inertial'))
+   end subroutine build_orbit
+
+   !> Errors: those of `build_orbit`.
+   subroutine check_shape(group, status)
+      type(group_t), intent(in) :: group
+      type(status_t), intent(out) :: status
+      real(wp) :: eccentricity
+      eccentricity = group%number('eccentricity', 0.0_wp)
+      if (group%has('semi_major_axis') .eqv. group%has('altitude')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'an orbit has a semi-major axis or an altitude (expected one of them)', &
+                       merge('altitude', '        ', group%has('altitude')))
+      else if (eccentricity >= 1.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the orbit is no ellipse (expected a number >= 0 and < 1)', 'eccentricity')
+      else if (eccentricity > 0.0_wp .and. group%has('altitude')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the altitude of an eccentric orbit changes (expected semi_major_axis)', &
+                       'altitude')
+      else if (eccentricity > 0.0_wp .and. group%text('frame', 'inertial') == 'orbit') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the axes of an eccentric orbit do not turn at a constant rate '// &
+                       "(expected frame = 'inertial')", 'frame')
+      end if
+   end subroutine check_shape
+
+   !> Shape (4).
+   pure function axes(self, t) result(q)
+      class(orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: q(4)
+      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      if (.not. self%is_frame) q = self%path%axes(t)
+   end function axes
+
+   !> Shape (3).
+   pure function axes_rate(self, t) result(rate)
+      class(orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: rate(3)
+      rate = self%rate
+      if (.not. self%is_frame) rate = rotate_to_space(self%axes(t), [0.0_wp, -self%path%turn_rate(t), 0.0_wp])
+   end function axes_rate
+
+   !> The rate at its largest too, next to the centre of attraction.
+   pure logical function orbit_is_moderate(self)
+      class(orbit_t), intent(in) :: self
+      associate (path => self%path)
+         orbit_is_moderate = is_moderate(path%mean_motion()) .and. path%eccentricity < 1.0_wp
+         if (orbit_is_moderate) orbit_is_moderate = &
+            is_moderate(path%mean_motion()/(1 - path%eccentricity)**2) .and. is_moderate(path%semi_major_axis)
+      end associate
+   end function orbit_is_moderate
+
+end module nutate_orbit

@@ -1,0 +1,145 @@
+!> The gradient of a central gravity field over a body on a Kepler orbit, seen from inertial axes: the direction to the
+!> centre moves. V = ½·3 γᵀJγ, γ = R(q)ᵀn(t), n = √μ r/|r|^(5/2).
+module nutate_orbital_gradient
+   use nutate_body, only: body_t
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_power_series, only: power_term, product_term
+   use nutate_quaternion, only: rotate_to_body
+   implicit none
+   private
+
+   public :: orbital_gradient_t
+
+   !> U(γ) = ½ γᵀAγ + ½·3J_m|γ|², A = 3(J - J_m I): the effect's V, whose isotropic part turns nothing but changes with
+   !> the distance.
+   type, extends(gravity_gradient_t) :: orbital_gradient_t
+      type(kepler_orbit_t) :: path
+      !> 3J_m, kg m².
+      real(wp) :: isotropic = 0.0_wp
+   contains
+      procedure :: energy => moving_energy
+      procedure :: direction_at => direction_of_orbit
+      procedure :: power => power_of_motion
+      procedure :: direction_series => series_along_orbit
+      procedure :: is_moderate => moving_is_moderate
+      procedure :: bound => not_bounded
+      procedure :: has_axis => no_axis
+   end type orbital_gradient_t
+
+   !> The gradient on a body along an orbit.
+   interface orbital_gradient_t
+      module procedure new_orbital_gradient
+   end interface orbital_gradient_t
+
+contains
+
+   !> The gradient on a body along an orbit.
+   pure function new_orbital_gradient(body, path) result(gradient)
+      !> Its inertia about the reference point counts.
+      type(body_t), intent(in) :: body
+      type(kepler_orbit_t), intent(in) :: path
+      type(orbital_gradient_t) :: gradient
+      gradient%gravity_gradient_t = gravity_gradient_t(body, [0.0_wp, 0.0_wp, 1.0_wp], 1.0_wp)
+      gradient%isotropic = 2*gradient%offset
+      gradient%offset = 0.0_wp
+      gradient%path = path
+      gradient%moves = .true.
+      gradient%pace = path%mean_motion()*sqrt((1 + path%eccentricity)/(1 - path%eccentricity))/(1 - path%eccentricity)
+      gradient%direction = gradient%direction_at(0.0_wp)
+   end function new_orbital_gradient
+
+   pure real(wp) function moving_energy(self, gamma)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: gamma(3)
+      moving_energy = 0.5_wp*(dot_product(gamma, self%gradient(gamma)) + self%isotropic*dot_product(gamma, gamma))
+   end function moving_energy
+
+   !> n, 1/s; shape (3).
+   pure function direction_of_orbit(self, t) result(n)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: n(3), r(3)
+      r = self%path%position(t)
+      n = (sqrt(self%path%mu)/norm2(r)**2.5_wp)*r
+   end function direction_of_orbit
+
+   !> (Aγ + 3J_mγ)·R(q)ᵀṅ, ṅ = √μ (v - (5/2) r (r·v)/|r|²)/|r|^(5/2), W.
+   pure real(wp) function power_of_motion(self, q, t) result(power)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: q(4), t
+      real(wp) :: gamma(3), rate(3), r(3), v(3), square
+      r = self%path%position(t)
+      v = self%path%velocity(t)
+      square = dot_product(r, r)
+      rate = (sqrt(self%path%mu)/sqrt(square)**2.5_wp)*(v - (2.5_wp*dot_product(r, v)/square)*r)
+      gamma = rotate_to_body(q, self%direction_at(t))
+      power = dot_product(self%gradient(gamma) + self%isotropic*gamma, rotate_to_body(q, rate))
+   end function power_of_motion
+
+   !> With x = r/r₀, w = (x·x)^(-3/2), u = (x·x)^(-5/4), r₀ = |r| at the start: ẍ = -(μ/r₀³) x w, n = √(μ/r₀³) x u.
+   pure subroutine series_along_orbit(self, t, time_unit, n)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      real(wp), dimension(0:ubound(n, 2)) :: square, w, u
+      real(wp) :: x(0:ubound(n, 2) + 1, 3), start, pull
+      integer :: i, k
+      start = self%path%radius(t)
+      x(0, :) = self%path%position(t)/start
+      x(1, :) = (time_unit/start)*self%path%velocity(t)
+      pull = self%path%mu/start/start/start
+      do k = 0, ubound(n, 2)
+         square(k) = product_term(k, x(0:k, 1), x(0:k, 1)) + product_term(k, x(0:k, 2), x(0:k, 2)) &
+                     + product_term(k, x(0:k, 3), x(0:k, 3))
+         if (k == 0) then
+            w(0) = 1/(square(0)*sqrt(square(0)))
+            u(0) = 1/(square(0)*sqrt(sqrt(square(0))))
+         else
+            w(k) = power_term(k, -1.5_wp, square(0:k), w(0:k - 1))
+            u(k) = power_term(k, -1.25_wp, square(0:k), u(0:k - 1))
+         end if
+         do i = 1, 3
+            n(i, k) = sqrt(pull)*product_term(k, x(0:k, i), u(0:k))
+            if (k < ubound(n, 2)) x(k + 2, i) = -(pull*time_unit*time_unit)*product_term(k, x(0:k, i), w(0:k)) &
+                                                /((k + 1)*(k + 2))
+         end do
+      end do
+   end subroutine series_along_orbit
+
+   !> All that it is made of, and its energy next to the centre.
+   pure logical function moving_is_moderate(self)
+      class(orbital_gradient_t), intent(in) :: self
+      real(wp) :: nearest, strength
+      associate (path => self%path)
+         nearest = path%semi_major_axis*(1 - path%eccentricity)
+         moving_is_moderate = all(is_moderate([self%stiffness, self%isotropic])) .and. is_moderate(nearest) .and. &
+                              nearest > 0.0_wp
+         if (.not. moving_is_moderate) return
+         strength = sqrt(path%mu/nearest)/nearest
+         moving_is_moderate = is_moderate(strength)
+         if (moving_is_moderate) moving_is_moderate = is_moderate(strength**2) .and. is_moderate(strength**2* &
+            (maxval(sum(abs(self%stiffness), dim=1)) + abs(self%isotropic)))
+      end associate
+   end function moving_is_moderate
+
+   !> What moves is not bounded: no step with it counts as proved.
+   pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
+      class(orbital_gradient_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      bounds%known = .false.
+   end subroutine not_bounded
+
+   !> Frames that do not spin know of directions that stand still only.
+   pure logical function no_axis(self, axis)
+      class(orbital_gradient_t), intent(in) :: self
+      integer, intent(in) :: axis
+      no_axis = .false.
+   end function no_axis
+
+end module nutate_orbital_gradient

@@ -1,0 +1,155 @@
+"""Orbits: their columns in both units, their events, what check and summary say, members, and runs that go on."""
+import math
+import unittest
+
+from support import ORBIT_COLUMNS, CommandLineTest
+
+BODY = "&body inertia = 90.0, 100.0, 40.0 /\n"
+SCENE = BODY + """&orbit altitude = 500e3, inclination = 97.4, raan = 40, mean_anomaly = 10, degrees = .true. /
+&gravity_gradient /
+&initial roll_pitch_yaw = 0, 30, 0, degrees = .true., attitude_from = 'orbit', angular_velocity = 0, 0, 0, rate_from = 'orbit' /
+&integrator order = 6, time_step = 20.0, end_time = 6500.0 /
+&output columns = 'quaternion', 'orbit_attitude', 'orbit', 'energy', 'jacobi' /
+&event when = 'pitch', crosses = 0.0 /
+&event name = 'perigee', when = 'true_anomaly', crosses = 0.0 /
+"""
+MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 60, raan = 30, argument_of_perigee = 45,
+   degrees = .true. /
+&gravity_gradient /
+&damping coefficient = 1e-5, 2e-5, 1e-5 /
+&initial axis = 1, 1, 1, angle = 0.7, angular_velocity = 1e-3, -5e-4, 8e-4 /
+&integrator time_step = 40.0, end_time = 20000.0 /
+&output columns = 'quaternion', 'energy', 'orbit_attitude', 'world_work', every = 5 /
+"""
+# The pitch of a pendulum let go at 30 degrees passes 0 at (2j+1) K/w: 20 digits of elliptic integrals.
+ZEROS = [1243.612203959228267295, 3730.836611877684801886, 6218.061019796141336476]
+PERIOD = 5676.9780285258586712
+
+
+class Orbits(CommandLineTest):
+    def setUp(self):
+        super().setUp()
+        self.write("orbit.nml", SCENE)
+
+    def test_columns_have_their_names(self):
+        self.succeed("run", "orbit.nml", "--quiet")
+        header, rows = self.history("orbit.csv")
+        self.assertEqual(header[11:], ORBIT_COLUMNS["orbit_attitude"] + ORBIT_COLUMNS["orbit"])
+        for row in rows:
+            t, pitch, place = row[0], row[12], row[18:21]
+            # Roll and yaw stay where they are; the quaternion is that of the space frame.
+            self.assertLess(abs(row[11]) + abs(row[13]), 1e-14)
+            self.assertLess(max(abs(a - b) for a, b in zip(row[1:5], row[14:18])), 1e-16)
+            self.assertAlmostEqual(pitch, 2 * math.atan2(row[3], row[1]), delta=1e-14)
+            self.assertAlmostEqual(math.dist(place, (0, 0, 0)), row[21], delta=1e-7)
+            self.assertEqual(row[21], 6878137.0)
+            self.assertAlmostEqual(row[22], math.radians(10) + 2 * math.pi * t / PERIOD, delta=1e-13)
+            self.assertLess(abs(row[9]), 1e-19)
+        # A tenth of a revolution after the node it has gone north by sin(i).
+        self.assertAlmostEqual(rows[0][20], 6878137.0 * math.sin(math.radians(10)) * math.sin(math.radians(97.4)), delta=1e-6)
+
+    def test_degrees_are_those_of_angles(self):
+        self.succeed("run", "orbit.nml", "--quiet")
+        self.succeed("run", "orbit.nml", "--quiet", "--set", "output.degrees=.true.", "--output", "degrees.csv")
+        names, degrees = self.history("degrees.csv")
+        self.assertEqual(names[11:14], ["roll_deg", "pitch_deg", "yaw_deg"])
+        self.assertEqual(names[14:], ORBIT_COLUMNS["orbit_attitude"][3:] + ORBIT_COLUMNS["orbit"][:4] + ["true_anomaly_deg"])
+        radians = self.history("orbit.csv")[1]
+        self.assertAlmostEqual(degrees[5][12], math.degrees(radians[5][12]), delta=1e-13)
+        self.assertAlmostEqual(degrees[5][22], math.degrees(radians[5][22]), delta=1e-12)
+        self.assertEqual(degrees[5][14:22], radians[5][14:22])
+
+    def test_events_find_pitch_and_perigee(self):
+        self.succeed("run", "orbit.nml", "--quiet", "--set", "integrator.order=8")
+        with open(self.path("orbit.events.csv"), encoding="utf-8") as file:
+            events = [line.split(",") for line in file.read().splitlines()[1:]]
+        found = [float(event[0]) for event in events if event[1] == "pitch"]
+        self.assertEqual(len(found), len(ZEROS))
+        for time, expected in zip(found, ZEROS):
+            self.assertAlmostEqual(time, expected, delta=1e-8)
+        perigees = [float(event[0]) for event in events if event[1] == "perigee"]
+        self.assertEqual(len(perigees), 1)
+        self.assertAlmostEqual(perigees[0], PERIOD * 350 / 360, delta=1e-9)
+
+    def test_check_says_where_it_comes_from(self):
+        text = self.succeed("check", "orbit.nml").stdout
+        self.assertIn("direction = that of &orbit (default)", text)
+        self.assertIn("mu = 3.986004418e14 (default)", text)
+        self.assertIn("T + V - omega.l     conserved", text)
+        self.assertNotIn("would turn once", text)
+        self.assertIn("is more than a turn", self.succeed("check", "orbit.nml", "--set", "initial.degrees=.false.").stdout)
+
+    def test_inertial_axes_show_the_same_attitude(self):
+        free = SCENE.replace("&gravity_gradient /\n", "").replace("angular_velocity = 0, 0, 0", "angular_velocity = 1, 2, -3")
+        self.write("free.nml", free)
+        for frame in ("orbit", "inertial"):
+            self.succeed("run", "free.nml", "--quiet", "--output", frame + ".csv", "--set", f"orbit.frame={frame}", "--set",
+                         "integrator.order=8", "--set", "integrator.time_step=0.25", "--set", "integrator.end_time=50")
+        ours, theirs = self.history("orbit.csv")[1], self.history("inertial.csv")[1]
+        for a, b in zip(ours[::20], theirs[::20]):
+            for x, y in zip(a[11:23], b[11:23]):
+                self.assertAlmostEqual(x, y, delta=1e-9 * max(1, abs(x)))
+
+    def test_an_eccentric_orbit_is_shown(self):
+        self.write("ellipse.nml", BODY + "&orbit semi_major_axis = 1e7, eccentricity = 0.3 /\n&initial angular_velocity = 0, 0, 0, "
+                   "attitude_from = 'orbit', rate_from = 'orbit' /\n&integrator time_step = 10, end_time = 10000 /\n"
+                   "&output columns = 'angular_velocity', 'orbit' /\n&event when = 'orbit_radius', extremum = 'maximum' /\n")
+        self.succeed("run", "ellipse.nml", "--quiet")
+        rows = self.history("ellipse.csv")[1]
+        # At the perigee: r = a (1 - e), v / r of the rate.
+        self.assertAlmostEqual(rows[0][7], 7e6, delta=1e-8)
+        self.assertAlmostEqual(rows[0][2], -math.sqrt(3.986004418e14 * 1e7 * 0.91) / 49e12, delta=1e-17)
+        with open(self.path("ellipse.events.csv"), encoding="utf-8") as file:
+            apogee = float(file.read().splitlines()[1].split(",")[0])
+        self.assertAlmostEqual(apogee, math.pi * math.sqrt(1e21 / 3.986004418e14), delta=1e-5)
+
+    def test_a_gradient_that_moves_has_its_account(self):
+        self.write("moving.nml", MOVING)
+        for settings in (["integrator.order=2"], ["integrator.order=8", "integrator.linear_solver=reduced"],
+                         ["integrator.method=taylor"], ["integrator.method=dop853", "integrator.conserve=.true."]):
+            done = self.succeed("run", "moving.nml", *(word for setting in settings for word in ("--set", setting)))
+            self.assertIn("work of the moving world", done.stderr)
+            header, rows = self.history("moving.csv")
+            self.assertEqual(header[-1], "world_work")
+            total, work, residual, world = (header.index(name) for name in ("total", "work", "energy_residual", "world_work"))
+            for row in rows:
+                self.assertAlmostEqual(row[total] - rows[0][total] - row[work] - row[world], row[residual], delta=1e-18)
+                self.assertLess(abs(row[residual]), 1e-16)
+            # The damping takes, the world gives and takes.
+            self.assertLess(rows[-1][work], 0.0)
+            self.assertGreater(max(abs(row[world]) for row in rows), 1e-5)
+        text = self.succeed("check", "moving.nml").stdout
+        self.assertIn("changes by the work of torques and the moving world alone", text)
+        self.fail_with(2, "run", "moving.nml", "--set", "integrator.method=exact", says=("free bodies only",))
+
+    def test_runs_with_a_gradient_that_moves_go_on(self):
+        self.write("moving.nml", MOVING)
+        for name, method in (("step", "nielsen_krenk"), ("series", "taylor"), ("steps", "dop853")):
+            arguments = ["moving.nml", "--quiet", "--set", f"integrator.method={method}"]
+            self.succeed("run", *arguments, "--output", name + ".whole.csv")
+            self.fail_with(3, "run", *arguments, "--output", name + ".csv", "--checkpoint", "p.ck", "--max-steps", "100")
+            self.succeed("run", *arguments, "--output", name + ".csv", "--resume", "p.ck")
+            self.assertEqual(self.read(name + ".whole.csv"), self.read(name + ".csv"))
+
+    def test_auto_takes_the_series(self):
+        self.write("auto.nml", MOVING.replace("time_step = 40.0", "accuracy = 1e-9"))
+        self.assertIn("taylor", self.succeed("check", "auto.nml").stdout)
+        self.succeed("run", "auto.nml", "--quiet")
+
+    def test_interrupted_runs_go_on(self):
+        self.succeed("run", "orbit.nml", "--quiet", "--output", "whole.csv")
+        self.fail_with(3, "run", "orbit.nml", "--quiet", "--output", "part.csv", "--checkpoint", "p.ck", "--max-steps", "100")
+        self.succeed("run", "orbit.nml", "--quiet", "--output", "part.csv", "--resume", "p.ck")
+        for end in (".csv", ".events.csv"):
+            self.assertEqual(self.read("whole" + end), self.read("part" + end))
+
+    def test_members_keep_the_rate_of_the_orbit(self):
+        self.write("many.nml", SCENE + "&ensemble members = 2, file = 'many.npy' /\n&vary key = 'initial.angular_velocity.1', "
+                   "distribution = 'normal', sigma = 0.0 /\n")
+        self.succeed("run", "orbit.nml", "--quiet")
+        self.succeed("sweep", "many.nml", "--quiet", "--member", "1", "--output", "member.csv")
+        self.assertEqual(self.history("member.csv"), self.history("orbit.csv"))
+
+
+if __name__ == "__main__":
+    unittest.main()

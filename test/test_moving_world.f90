@@ -1,0 +1,412 @@
+!> Gravity gradients along an orbit, seen from inertial axes: against values of 20 digits, the account with the work of
+!> the moving world, and the same motion as in the axes of the orbit.
+module test_moving_world
+   use nutate_attitude, only: quat_from_axis_angle
+   use nutate_body, only: diagonal, make_body
+   use nutate_damping, only: damping_t
+   use nutate_effect, only: rotor_t
+   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state, potential_energy, space_momentum, &
+      total_energy, world_power
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kinds, only: wp, eps, pi
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_orbit, only: earth_mu, orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_quaternion, only: quat_product, rotate_to_body, rotate_to_space
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   use test_problems, only: problem_t
+   use test_support, only: check_below, check_close, random_unit_quaternion
+   use, intrinsic :: iso_fortran_env, only: int64
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_moving_world
+
+   real(wp), parameter :: degree = pi/180
+   !> Times, s, and q and Ω, rad/s, of the satellite on an ellipse: 20 digits, by extrapolation in quadruple precision.
+   real(wp), parameter :: times(5) = [1000.0_wp, 5000.0_wp, 10000.0_wp, 20000.0_wp, 50000.0_wp]
+   real(wp), parameter :: attitudes(4, 5) = reshape([ &
+      0.67068305661762240558_wp, 0.55859542853096831903_wp, -0.15041683994550873965_wp, 0.46425225799252088292_wp, &
+      0.029982256775036825909_wp, -0.12924393494468285792_wp, -0.050216414292221880346_wp, -0.98988654970876449304_wp, &
+      -0.87779836196552909281_wp, 0.035165844952236215231_wp, -0.40249388875519937442_wp, -0.25735591812535891441_wp, &
+      0.42812082675171797841_wp, 0.71720862104416005171_wp, -0.36914231031657241862_wp, 0.4075025231032358299_wp, &
+      -0.0088611905818959125769_wp, 0.41706902727400034488_wp, 0.89779285859953323048_wp, -0.1412192934335425938_wp], &
+                                                [4, 5])
+   real(wp), parameter :: rates(3, 5) = reshape([ &
+      0.00032274874683223567589_wp, -0.000654403973458539362_wp, 0.0011561445849172954335_wp, &
+      -0.0010351871995929757219_wp, 0.00060270717291061999531_wp, 0.0012443102778176148766_wp, &
+      0.00023253943919053571902_wp, -0.00026821537691597555755_wp, 0.0012920406194956267227_wp, &
+      -0.00029123795511169615314_wp, 0.0001872349159996603103_wp, 0.0014099745675024808708_wp, &
+      -0.0017012500783921389602_wp, -0.00046571844457511395728_wp, 0.0010979564124190652767_wp], [3, 5])
+   !> Moons in the plane: revolutions, θ, θ̇, and how much errors of the start have grown; three for each.
+   real(wp), parameter :: planar(4, 9) = reshape([ &
+      0.25_wp, 1.240707286935387765582_wp, 1.058838912462976548557_wp, 1.488_wp, &
+      3.0_wp, 18.90924885507001745003_wp, 0.5644476225521458670129_wp, 1.486_wp, &
+      10.0_wp, 62.86627164726066375879_wp, 0.5131032653977770794089_wp, 1.45_wp, &
+      0.25_wp, 3.252895021381732321419_wp, 1.821598173457027582382_wp, 2.126_wp, &
+      3.0_wp, 37.66962071808668777679_wp, 2.328865587932419294689_wp, 2.965_wp, &
+      10.0_wp, 125.7214202918583745338_wp, 2.325673928527090946454_wp, 6.093_wp, &
+      0.25_wp, 2.656009165878093507716_wp, 1.499772587938936747991_wp, 2.113_wp, &
+      3.0_wp, 28.56355151351628160404_wp, 1.498968219643767500196_wp, 18.73_wp, &
+      10.0_wp, 94.44128164447645895757_wp, 1.496916587504581703553_wp, 56.12_wp], [4, 9])
+
+   !> Watches an account: the largest departure of total - work, all work counted, from its first value.
+   type, extends(observer_t) :: account_t
+      logical :: started = .false.
+      real(wp) :: first = 0.0_wp, worst = 0.0_wp, scale = 0.0_wp
+   contains
+      procedure :: observe => watch_account
+   end type account_t
+
+contains
+
+   subroutine collect_moving_world(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("direction, power and series of a gradient that moves", parts_belong_together), &
+                  new_unittest("an elliptic orbit by the series", ellipse_by_series), &
+                  new_unittest("an elliptic orbit by order 8", ellipse_by_order_8), &
+                  new_unittest("an elliptic orbit by dop853", ellipse_by_dop853), &
+                  new_unittest("Hyperion and Mercury", moons), &
+                  new_unittest("Hyperion's chaos: errors grow e-fold in 1.3 to 1.4 revolutions", lyapunov_time), &
+                  new_unittest("a circular orbit is the same in its own axes", both_axes), &
+                  new_unittest("the work of the world is its power summed up", work_of_the_world), &
+                  new_unittest("the account closes in every form, at every order", account_closes), &
+                  new_unittest("orders 2, 4 and 6", orders)]
+   end subroutine collect_moving_world
+
+   subroutine watch_account(self, system, state, record, status)
+      class(account_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      real(wp) :: rest
+      rest = total_energy(system, state) - record%work
+      if (.not. self%started) self%first = rest
+      self%started = .true.
+      self%worst = max(self%worst, abs(rest - self%first))
+      self%scale = max(self%scale, abs(total_energy(system, state)), abs(record%work))
+   end subroutine watch_account
+
+   type(kepler_orbit_t) function ellipse() result(path)
+      path = kepler_orbit_t(semi_major_axis=1e7_wp, eccentricity=0.3_wp, mu=earth_mu, inclination=60*degree, &
+                            raan=30*degree, argument_of_perigee=45*degree)
+   end function ellipse
+
+   !> The satellite on the ellipse.
+   type(problem_t) function satellite() result(problem)
+      type(status_t) :: status
+      real(wp) :: q(4)
+      call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), problem%system%body, status)
+      call problem%system%effects%add(orbit_t(ellipse()))
+      call problem%system%effects%add(orbital_gradient_t(problem%system%body, ellipse()))
+      call quat_from_axis_angle([1.0_wp, 1.0_wp, 1.0_wp], 40*degree, q, status)
+      problem%start = make_state(problem%system, q, [1e-3_wp, -5e-4_wp, 8e-4_wp])
+   end function satellite
+
+   !> n against its definition, ∂V/∂t against differences, the series against n.
+   subroutine parts_belong_together(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: h = 1.0_wp, unit = 256.0_wp
+      type(problem_t) :: problem
+      type(orbital_gradient_t) :: gradient
+      real(wp) :: q(4), r(3), n(3), series(3, 0:24), difference, t
+      integer(int64) :: seed
+      integer :: i, k
+      problem = satellite()
+      gradient = orbital_gradient_t(problem%system%body, ellipse())
+      seed = 3
+      do i = 0, 8
+         t = 1200.0_wp*i
+         q = random_unit_quaternion(seed)
+         r = gradient%path%position(t)
+         n = rotate_to_body(q, r/norm2(r))
+         associate (energy => potential_energy(problem%system%effects, q, t))
+            call check_close(error, energy, 1.5_wp*earth_mu/norm2(r)**3* &
+                             dot_product(n, [90.0_wp, 100.0_wp, 40.0_wp]*n), 16*eps*energy, "energy")
+            if (allocated(error)) return
+            ! Of second order in h n = 6e-4.
+            difference = (potential_energy(problem%system%effects, q, t + h) &
+                          - potential_energy(problem%system%effects, q, t - h))/(2*h)
+            call check_close(error, world_power(problem%system%effects, q, t), difference, 3e-9_wp*energy, "power")
+            if (allocated(error)) return
+         end associate
+         call gradient%direction_series(t, unit, series)
+         n = series(:, 24)
+         do k = 23, 0, -1
+            n = 0.5_wp*n + series(:, k)
+         end do
+         call check_close(error, n/1e-3_wp, gradient%direction_at(t + 0.5_wp*unit)/1e-3_wp, 64*eps, "series")
+         if (allocated(error)) return
+      end do
+   end subroutine parts_belong_together
+
+   !> Runs the satellite to each of the times; errors of the start have grown by 1.9e3 at the last.
+   subroutine check_ellipse(error, settings, plan, last)
+      type(error_type), allocatable, intent(out) :: error
+      type(integrator_settings_t), intent(in) :: settings
+      !> Without its end.
+      type(run_plan_t), intent(in) :: plan
+      !> Bound for the last time; default that of the others.
+      real(wp), intent(in), optional :: last
+      type(run_plan_t) :: whole
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(account_t) :: account
+      type(status_t) :: status
+      real(wp) :: bound
+      integer :: i
+      problem = satellite()
+      whole = plan
+      bound = 1e-11_wp
+      do i = 1, size(times)
+         state = problem%start
+         if (i == size(times)) then
+            if (present(last)) bound = last
+         end if
+         whole%end_time = times(i)
+         account%started = .false.
+         call integrate(problem%system, settings, state, whole, status, observer=account)
+         call check(error, status%ok(), trim(status%message))
+         if (allocated(error)) return
+         call check_close(error, state%q, attitudes(:, i), bound, "attitude")
+         if (allocated(error)) return
+         call check_close(error, angular_velocity(problem%system, state)/1e-3_wp, rates(:, i)/1e-3_wp, bound, "rate")
+         if (allocated(error)) return
+      end do
+      call check_below(error, account%worst, 64*eps*account%scale, "account")
+   end subroutine check_ellipse
+
+   subroutine ellipse_by_series(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_ellipse(error, integrator_settings_t(method='taylor', conserve=.true.), &
+                         run_plan_t(goal=run_goal_t(local_tolerance=1e-16_wp)))
+   end subroutine ellipse_by_series
+
+   subroutine ellipse_by_order_8(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_plan_t) :: plan
+      plan%time_step = 25.0_wp
+      call check_ellipse(error, integrator_settings_t(order=8, linear_solver='reduced'), plan)
+      if (.not. allocated(error)) call check_ellipse(error, integrator_settings_t(order=8), plan)
+   end subroutine ellipse_by_order_8
+
+   subroutine ellipse_by_dop853(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(run_plan_t) :: plan
+      plan%time_step = 20.0_wp
+      ! Roundings of 2500 steps without compensation, grown.
+      call check_ellipse(error, integrator_settings_t(method='dop853', conserve=.true.), plan, last=128*eps*1.9e3_wp)
+   end subroutine ellipse_by_dop853
+
+   !> Moons on ellipses in the plane, semi-major axis and mean motion 1, axis 1 at θ from the perigee's.
+   subroutine moons(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: moments(3, 3) = reshape([ &
+         0.5_wp, 0.5_wp + 0.7921_wp/3, 1.0_wp, 0.6_wp, 0.6_wp + 0.7921_wp/3, 1.0_wp, 0.9998_wp, 0.9999_wp, 1.0_wp], &
+                                                [3, 3])
+      real(wp), parameter :: shapes(3) = [0.1_wp, 0.1_wp, 0.20563_wp]
+      real(wp), parameter :: starts(2, 3) = reshape([0.0_wp, 0.6_wp, 0.0_wp, 2.33_wp, 0.3_wp, 1.5_wp], [2, 3])
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: half, bound
+      integer :: i, k
+      do k = 1, size(planar, 2)
+         i = (k + 2)/3
+         call make_moon(moments(:, i), shapes(i), starts(:, i), problem)
+         state = problem%start
+         call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), state, &
+                        run_plan_t(goal=run_goal_t(local_tolerance=1e-15_wp), end_time=2*pi*planar(1, k)), status)
+         call check(error, status%ok(), trim(status%message))
+         if (allocated(error)) return
+         half = 0.5_wp*planar(2, k)
+         bound = 1e-11_wp
+         call check_close(error, state%q, [cos(half), 0.0_wp, 0.0_wp, sin(half)], bound, "angle")
+         if (allocated(error)) return
+         call check_close(error, angular_velocity(problem%system, state), [0.0_wp, 0.0_wp, planar(3, k)], bound, "rate")
+         if (allocated(error)) return
+      end do
+   end subroutine moons
+
+   !> Two motions, the other one brought back to a distance of 1e-8 after each revolution, by angle and rate: the mean
+   !> growth over 1200 of them, from which 40 000 differ by some hundredths.
+   subroutine lyapunov_time(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: revolutions = 1200
+      real(wp), parameter :: off = 1e-8_wp, moments(3) = [0.5_wp, 0.5_wp + 0.7921_wp/3, 1.0_wp]
+      type(problem_t) :: problem
+      type(state_t) :: states(2)
+      type(status_t) :: status
+      real(wp) :: growth, distance(2), angles(2), rate(3)
+      integer :: i, k
+      call make_moon(moments, 0.1_wp, [0.0_wp, 1.0_wp], problem)
+      states = problem%start
+      distance = [off, 0.0_wp]
+      growth = 0.0_wp
+      do i = 1, revolutions
+         rate = angular_velocity(problem%system, states(1))
+         states(2) = make_state(problem%system, quat_product([cos(0.5_wp*distance(1)), 0.0_wp, 0.0_wp, &
+                                                              sin(0.5_wp*distance(1))], states(1)%q), &
+                                rate + [0.0_wp, 0.0_wp, distance(2)], states(1)%t)
+         do k = 1, 2
+            call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), states(k), &
+                           run_plan_t(goal=run_goal_t(local_tolerance=1e-13_wp), end_time=2*pi*i), status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            rate = angular_velocity(problem%system, states(k))
+            angles(k) = rate(3)
+         end do
+         distance(2) = angles(2) - angles(1)
+         distance(1) = 2*(states(1)%q(1)*states(2)%q(4) - states(1)%q(4)*states(2)%q(1))
+         growth = growth + log(norm2(distance)/off)
+         distance = (off/norm2(distance))*distance
+      end do
+      call check_close(error, revolutions/growth, 1.35_wp, 0.1_wp, "revolutions")
+   end subroutine lyapunov_time
+
+   subroutine make_moon(moments, eccentricity, start, problem)
+      real(wp), intent(in) :: moments(3), eccentricity
+      !> θ and its rate; shape (2).
+      real(wp), intent(in) :: start(2)
+      type(problem_t), intent(out) :: problem
+      type(status_t) :: status
+      call make_body(diagonal(moments), problem%system%body, status)
+      call problem%system%effects%add(orbital_gradient_t(problem%system%body, &
+                                                         kepler_orbit_t(eccentricity=eccentricity)))
+      problem%start = make_state(problem%system, [cos(0.5_wp*start(1)), 0.0_wp, 0.0_wp, sin(0.5_wp*start(1))], &
+                                 [0.0_wp, 0.0_wp, start(2)])
+   end subroutine make_moon
+
+   !> In inertial axes and in those of the orbit, where H - ω·l is kept: the world has done ω·Δl.
+   subroutine both_axes(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(kepler_orbit_t) :: path
+      type(problem_t) :: problems(2)
+      type(state_t) :: states(2)
+      type(status_t) :: status
+      real(wp) :: rate(3), work, q(4)
+      integer :: i
+      path = ellipse()
+      path%eccentricity = 0.0_wp
+      path%mean_anomaly = 1.0_wp
+      do i = 1, 2
+         associate (system => problems(i)%system, orbit => orbit_t(path, inertial=i == 2))
+            call make_body(diagonal([90.0_wp, 100.0_wp, 40.0_wp]), system%body, status)
+            call system%effects%add(orbit)
+            if (i == 1) call system%effects%add(gravity_gradient_t(system%body, orbit))
+            if (i == 2) call system%effects%add(orbital_gradient_t(system%body, path))
+            q = quat_product(orbit%axes(0.0_wp), [0.8_wp, 0.36_wp, 0.48_wp, 0.0_wp])
+            states(i) = make_state(system, q, [1e-3_wp, -5e-4_wp, 8e-4_wp])
+            problems(i)%start = states(i)
+            call integrate(system, integrator_settings_t(method='taylor', conserve=.true.), states(i), &
+                           run_plan_t(goal=run_goal_t(local_tolerance=1e-15_wp), end_time=8000.0_wp), status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+         end associate
+      end do
+      associate (system => problems(2)%system, orbit => problems(2)%system%effects%orbit)
+         call check_close(error, states(2)%q, quat_product(orbit%axes(8000.0_wp), states(1)%q), 1e-12_wp, "attitude")
+         if (allocated(error)) return
+         rate = orbit%axes_rate(0.0_wp)
+         work = dot_product(rate, space_momentum(states(2)) - space_momentum(problems(2)%start))
+         call check_close(error, states(2)%world_work, work, 1e-12_wp*potential_energy(system%effects, states(2)%q, &
+                                                                                       8000.0_wp), "work")
+      end associate
+   end subroutine both_axes
+
+   !> Against Simpson's rule over 2000 rows, whose error is some 1e-12.
+   subroutine work_of_the_world(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=13), parameter :: names(4) = [character(len=13) :: 'nielsen_krenk', 'taylor', 'rk4', 'dop853']
+      integer, parameter :: rows = 2000
+      real(wp), parameter :: end_time = 9000.0_wp
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: expected, weight, scale
+      integer :: i
+      problem = satellite()
+      state = problem%start
+      scale = potential_energy(problem%system%effects, state%q, 0.0_wp)
+      expected = 0.0_wp
+      do i = 0, rows
+         if (i > 0) call integrate(problem%system, integrator_settings_t(order=8, linear_solver='reduced'), state, &
+                                   run_plan_t(time_step=end_time/rows, end_time=i*end_time/rows), status)
+         weight = 2.0_wp + 2*mod(i, 2)
+         if (i == 0 .or. i == rows) weight = 1.0_wp
+         expected = expected + weight*world_power(problem%system%effects, state%q, state%t)
+      end do
+      expected = expected*end_time/(3*rows)
+      call check_close(error, state%world_work, expected, 1e-9_wp*scale, "order 8")
+      do i = 1, size(names)
+         if (allocated(error)) return
+         state = problem%start
+         call integrate(problem%system, integrator_settings_t(method=trim(names(i)), order=merge(8, 0, i == 1)), &
+                        state, run_plan_t(time_step=10.0_wp, end_time=end_time), status)
+         call check(error, status%ok(), trim(status%message))
+         if (.not. allocated(error)) call check_close(error, state%world_work, expected, 1e-8_wp*scale, trim(names(i)))
+      end do
+   end subroutine work_of_the_world
+
+   !> With a rotor and damping beside it, long steps, and a finite J0.
+   subroutine account_closes(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced']
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(account_t) :: account
+      type(status_t) :: status
+      integer :: order, form
+      problem = satellite()
+      call problem%system%effects%add(rotor_t(name='rotor', momentum=[0.01_wp, -0.02_wp, 0.03_wp]))
+      call problem%system%effects%add(damping_t(name='damping', coefficient=[1e-4_wp, 2e-4_wp, 3e-4_wp]))
+      problem%start = make_state(problem%system, problem%start%q, [1e-3_wp, -5e-4_wp, 8e-4_wp])
+      do order = 2, 8, 2
+         do form = 1, 2
+            state = problem%start
+            account%started = .false.
+            account%worst = 0.0_wp
+            call integrate(problem%system, integrator_settings_t( &
+                           order=order, linear_solver=solvers(form), &
+                           inverse_auxiliary_inertia=merge(0.01_wp, 0.0_wp, form == 1)), state, &
+                           run_plan_t(time_step=200.0_wp, end_time=40000.0_wp), status, observer=account)
+            call check(error, status%ok(), trim(status%message))
+            if (.not. allocated(error)) call check_below(error, account%worst, 64*eps*account%scale, "account")
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine account_closes
+
+   !> Errors of two steps, one half of the other, fall as the order says.
+   subroutine orders(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: errors(2)
+      integer :: order, i
+      problem = satellite()
+      do order = 2, 6, 2
+         do i = 1, 2
+            state = problem%start
+            call integrate(problem%system, integrator_settings_t(order=order, linear_solver='reduced'), state, &
+                           run_plan_t(time_step=merge(100.0_wp, 50.0_wp, i == 1), end_time=5000.0_wp), status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            errors(i) = norm2(state%q - attitudes(:, 2))
+         end do
+         call check_close(error, log(errors(1)/errors(2))/log(2.0_wp), real(order, wp), 0.4_wp, "order")
+         if (allocated(error)) return
+      end do
+   end subroutine orders
+
+end module test_moving_world

@@ -1,0 +1,461 @@
+!> Bodies on orbits: Kepler's ellipse, the axes of an orbit, and the gravity gradient on a circular one against values
+!> of 20 digits and against what is known of stability.
+module test_orbit
+   use nutate_attitude, only: quat_from_roll_pitch_yaw, roll_pitch_yaw_from_quat
+   use nutate_body, only: diagonal, make_body
+   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_hamiltonian, only: angular_velocity, conserved_energy, frame_rate_of, make_state
+   use nutate_kepler_orbit, only: eccentric_anomaly, kepler_orbit_t
+   use nutate_kinds, only: wp, eps, pi
+   use nutate_orbit, only: earth_mu, orbit_t
+   use nutate_quaternion, only: quat_exp, quat_product, rotate_to_body, rotate_to_space
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_scene, only: parse_scene, scene_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t
+   use test_problems, only: problem_t
+   use test_support, only: check_below, check_close, random_unit, random_unit_quaternion
+   use, intrinsic :: iso_fortran_env, only: int64
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_orbit
+
+   real(wp), parameter :: degree = pi/180
+   !> 500 km above the Earth: one revolution, s.
+   real(wp), parameter :: period = 5676.9780285258586711621_wp
+
+   !> Moments, roll, pitch and yaw at the start, and q, Ω (rad/s) after numbers of revolutions: 20 digits, by
+   !> extrapolation in quadruple precision; `growth` is how much errors of the start have grown.
+   type :: reference_t
+      real(wp) :: moments(3), angles(3), orbits, q(4), omega(3), growth
+   end type reference_t
+
+   real(wp), parameter :: stable(3) = [90.0_wp, 100.0_wp, 40.0_wp], unstable(3) = [100.0_wp, 90.0_wp, 40.0_wp]
+   real(wp), parameter :: wide(3) = [5.0_wp, -8.0_wp, 10.0_wp]*degree, narrow(3) = 0.1_wp*degree
+   type(reference_t), parameter :: references(*) = [ &
+      reference_t(stable, wide, 0.25_wp, [0.99208941665421661227_wp, -0.035910920878857413667_wp, &
+         0.024569096760392967104_wp, 0.11775124037014251531_wp], [-0.00032447635921196281448_wp, &
+         -0.00090189742842998916845_wp, 2.2012934135052656574e-05_wp], 1.0_wp), &
+      reference_t(stable, wide, 5.0_wp, [0.9960523747826719197_wp, -0.040607620620972435078_wp, &
+         -0.037922340588631341819_wp, 0.069228490678207727257_wp], [-0.00018557529054688791623_wp, &
+         -0.0009441872263466276299_wp, -0.00023975827572445055698_wp], 1.0_wp), &
+      reference_t(stable, wide, 50.0_wp, [0.99651287965456318847_wp, 0.0033578841736096625812_wp, &
+         -0.0065139732257454621461_wp, 0.083116625588753040587_wp], [-0.00036978769186825003665_wp, &
+         -0.0009201056486005850349_wp, 1.8385227541418082487e-05_wp], 1.0_wp), &
+      reference_t(unstable, narrow, 1.0_wp, [0.99976327898137289259_wp, 0.0016068422469081194628_wp, &
+         -0.00074377404087744502836_wp, 0.021685268238673532107_wp], [-4.4420836759358399898e-05_wp, &
+         -0.0011072344286019135769_wp, 2.5894028945671995667e-05_wp], 1.0_wp), &
+      reference_t(unstable, narrow, 10.0_wp, [0.787636154060529922_wp, -0.041242755867249145973_wp, &
+         0.0033263850576515835109_wp, 0.61474975320666855269_wp], [-0.0010895983700884716516_wp, &
+         -0.00025018251900472708339_wp, -0.00057046365988315771824_wp], 7e2_wp), &
+      reference_t(unstable, narrow, 50.0_wp, [0.95726029484953102525_wp, 0.045320249223514181034_wp, &
+         -0.0094918089794824734481_wp, 0.28549730029757637525_wp], [-0.00067426931691584595896_wp, &
+         -0.00086527898828839845465_wp, 0.00023469559377217776069_wp], 2.3e5_wp)]
+
+contains
+
+   subroutine collect_orbit(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("Kepler's equation is solved to round-off", kepler_equation), &
+                  new_unittest("places on an ellipse, to 13 digits", places), &
+                  new_unittest("axes, rates and velocities of an orbit belong together", axes_and_rates), &
+                  new_unittest("roll, pitch and yaw there and back", roll_pitch_yaw), &
+                  new_unittest("the gravity gradient by the series", references_by_series), &
+                  new_unittest("the gravity gradient by order 8", references_by_order_8), &
+                  new_unittest("Lagrange's region is stable", lagrange_region), &
+                  new_unittest("outside of it a satellite turns over at the rate of theory", growth_outside), &
+                  new_unittest("spinning satellites keep three attitudes", kept_attitudes), &
+                  new_unittest("and leave two others at the rates of theory", left_attitudes), &
+                  new_unittest("a free body is the same in both axes of an orbit", both_frames), &
+                  new_unittest("a scene without direction takes the orbit's", direction_of_orbit), &
+                  new_unittest("an orbit takes the place of another", orbit_replaced)]
+   end subroutine collect_orbit
+
+   !> `E - e sin E - M` is a rounding of M, at any time and eccentricity.
+   subroutine kepler_equation(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: shapes(6) = [0.0_wp, 1e-8_wp, 0.3_wp, 0.9_wp, 0.999_wp, 1 - 2*eps]
+      real(wp) :: mean, e
+      integer :: i, k
+      do i = 1, size(shapes)
+         do k = -40, 40
+            mean = k*0.25_wp
+            if (abs(k) < 8) mean = sign(0.1_wp**abs(k), real(k, wp))
+            e = eccentric_anomaly(mean, shapes(i))
+            call check_close(error, e - shapes(i)*sin(e), mean, 3*eps*(1 + abs(mean)), "M")
+            if (allocated(error)) return
+         end do
+         ! A multiple of π is its own eccentric anomaly.
+         call check_close(error, eccentric_anomaly(3*pi, shapes(i)), 3*pi, 8*eps, "apogee")
+         if (allocated(error)) return
+      end do
+   end subroutine kepler_equation
+
+   type(kepler_orbit_t) function inclined_ellipse() result(path)
+      path = kepler_orbit_t(semi_major_axis=1e7_wp, eccentricity=0.3_wp, mu=earth_mu, inclination=60*degree, &
+                            raan=30*degree, argument_of_perigee=45*degree)
+   end function inclined_ellipse
+
+   subroutine places(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: times(5) = [0.0_wp, 1000.0_wp, 5000.0_wp, 10000.0_wp, 50000.0_wp]
+      real(wp), parameter :: expected(3, 5) = reshape([ &
+         3049170.1827941035041_wp, 4618177.2590881971713_wp, 4286607.0498705616718_wp, &
+         -4156565.9146296816584_wp, 1991284.3686653052685_wp, 6586618.2275717624981_wp, &
+         -5574732.2982575910209_wp, -8570902.0074534795451_wp, -8028493.2215915373958_wp, &
+         2719427.2571622835723_wp, 4592453.5364648668895_wp, 4533587.2162509252296_wp, &
+         1337134.762848616858_wp, 4368613.6314037346923_wp, 5394927.7741954190121_wp], [3, 5])
+      type(kepler_orbit_t) :: path
+      integer :: i
+      path = inclined_ellipse()
+      do i = 1, size(times)
+         ! The mean anomaly is known to a rounding of itself; next to the perigee the place is half again as sensitive.
+         call check_close(error, path%position(times(i))/1e7_wp, expected(:, i)/1e7_wp, &
+                          eps*(8 + 4*path%mean_motion()*times(i)), "place")
+         if (allocated(error)) return
+         call check_close(error, path%radius(times(i)), norm2(path%position(times(i))), 1e7_wp*8*eps, "radius")
+         if (allocated(error)) return
+      end do
+   end subroutine places
+
+   !> z points to the centre, y against the orbit's normal; the axes turn at ν̇ about y, and nothing jumps in three
+   !> revolutions.
+   subroutine axes_and_rates(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: h = 1e-2_wp
+      type(kepler_orbit_t) :: path
+      type(orbit_t) :: orbit
+      real(wp) :: t, q(4), before(4), after(4), r(3), v(3), rate(3)
+      integer :: i
+      path = inclined_ellipse()
+      path%mean_anomaly = 4.0_wp
+      orbit = orbit_t(path)
+      call check(error, .not. orbit%is_frame, "the axes of an ellipse do not turn evenly")
+      if (allocated(error)) return
+      do i = -30, 30
+         t = 1000.0_wp*i
+         q = orbit%axes(t)
+         r = path%position(t)/path%radius(t)
+         v = path%velocity(t)
+         call check_close(error, rotate_to_space(q, [0.0_wp, 0.0_wp, 1.0_wp]), -r, 32*eps, "z")
+         if (allocated(error)) return
+         call check_close(error, rotate_to_body(q, v - dot_product(v, r)*r)/norm2(v), &
+                          [norm2(v - dot_product(v, r)*r)/norm2(v), 0.0_wp, 0.0_wp], 64*eps, "x")
+         if (allocated(error)) return
+         call check_close(error, v, (path%position(t + h) - path%position(t - h))/(2*h), 1e-3_wp, "velocity")
+         if (allocated(error)) return
+         before = orbit%axes(t - h)
+         after = orbit%axes(t + h)
+         ! q̇ = ½ω∘q.
+         rate = orbit%axes_rate(t)
+         call check_close(error, (after - before)/(2*h), 0.5_wp*quat_product([0.0_wp, rate], q), 1e-12_wp, "rate")
+         if (allocated(error)) return
+         call check_close(error, (path%true_anomaly(t + h) - path%true_anomaly(t - h))/(2*h), path%turn_rate(t), &
+                          1e-12_wp, "rate of the true anomaly")
+         if (allocated(error)) return
+      end do
+      t = 3*2*pi/path%mean_motion()
+      call check_close(error, path%true_anomaly(t) - path%true_anomaly(0.0_wp), 6*pi, 64*eps, "three revolutions")
+   end subroutine axes_and_rates
+
+   subroutine roll_pitch_yaw(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp], y(3) = [0.0_wp, 1.0_wp, 0.0_wp]
+      real(wp), parameter :: z(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      real(wp) :: q(4), again(4), angles(3)
+      integer(int64) :: seed
+      integer :: i
+      q = quat_product(quat_product(quat_exp(0.15_wp*z), quat_exp(-0.35_wp*y)), quat_exp(0.2_wp*x))
+      call check_close(error, quat_from_roll_pitch_yaw([0.4_wp, -0.7_wp, 0.3_wp]), q, 4*eps, "order of the turns")
+      if (allocated(error)) return
+      seed = 5
+      do i = 1, 200
+         q = random_unit_quaternion(seed)
+         ! Twice the length: the angles are those of its direction.
+         angles = roll_pitch_yaw_from_quat(2*q)
+         again = quat_from_roll_pitch_yaw(angles)
+         call check_close(error, sign(1.0_wp, dot_product(q, again))*again, q, 16*eps, "there and back")
+         if (allocated(error)) return
+         call check(error, abs(angles(2)) <= 0.5_wp*pi .and. all(abs(angles) <= pi), "ranges")
+         if (allocated(error)) return
+      end do
+      do i = -1, 1, 2
+         q = quat_from_roll_pitch_yaw([0.4_wp, i*0.5_wp*pi, 0.9_wp])
+         angles = roll_pitch_yaw_from_quat(q)
+         call check_close(error, angles, [0.0_wp, i*0.5_wp*pi, 0.9_wp - i*0.4_wp], 8*eps, "at the pole")
+         if (allocated(error)) return
+      end do
+   end subroutine roll_pitch_yaw
+
+   !> A body on the circular orbit, turned by angles against it and at rest in its axes.
+   type(problem_t) function satellite(moments, angles) result(problem)
+      real(wp), intent(in) :: moments(3), angles(3)
+      type(status_t) :: status
+      type(orbit_t) :: orbit
+      real(wp) :: q(4)
+      call make_body(diagonal(moments), problem%system%body, status)
+      orbit = orbit_t(kepler_orbit_t(semi_major_axis=6878137.0_wp, mu=earth_mu))
+      call problem%system%effects%add(orbit)
+      call problem%system%effects%add(gravity_gradient_t(problem%system%body, orbit))
+      q = quat_from_roll_pitch_yaw(angles)
+      problem%start = make_state(problem%system, q, frame_rate_of(problem%system%effects, q))
+   end function satellite
+
+   subroutine check_reference(error, reference, settings, plan)
+      type(error_type), allocatable, intent(out) :: error
+      type(reference_t), intent(in) :: reference
+      type(integrator_settings_t), intent(in) :: settings
+      !> Without its end.
+      type(run_plan_t), intent(in) :: plan
+      type(run_plan_t) :: whole
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: n, bound
+      problem = satellite(reference%moments, reference%angles)
+      state = problem%start
+      whole = plan
+      whole%end_time = reference%orbits*period
+      call integrate(problem%system, settings, state, whole, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      n = 2*pi/period
+      ! Roundings of some hundred steps, which grow like the start's.
+      bound = max(1e-11_wp, 32*eps*reference%growth)
+      call check_close(error, state%q, reference%q, bound, "attitude")
+      if (allocated(error)) return
+      call check_close(error, angular_velocity(problem%system, state)/n, reference%omega/n, bound, "rate")
+      if (allocated(error)) return
+      call check_close(error, conserved_energy(problem%system, state), &
+                       conserved_energy(problem%system, problem%start), &
+                       1e-13_wp*abs(conserved_energy(problem%system, problem%start)), "H - omega.l")
+   end subroutine check_reference
+
+   subroutine references_by_series(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+      do i = 1, size(references)
+         call check_reference(error, references(i), integrator_settings_t(method='taylor', conserve=.true.), &
+                              run_plan_t(goal=run_goal_t(local_tolerance=1e-15_wp)))
+         if (allocated(error)) return
+      end do
+   end subroutine references_by_series
+
+   subroutine references_by_order_8(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+      do i = 1, size(references)
+         call check_reference(error, references(i), integrator_settings_t(order=8, linear_solver='reduced'), &
+                              run_plan_t(time_step=period/merge(400, 100, references(i)%growth > 1e3_wp)))
+         if (allocated(error)) return
+      end do
+      call check_reference(error, references(2), integrator_settings_t(order=8), run_plan_t(time_step=period/100))
+   end subroutine references_by_order_8
+
+   !> 2000 revolutions in steps of a twentieth: the attitude stays, the Jacobi integral keeps 13 digits.
+   subroutine lagrange_region(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: start, widest
+      integer :: i
+      problem = satellite(stable, wide)
+      state = problem%start
+      start = conserved_energy(problem%system, state)
+      widest = 0.0_wp
+      do i = 1, 100
+         call integrate(problem%system, integrator_settings_t(linear_solver='reduced'), state, &
+                        run_plan_t(time_step=period/20, end_time=i*20*period), status)
+         call check(error, status%ok(), trim(status%message))
+         if (allocated(error)) return
+         call check_close(error, conserved_energy(problem%system, state), start, 1e-13_wp*abs(start), "H - omega.l")
+         if (allocated(error)) return
+         widest = max(widest, maxval(abs(roll_pitch_yaw_from_quat(state%q))))
+      end do
+      call check_below(error, widest, 0.4_wp, "widest angle")
+   end subroutine lagrange_region
+
+   !> Roll and yaw of the unstable satellite grow by exp(0.4411168 n t), as long as they are small.
+   subroutine growth_outside(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: yaw(2), angles(3)
+      integer :: i
+      problem = satellite(unstable, [0.0_wp, 0.0_wp, 1e-9_wp])
+      state = problem%start
+      do i = 1, 2
+         call integrate(problem%system, integrator_settings_t(order=4, linear_solver='reduced'), state, &
+                        run_plan_t(time_step=period/50, end_time=(1 + 2*i)*period), status)
+         call check(error, status%ok(), trim(status%message))
+         if (allocated(error)) return
+         angles = roll_pitch_yaw_from_quat(state%q)
+         yaw(i) = angles(3)
+      end do
+      call check_close(error, log(yaw(2)/yaw(1))/(4*pi), 0.44111679203868311606_wp, 0.01_wp*0.44_wp, "rate of growth")
+   end subroutine growth_outside
+
+   !> A symmetric satellite that spins about its axis 3, in an attitude of Likins and Pringle: the axis at rest in those
+   !> of the orbit, but for a turn of `off` about x and z.
+   type(problem_t) function spinning_satellite(transverse, axial, axis, momentum, off) result(problem)
+      real(wp), intent(in) :: transverse, axial
+      !> Where the axis points to, axes of the orbit; shape (3); L3, N m s.
+      real(wp), intent(in) :: axis(3), momentum
+      real(wp), intent(in) :: off
+      real(wp) :: q(4), rate(3)
+      problem = satellite([transverse, transverse, axial], [0.0_wp, 0.0_wp, 0.0_wp])
+      ! Half a turn about the line between z and the axis.
+      q = [0.0_wp, axis + [0.0_wp, 0.0_wp, 1.0_wp]]
+      q = q/norm2(q)
+      rate = frame_rate_of(problem%system%effects, q)
+      rate(3) = momentum/axial
+      q = quat_product(quat_exp(0.5_wp*off*[1.0_wp, 0.0_wp, 1.0_wp]), q)
+      problem%start = make_state(problem%system, q, rate)
+   end function spinning_satellite
+
+   !> Distances of the axis 3 from where it was meant to be, at times that `orbits` revolutions lie between.
+   subroutine follow_axis(error, problem, axis, first, orbits, far)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      !> Shape (3).
+      real(wp), intent(in) :: axis(3)
+      !> Revolutions until the first.
+      real(wp), intent(in) :: first, orbits
+      !> Shape (any).
+      real(wp), intent(out) :: far(:)
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: i
+      state = problem%start
+      do i = 1, size(far)
+         call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), state, &
+                        run_plan_t(goal=run_goal_t(local_tolerance=1e-15_wp), &
+                                   end_time=(first + (i - 1)*orbits)*period), status)
+         call check(error, status%ok(), trim(status%message))
+         if (allocated(error)) return
+         far(i) = norm2(rotate_to_space(state%q, [0.0_wp, 0.0_wp, 1.0_wp]) - axis)
+      end do
+   end subroutine follow_axis
+
+   !> Cylindrical, hyperbolic and conical: none goes farther than some times the start.
+   subroutine kept_attitudes(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: axes(3, 3) = reshape([0.0_wp, -1.0_wp, 0.0_wp, 0.6_wp, -0.8_wp, 0.0_wp, &
+                                                   0.0_wp, -0.8_wp, 0.6_wp], [3, 3])
+      real(wp), parameter :: moments(2, 3) = reshape([100.0_wp, 40.0_wp, 60.0_wp, 100.0_wp, 100.0_wp, 40.0_wp], [2, 3])
+      real(wp), parameter :: momenta(3) = [0.44271337853397623223_wp, 0.053125605424077147867_wp, &
+                                           0.24791949197902669005_wp]
+      real(wp) :: far(50)
+      integer :: i
+      do i = 1, 3
+         call follow_axis(error, spinning_satellite(moments(1, i), moments(2, i), axes(:, i), momenta(i), 1e-6_wp), &
+                          axes(:, i), 0.37_wp, 0.37_wp, far)
+         if (allocated(error)) return
+         call check_below(error, maxval(far), 2e-5_wp, "distance")
+         if (allocated(error)) return
+      end do
+   end subroutine kept_attitudes
+
+   !> By exp(σnt): σ = 1.13968777 of the hyperbolic rod; 0.71149685 of the slow cylindrical one, which swings, so that
+   !> it is measured over one of its swings.
+   subroutine left_attitudes(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: hyperbolic(3) = [0.6_wp, -0.8_wp, 0.0_wp], cylindrical(3) = [0.0_wp, -1.0_wp, 0.0_wp]
+      real(wp), parameter :: momentum = 0.088542675706795246445_wp, swing = 1/0.35528547115923_wp
+      real(wp) :: far(2)
+      call follow_axis(error, spinning_satellite(100.0_wp, 40.0_wp, hyperbolic, momentum, 1e-9_wp), hyperbolic, &
+                       1.0_wp, 1.0_wp, far)
+      if (allocated(error)) return
+      call check_close(error, log(far(2)/far(1))/(2*pi), 1.1396877652102_wp, 0.0114_wp, "hyperbolic rod")
+      if (allocated(error)) return
+      call follow_axis(error, spinning_satellite(100.0_wp, 40.0_wp, cylindrical, momentum, 1e-9_wp), cylindrical, &
+                       0.75_wp, swing, far)
+      if (allocated(error)) return
+      call check_close(error, log(far(2)/far(1))/(2*pi*swing), 0.71149684891561_wp, 0.0071_wp, "slow rod")
+   end subroutine left_attitudes
+
+   !> The scene of a body on the circular orbit in axes of a kind.
+   subroutine read_on_orbit(error, frame, rest, scene)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: frame, rest
+      type(scene_t), intent(out) :: scene
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call parse_scene("&body inertia = 90, 100, 40 / &orbit semi_major_axis = 7e6, inclination = 50, raan = 200, "// &
+                       "argument_of_perigee = 20, mean_anomaly = 70, degrees = .true., frame = '"//frame//"' / "// &
+                       "&initial roll_pitch_yaw = 5, -8, 10, degrees = .true., attitude_from = 'orbit', "// &
+                       "angular_velocity = 0.1, -0.2, 0.05, rate_from = 'orbit' / "//rest, 'a.nml', scene, status, &
+                       message)
+      call check(error, status%ok(), message)
+   end subroutine read_on_orbit
+
+   !> Attitude and rate against the orbit, given and shown: the same motion.
+   subroutine both_frames(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: rest = "&integrator method = 'taylor', local_tolerance = 1e-15, end_time = 9000 /"
+      type(scene_t) :: scenes(2)
+      type(state_t) :: states(2)
+      type(status_t) :: status
+      integer :: i
+      call read_on_orbit(error, 'orbit', rest, scenes(1))
+      if (.not. allocated(error)) call read_on_orbit(error, 'inertial', rest, scenes(2))
+      if (allocated(error)) return
+      do i = 1, 2
+         associate (scene => scenes(i))
+            states(i) = scene%initial
+            call integrate(scene%system, scene%integrator, states(i), scene%plan, status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+         end associate
+      end do
+      associate (orbit => scenes(2)%system%effects%orbit)
+         call check_close(error, states(2)%q, quat_product(orbit%axes(9000.0_wp), states(1)%q), 1e-12_wp, "attitude")
+      end associate
+      if (allocated(error)) return
+      call check_close(error, angular_velocity(scenes(2)%system, states(2)), &
+                       angular_velocity(scenes(1)%system, states(1)), 1e-14_wp, "rate")
+   end subroutine both_frames
+
+   !> n² along z.
+   subroutine direction_of_orbit(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(scene_t) :: scene
+      real(wp), parameter :: gamma(3) = [0.36_wp, 0.48_wp, 0.8_wp]
+      real(wp) :: expected
+      call read_on_orbit(error, 'orbit', "&gravity_gradient / &integrator time_step = 60, end_time = 600 /", scene)
+      if (allocated(error)) return
+      call check(error, scene%system%effects%n_potentials, 1)
+      if (allocated(error)) return
+      associate (potential => scene%system%effects%potentials(1)%item)
+         expected = 1.5_wp*earth_mu/7e6_wp**3*dot_product(gamma, [90.0_wp, 100.0_wp, 40.0_wp]*gamma)
+         call check_close(error, potential%energy(gamma), expected, 8*eps*expected, "energy")
+         if (allocated(error)) return
+         call check_close(error, potential%direction, [0.0_wp, 0.0_wp, 1.0_wp], 0.0_wp, "direction")
+      end associate
+   end subroutine direction_of_orbit
+
+   !> Added by hand, the last orbit counts, with its rate; a list that is appended keeps it.
+   subroutine orbit_replaced(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem, other
+      type(orbit_t) :: orbit
+      problem = satellite(stable, wide)
+      orbit = orbit_t(kepler_orbit_t(semi_major_axis=8e6_wp, mu=earth_mu))
+      call problem%system%effects%add(orbit)
+      call check_close(error, problem%system%effects%frame_rate, orbit%rate, 1e-19_wp, "rate")
+      if (allocated(error)) return
+      call other%system%effects%append(problem%system%effects)
+      call check_close(error, other%system%effects%frame_rate, orbit%rate, 1e-19_wp, "appended")
+      if (allocated(error)) return
+      call problem%system%effects%add(orbit_t(orbit%path, inertial=.true.))
+      call check(error, .not. any(abs(problem%system%effects%frame_rate) > 1e-19_wp), "no rate in inertial axes")
+   end subroutine orbit_replaced
+
+end module test_orbit
