@@ -257,11 +257,9 @@ contains
       type(state_t) :: before
       before = state
       call self%finish(system, state, dt, z)
-      associate (work => self%work(size(self%work)))
-         work = world_work(system%effects, before, state, dt)
-         state%world_work = state%world_work + work
-         state%world_time = state%t
-      end associate
+      self%work(size(self%work)) = world_work(system%effects, before, state, dt)
+      state%world_work = state%world_work + self%work(size(self%work))
+      state%world_time = state%t
    end subroutine finish_in_world
 
    !> The root that continues the true motion: proved, or by a rule where nothing can be proved. Errors: those of

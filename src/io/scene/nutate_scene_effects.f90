@@ -43,8 +43,8 @@ contains
       end do
    end subroutine add_effect_kinds
 
-   !> Adds the effects that the groups name, in their order but an orbit first and regulators last, to a system. What is made
-   !> from a body is made from the whole one, its wheels locked.
+   !> Adds the effects that the groups name, in their order but an orbit first and regulators last, to a system. What is
+   !> made from a body is made from the whole one, its wheels locked.
    subroutine build_effects(groups, system, error, folder)
       !> The tables that they name are read.
       type(group_t), intent(inout) :: groups(:)
@@ -76,8 +76,8 @@ contains
       end do
    end subroutine build_effects
 
-   !> In which pass a group is built: what others are made from comes first, and regulators act by wheels, wherever these
-   !> stand in the scene.
+   !> In which pass a group is built: what others are made from comes first, and regulators act by wheels, wherever
+   !> these stand in the scene.
    pure integer function pass_of(group)
       type(group_t), intent(in) :: group
       select case (group%name)
