@@ -170,7 +170,7 @@ contains
             levels = [-limit, 0.0_wp, limit]
             if (torques(i) < torques(i - 1)) levels = -levels
             do k = 1, 3
-               if (.not. (levels(k) - torques(i - 1))*(levels(k) - torques(i)) < 0.0_wp) cycle
+               if (levels(k) <= min(torques(i - 1), torques(i)) .or. levels(k) >= max(torques(i - 1), torques(i))) cycle
                t = times(i - 1) + (times(i) - times(i - 1))*((levels(k) - torques(i - 1))/(torques(i) - torques(i - 1)))
                ! Rounding may leave no time between two points.
                if (.not. (t > new_times(n) .and. t < times(i))) cycle

@@ -18,8 +18,9 @@ module nutate_event_roots
    public :: curve_t, node_t, find_first_root
 
    !> Halvings: parts of a quarter of the step, which are evaluated at their quarters in turn; parts of a
-   !> sixty-fourth where evaluation is cheap; more, to about a thousandth, while a part turns the body by over a radian.
-   integer, parameter :: enough = 2, enough_cheap = 6, deepest = 10
+   !> sixty-fourth where evaluation is cheap; more, to that or to about a thousandth where it is cheap, while a part turns the
+   !> body by over a radian.
+   integer, parameter :: enough = 2, enough_cheap = 6, deepest = 6, deepest_cheap = 10
    real(wp), parameter :: great_turn = 1.0_wp
    !> How far beyond the estimate a function may go.
    real(wp), parameter :: safety = 2.0_wp
@@ -63,6 +64,8 @@ module nutate_event_roots
       real(wp) :: resolution = eps
       !> Halvings of a part that no polynomial follows.
       integer :: halvings = enough
+      !> The same where the body turns by many radians in the step.
+      integer :: at_most = deepest
       logical :: found = .false.
       type(node_t) :: root = node_t()
    end type search_t
@@ -105,6 +108,7 @@ contains
       search%wanted = wanted
       search%resolution = max(resolution, eps)
       search%halvings = merge(enough_cheap, enough, curve%is_cheap)
+      search%at_most = merge(deepest_cheap, deepest, curve%is_cheap)
       if (last%s - first%s <= 8*search%resolution) then
          call search_piece(curve, search, first, last, status)
       else
@@ -154,7 +158,7 @@ contains
       call fit(nodes, polynomial, size)
       if (size > 0.0_wp) then
          call search_polynomial(curve, search, polynomial, size, a, b, 0, status)
-      else if ((depth >= search%halvings .and. (b%s - a%s)*search%turn <= great_turn) .or. depth >= deepest) then
+      else if ((depth >= search%halvings .and. (b%s - a%s)*search%turn <= great_turn) .or. depth >= search%at_most) then
          do i = 1, 4
             if (.not. is_excluded(search, nodes(i), nodes(i + 1))) &
                call search_piece(curve, search, nodes(i), nodes(i + 1), status)

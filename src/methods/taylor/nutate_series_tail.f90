@@ -27,6 +27,9 @@ module nutate_series_tail
    !> numbers.
    real(wp), parameter :: rounding = 1e-14_wp, same_direction = 1e-10_wp, least = 1e-140_wp, largest = 1e140_wp
 
+   !> Parts of coefficients whose squares are numbers.
+   real(wp), parameter :: largest_part = 1e150_wp
+
    !> The recurrence of a series, in units of time.
    type :: series_tail_t
       !> |xₙ₋₁|², |xₙ|².
@@ -59,6 +62,10 @@ contains
       real(wp), intent(in) :: x(most_parts, 4)
       real(wp) :: s(4), next(3), second(2), alpha, beta
       integer :: i
+      self%used = .false.
+      self%limit = 0.0_wp
+      self%squares = largest_part**2
+      if (.not. maxval(abs(x(1:n, :))) < largest_part) return
       s = 0.0_wp
       next = 0.0_wp
       second = 0.0_wp
