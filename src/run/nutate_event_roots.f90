@@ -18,8 +18,8 @@ module nutate_event_roots
    public :: curve_t, node_t, find_first_root
 
    !> Halvings: parts of a quarter of the step, which are evaluated at their quarters in turn; parts of a
-   !> sixty-fourth where evaluation is cheap; more, to that or to about a thousandth where it is cheap, while a part turns the
-   !> body by over a radian.
+   !> sixty-fourth where evaluation is cheap; more, to that or to about a thousandth where it is cheap, while a part
+   !> turns the body by over a radian.
    integer, parameter :: enough = 2, enough_cheap = 6, deepest = 6, deepest_cheap = 10
    real(wp), parameter :: great_turn = 1.0_wp
    !> How far beyond the estimate a function may go.
