@@ -4,6 +4,7 @@ import functools
 import multiprocessing
 import os
 import pickle
+import signal
 import subprocess
 import tempfile
 import threading
@@ -177,6 +178,8 @@ class RefusalTest(unittest.TestCase):
             nutate.sweep(scene)
 
     def test_ctrl_c_ends_a_sweep(self):
+        # In the background of a script the signal may be ignored.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
         for threads in (1, 2)[:1 + has_threads()]:
             for overrides in (("ensemble.members=1000000",), ("ensemble.members=1", "integrator.end_time=1e9")):
                 scene = nutate.Scene(None, *overrides, "output.every=1000000", text=TUMBLE)
