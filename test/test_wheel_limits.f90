@@ -207,10 +207,10 @@ contains
       type(wheel_t) :: wheel
       type(status_t) :: status
       integer :: at
-      problem = forced_body()
       if (alone) then
-         problem = problem_t()
          call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), problem%system%body, status)
+      else
+         problem = forced_body()
       end if
       call make_motor_table([0.0_wp, 0.37_wp, 0.9_wp], [3.0_wp, -2.0_wp, 5.0_wp], motor, status, at, periodic=.true., &
                             torque_limit=1.5_wp, stops_at_a_speed=.true.)
