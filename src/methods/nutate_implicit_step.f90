@@ -8,18 +8,19 @@
 module nutate_implicit_step
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
-   use nutate_continuation, only: continuation_t, root_judge_t, root_t
+   use nutate_continuation, only: continuation_t, root_t
    use nutate_hamiltonian, only: world_work
+   use nutate_implicit_equations, only: implicit_equations_t
    use nutate_kinds, only: wp, eps
    use nutate_newton_increment, only: has_converged, increment_t, most_cancellation, usual_cancellation
-   use nutate_predictor, only: most_unknowns, predictor_t
+   use nutate_predictor, only: most_unknowns
    use nutate_range, only: check_start, check_system
-   use nutate_root_proof, only: BEYOND_PROOF, PROVED, root_proof_t
+   use nutate_root_proof, only: BEYOND_PROOF, PROVED
    use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
       NUTATE_OFF_BRANCH
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -45,21 +46,7 @@ module nutate_implicit_step
                                   no_convergence = 'the Newton iteration of the step did not converge'
 
    !> A step whose unknowns solve equations. `advance` allocates nothing.
-   type, abstract, extends(stepper_t) :: implicit_stepper_t
-      type(integrator_settings_t) :: settings
-      type(predictor_t) :: predictor
-      type(root_proof_t) :: proof
-      type(root_judge_t) :: judge
-      !> Determinant of the Jacobian last computed, over that of a very short step.
-      real(wp) :: determinant = 0.0_wp
-      !> Step to which the kept part of the Jacobian belongs, s; 0: there is none that is worth keeping.
-      real(wp) :: kept_dt = 0.0_wp
-      !> How many times the result the terms of the equations linearized last can be.
-      real(wp) :: cancellation = usual_cancellation
-      !> The stage started is on the constraint manifold and stays there, as the proof of a root assumes.
-      logical :: on_manifold = .true.
-      !> The next step is the first since `prepare`.
-      logical :: untested = .true.
+   type, abstract, extends(implicit_equations_t) :: implicit_stepper_t
       !> Iterations of a step above which the next one starts with a new Jacobian.
       integer, private :: slow = 0
    contains
@@ -68,122 +55,7 @@ module nutate_implicit_step
       procedure :: advance
       procedure :: transfer
       procedure :: forget_steps
-      !> Takes the state and the length of a step. Refuses states that the form cannot move.
-      procedure(start_equations), deferred :: start
-      !> Chooses units for a step that was started and for which no Jacobian was kept.
-      procedure(choose_units), deferred :: scale_unknowns
-      !> The unknowns of a step with the rates of its start.
-      procedure(extrapolate), deferred :: explicit_guess
-      !> One increment of the modified Newton iteration.
-      procedure(correct_unknowns), deferred :: correct
-      !> A new Jacobian, with its determinant.
-      procedure(linearize_equations), deferred :: linearize
-      !> b0 = ¼Δt J⁻¹(L0 - h), the b of a step whose momentum stays.
-      procedure(find_start_vector), deferred :: get_start_vector
-      !> The unknowns that belong to a b.
-      procedure(take_vector), deferred :: unknowns_of
-      !> The b of a root: the vector of its Cayley map.
-      procedure(find_cayley_vector), deferred :: get_cayley_vector
-      !> Moves the state to the end of the step.
-      procedure(move_state), deferred :: finish
-      !> Shows to an archive what the form remembers beside unknowns.
-      procedure(transfer_more), deferred :: transfer_form
    end type implicit_stepper_t
-
-   abstract interface
-      !> Errors: `NUTATE_BAD_ARGUMENT`.
-      subroutine start_equations(self, system, state, dt, window_time, status)
-         import :: implicit_stepper_t, system_t, state_t, status_t, wp
-         class(implicit_stepper_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         type(state_t), intent(in) :: state
-         !> s, and the time that decides which torques act, s.
-         real(wp), intent(in) :: dt, window_time
-         !> Success on entry.
-         type(status_t), intent(inout) :: status
-      end subroutine start_equations
-
-      !> Errors: `NUTATE_OFF_BRANCH` where the body turns beyond all bounds in the step.
-      subroutine choose_units(self, system, state, dt, window_time, status)
-         import :: implicit_stepper_t, system_t, state_t, status_t, wp
-         class(implicit_stepper_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         type(state_t), intent(in) :: state
-         real(wp), intent(in) :: dt, window_time
-         !> Success on entry.
-         type(status_t), intent(inout) :: status
-      end subroutine choose_units
-
-      subroutine extrapolate(self, system, z)
-         import :: implicit_stepper_t, system_t, most_unknowns, wp
-         class(implicit_stepper_t), intent(in) :: self
-         type(system_t), intent(in) :: system
-         real(wp), intent(out) :: z(most_unknowns)
-      end subroutine extrapolate
-
-      !> Errors: `NUTATE_SINGULAR`, `NUTATE_OFF_BRANCH` for effects too strong for the step.
-      subroutine correct_unknowns(self, system, z, increment, status)
-         import :: implicit_stepper_t, system_t, increment_t, status_t, most_unknowns, wp
-         class(implicit_stepper_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         real(wp), intent(inout) :: z(most_unknowns)
-         !> The previous one on entry.
-         type(increment_t), intent(inout) :: increment
-         !> Success on entry.
-         type(status_t), intent(inout) :: status
-      end subroutine correct_unknowns
-
-      !> Errors as for `correct`.
-      subroutine linearize_equations(self, system, z, status)
-         import :: implicit_stepper_t, system_t, status_t, most_unknowns, wp
-         class(implicit_stepper_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         real(wp), intent(in) :: z(most_unknowns)
-         !> Success on entry.
-         type(status_t), intent(inout) :: status
-      end subroutine linearize_equations
-
-      pure subroutine find_cayley_vector(self, z, b)
-         import :: implicit_stepper_t, most_unknowns, wp
-         class(implicit_stepper_t), intent(inout) :: self
-         real(wp), intent(in) :: z(most_unknowns)
-         !> b = ¼Δt Ω̄, body axes; shape (3).
-         real(wp), intent(out) :: b(3)
-      end subroutine find_cayley_vector
-
-      pure subroutine find_start_vector(self, system, b)
-         import :: implicit_stepper_t, system_t, wp
-         class(implicit_stepper_t), intent(in) :: self
-         type(system_t), intent(in) :: system
-         !> Body axes; shape (3).
-         real(wp), intent(out) :: b(3)
-      end subroutine find_start_vector
-
-      pure subroutine take_vector(self, system, b, z)
-         import :: implicit_stepper_t, system_t, most_unknowns, wp
-         class(implicit_stepper_t), intent(in) :: self
-         type(system_t), intent(in) :: system
-         !> b = ¼Δt Ω̄, body axes; shape (3).
-         real(wp), intent(in) :: b(3)
-         real(wp), intent(out) :: z(most_unknowns)
-      end subroutine take_vector
-
-      subroutine move_state(self, system, state, dt, z)
-         import :: implicit_stepper_t, system_t, state_t, most_unknowns, wp
-         class(implicit_stepper_t), intent(inout) :: self
-         type(system_t), intent(in) :: system
-         type(state_t), intent(inout) :: state
-         real(wp), intent(in) :: dt
-         !> The root, for which `get_cayley_vector` was asked last.
-         real(wp), intent(in) :: z(most_unknowns)
-      end subroutine move_state
-
-      subroutine transfer_more(self, archive)
-         import :: implicit_stepper_t, archive_t
-         class(implicit_stepper_t), intent(inout) :: self
-         class(archive_t), intent(inout) :: archive
-      end subroutine transfer_more
-   end interface
 
 contains
 
@@ -239,8 +111,11 @@ contains
          return
       end if
       self%untested = .false.
-      if (.not. system%effects%moves) call self%finish(system, state, dt, z)
-      if (system%effects%moves) call finish_in_world(self, system, state, dt, z)
+      if (system%effects%moves) then
+         call finish_in_world(self, system, state, dt, z)
+      else
+         call self%finish(system, state, dt, z)
+      end if
       call self%predictor%remember(dt, z)
       if (self%iterations > self%slow) then
          call self%predictor%forget(kept_after_surprise)

@@ -8,12 +8,13 @@ module nutate_error_control
    use nutate_archive, only: archive_t
    use nutate_disturbance, only: disturb_state
    use nutate_hamiltonian, only: angular_velocity, body_momentum
-   use nutate_kinds, only: wp, eps
+   use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper, method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_step, progress_t, total_work
    use nutate_quaternion, only: attitude_distance, quat_norm
+   use nutate_step_length, only: step_length_t
    use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED
@@ -28,10 +29,8 @@ module nutate_error_control
    type, extends(step_policy_t) :: error_control_t
       private
       type(method_t) :: method
-      !> Estimates go as this power of the step.
-      integer :: power = 3
-      !> An estimate below this is round-off, rad.
-      real(wp) :: round_off = 0.0_wp
+      !> The next step to try.
+      type(step_length_t) :: length
       !> The whole step, its halves (or the only one), and branches for rows; each with its own memory, where needed.
       class(stepper_t), allocatable :: whole, half, branch
       !> A branch for events, which rows do not notice; it has been used since the last step.
@@ -44,8 +43,6 @@ module nutate_error_control
       real(wp) :: work_before = 0.0_wp
       !> Largest |L| seen, kg m²/s.
       real(wp) :: momentum_scale = 0.0_wp
-      !> The next step to try, s, positive.
-      real(wp) :: step = 0.0_wp
       !> Longest step that may be chosen after one that failed, s.
       real(wp) :: longest = huge(1.0_wp)
       !> +1 forward, -1 backward in time.
@@ -70,23 +67,8 @@ module nutate_error_control
       procedure :: transfer => transfer_control
    end type error_control_t
 
-   ! "Costs" below: instructions of a run on six scenes, by orders 4 and 8 and dop853, to tolerances of 1e-4 and 1e-8.
-
-   !> Part of the growth that the estimate allows which is taken. 0.7 costs 9 % more; 0.95 the same on average, but up
-   !> to a third more where steps are then refused.
-   real(wp), parameter :: safety = 0.85_wp
-   !> A step changes only if it can grow by the first or must shrink to less than the second: another length needs
-   !> another Jacobian and has no predictor. To change it always costs 7 % on average, to wait for 1.5 up to 13 %.
-   real(wp), parameter :: worth_while = 1.15_wp, still_fits = 0.95_wp
-   !> Bounds on the change of the step at a time, beyond which the estimate is extrapolated too far.
-   real(wp), parameter :: most_growth = 3.0_wp, most_shrinkage = 0.2_wp
-   !> Largest turn in a step, rad: not quite half a turn, beyond which two wrong results could agree by chance. It is
-   !> known only after the step, which may have gone beyond by `turn_margin`; `sure_shrinkage` brings it below again.
-   real(wp), parameter :: largest_turn = 3.0_wp, turn_margin = 1.2_wp, sure_shrinkage = 0.8_wp
    !> Turn in the first step, rad, and part of the run for a body that is all but at rest.
    real(wp), parameter :: first_turn = 0.1_wp, first_part = 0.1_wp
-   !> Differences of the whole and the halves, rad: the rounding of two attitudes; of the steps that lead to them.
-   real(wp), parameter :: noise = 2*eps, doubtful = 8*eps
    !> Rows at intervals in a step of a method without an error: polls come between steps, and are to be heard soon.
    real(wp), parameter :: rows_in_a_step = 64.0_wp
    !> Shortest step over the length of the run: no run makes 1e13 steps, and 1e-16 would not tell their times apart.
@@ -117,15 +99,13 @@ contains
           status%ok()) &
          call make_stepper(system, own, self%branch, status)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
-      self%power = self%method%order + 1
-      if (self%method%estimate_power > 0) self%power = self%method%estimate_power
-      self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**max(self%method%order, 1) - 1))
       duration = progress%plan%end_time - progress%state%t
       self%sense = sign(1.0_wp, duration)
       self%momentum_scale = length_of(body_momentum(progress%state))
       rate = length_of(angular_velocity(system, progress%state))
-      self%step = first_part*abs(duration)
-      if (rate*self%step > first_turn) self%step = first_turn/rate
+      call self%length%set_up(self%method%order, self%method%estimate_power)
+      self%length%next = first_part*abs(duration)
+      if (rate*self%length%next > first_turn) self%length%next = first_turn/rate
    end subroutine begin
 
    !> Adds noise to the end of every step, before it is projected, if it is. Implicit steps have none: what their
@@ -158,20 +138,21 @@ contains
       if (self%sense*(t_end - progress%next_break) > 0.0_wp) t_end = progress%next_break
       select type (method => self%half)
       class is (dense_stepper_t)
-         call method%choose_step(system, progress%state, goal_of(progress, t_end, observer), self%step, status)
+         call method%choose_step(system, progress%state, goal_of(progress, t_end, observer), self%length%next, &
+                                 status)
          if (.not. status%ok()) return
-         self%step = min(self%step, self%longest)
+         self%length%next = min(self%length%next, self%longest)
       end select
       ! What is left is not left over for a tiny step: less than two steps are halved.
       rest = abs((t_end - progress%state%t) - self%t_compensation)
-      step = self%step
+      step = self%length%next
       if (rest < 2*step) step = 0.5_wp*rest
-      if (rest <= self%step) step = rest
+      if (rest <= self%length%next) step = rest
       self%start = progress%state
       self%probed = .false.
       self%work_before = total_work(progress%summary)
       call try(self, system, progress, step, accepted, status)
-      self%longest = merge(huge(self%longest), self%step, accepted)
+      self%longest = merge(huge(self%longest), self%length%next, accepted)
       if (status%ok() .and. accepted .and. step >= rest) then
          progress%state%t = t_end
          self%t_compensation = 0.0_wp
@@ -214,7 +195,7 @@ contains
       logical, intent(out) :: accepted
       type(status_t), intent(inout) :: status
       type(state_t) :: next
-      real(wp) :: error, allowed, turn
+      real(wp) :: error
 
       next = progress%state
       progress%record%iterations = 0
@@ -227,24 +208,43 @@ contains
          self%work(:) = self%half%work
          error = self%half%error_estimate
       end if
-      accepted = status%ok()
-      if (.not. accepted) call reject(self, progress, 0.5_wp*step, status)
-      if (accepted .and. self%method%dense) call accept(self, progress, next, step)
-      if (.not. accepted .or. self%method%dense) return
+      if (.not. status%ok()) then
+         accepted = .false.
+         call reject(self, progress, 0.5_wp*step, status)
+      else if (self%method%dense) then
+         accepted = .true.
+         call accept(self, progress, next, step)
+      else
+         call judge(self, system, progress, next, step, error, accepted, status)
+      end if
+   end subroutine try
+
+   !> Keeps a step if the estimate of its error allows, and chooses the next one.
+   subroutine judge(self, system, progress, next, step, error, accepted, status)
+      class(error_control_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(progress_t), intent(inout) :: progress
+      !> State at its end, but for the time.
+      type(state_t), intent(in) :: next
+      !> s, positive; rad.
+      real(wp), intent(in) :: step, error
+      logical, intent(out) :: accepted
+      type(status_t), intent(inout) :: status
+      real(wp) :: allowed, turn, growth
       turn = step*length_of(angular_velocity(system, next))
       associate (goal => progress%plan%goal)
          allowed = goal%local_tolerance
          if (goal%error_rate > 0.0_wp) allowed = goal%error_rate*step
-         accepted = error <= max(allowed, self%round_off) .and. turn <= turn_margin*largest_turn
-         if (accepted) then
-            call accept(self, progress, next, step)
-            call adapt(self, step, growth(self, goal%error_rate > 0.0_wp, allowed, error), turn)
-         else
-            call reject(self, progress, step*max(most_shrinkage, min(sure_shrinkage, &
-                        growth(self, goal%error_rate > 0.0_wp, allowed, error))), status)
-         end if
+         growth = self%length%growth(goal%error_rate > 0.0_wp, allowed, error)
       end associate
-   end subroutine try
+      accepted = self%length%keeps(allowed, error, turn)
+      if (accepted) then
+         call accept(self, progress, next, step)
+         call self%length%adapt(step, growth, turn)
+      else
+         call reject(self, progress, step*self%length%shrinkage(growth), status)
+      end if
+   end subroutine judge
 
    !> Keeps a step.
    subroutine accept(self, progress, next, step)
@@ -323,30 +323,6 @@ contains
       estimate = estimate/(2.0_wp**self%method%order - 1)
    end function estimate
 
-   !> Factor by which the step could grow: its error goes as its length to the order plus one, the error over its
-   !> length as its length to the order.
-   pure real(wp) function growth(self, per_length, allowed, error)
-      class(error_control_t), intent(in) :: self
-      !> The error over the length counts.
-      logical, intent(in) :: per_length
-      !> Error of the step, rad, and the one allowed.
-      real(wp), intent(in) :: allowed, error
-      real(wp) :: exponent
-      exponent = 1.0_wp/(self%power - merge(1, 0, per_length))
-      growth = min(most_growth, safety*(max(allowed, self%round_off) &
-                                        /max(error, noise/(2.0_wp**self%method%order - 1)))**exponent)
-   end function growth
-
-   !> The next step after one that was kept.
-   pure subroutine adapt(self, step, factor, turn)
-      class(error_control_t), intent(inout) :: self
-      real(wp), intent(in) :: step, factor, turn
-      ! A step shortened to end somewhere says nothing against longer ones.
-      if (step < self%step .and. factor >= 1.0_wp) return
-      if (factor >= worth_while .or. factor < still_fits) self%step = step*factor
-      if (self%step*turn > step*largest_turn) self%step = step*largest_turn/turn
-   end subroutine adapt
-
    !> Shortens the step to try again. Errors: `NUTATE_NOT_CONVERGED` where it cannot be shortened.
    subroutine reject(self, progress, step, status)
       class(error_control_t), intent(inout) :: self
@@ -356,7 +332,7 @@ contains
       !> Success where there is a next try.
       type(status_t), intent(inout) :: status
       progress%summary%cut_steps = progress%summary%cut_steps + 1
-      self%step = step
+      self%length%next = step
       status = status_t()
       if (step < shortest*abs(progress%plan%end_time - progress%t_first)) &
          status = fail(NUTATE_NOT_CONVERGED, 'no step is short enough for the accuracy asked for')
@@ -492,7 +468,7 @@ contains
       if (allocated(self%whole)) call self%whole%transfer(archive)
       if (allocated(self%branch)) call self%branch%transfer(archive)
       call archive%transfer(self%momentum_scale)
-      call archive%transfer(self%step)
+      call archive%transfer(self%length%next)
       call archive%transfer(self%longest)
       call archive%transfer(self%t_compensation)
    end subroutine transfer_control
