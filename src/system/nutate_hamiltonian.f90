@@ -18,7 +18,7 @@ module nutate_hamiltonian
 
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
-   public :: potential_gradient, potential_torque, moving_energy, world_power, world_work
+   public :: potential_gradient, potential_torque, moving_energy, world_power, world_work, body_direction
    public :: hamilton_equations, conserved_energy, frame_rate_of, relative_rate
 
 contains
@@ -183,12 +183,12 @@ contains
       time = 0.0_wp
       if (present(t)) time = t
       do i = 1, effects%n_potentials
-         energy = energy + effects%potentials(i)%item%energy(gamma_of(effects, i, q, time))
+         energy = energy + effects%potentials(i)%item%energy(body_direction(effects, i, q, time))
       end do
    end function potential_energy
 
-   !> γ = R(q)ᵀn of a potential; shape (3).
-   pure function gamma_of(effects, i, q, t) result(gamma)
+   !> γ = R(q)ᵀn: the direction of a potential in body axes, with the length of q squared; shape (3).
+   pure function body_direction(effects, i, q, t) result(gamma)
       type(effect_list_t), intent(in) :: effects
       !> Its number.
       integer, intent(in) :: i
@@ -202,7 +202,7 @@ contains
             gamma = rotate_to_body(q, potential%direction)
          end if
       end associate
-   end function gamma_of
+   end function body_direction
 
    !> ∂V/∂t at fixed attitude: the power of potentials that move, W.
    pure real(wp) function world_power(effects, q, t) result(power)
@@ -231,7 +231,7 @@ contains
       energy = 0.0_wp
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
-            if (potential%moves) energy = energy + potential%energy(gamma_of(effects, i, q, t))
+            if (potential%moves) energy = energy + potential%energy(body_direction(effects, i, q, t))
          end associate
       end do
    end function moving_energy
@@ -319,7 +319,7 @@ contains
       time = 0.0_wp
       if (present(t)) time = t
       do i = 1, effects%n_potentials
-         gamma = gamma_of(effects, i, q, time)
+         gamma = body_direction(effects, i, q, time)
          torque = torque + cross(gamma, effects%potentials(i)%item%gradient(gamma))
       end do
    end function potential_torque

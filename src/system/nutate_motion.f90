@@ -1,5 +1,6 @@
 !> The motion at an instant: a state, the rates at which it changes, and what drives it.
 module nutate_motion
+   use nutate_hamiltonian, only: body_direction
    use nutate_kinds, only: wp
    use nutate_limits, only: most_wheels
    use nutate_quaternion, only: cross, quat_norm, quat_product, quat_vector_product, rotate_to_body
@@ -53,7 +54,7 @@ contains
       real(wp), intent(in) :: window_time
       !> Found by `find_motion`.
       type(motion_t), intent(inout) :: motion
-      real(wp) :: q(4), n(3), gamma(3), start, stop, inner(3)
+      real(wp) :: q(4), gamma(3), start, stop, inner(3)
       integer :: i
       motion%potential_torque = 0.0_wp
       motion%torque = 0.0_wp
@@ -61,9 +62,7 @@ contains
          q = (1/quat_norm(motion%state%q))*motion%state%q
       do i = 1, system%effects%n_potentials
          associate (potential => system%effects%potentials(i)%item)
-            n = potential%direction
-            if (potential%moves) n = potential%direction_at(motion%state%t)
-            gamma = rotate_to_body(q, n)
+            gamma = body_direction(system%effects, i, q, motion%state%t)
             motion%potential_torque = motion%potential_torque + cross(gamma, potential%gradient(gamma))
          end associate
       end do

@@ -30,12 +30,7 @@ contains
       integer(c_size_t), intent(inout), optional :: fields
       type(scene_handle_t), pointer :: handle
       type(row_layout_t) :: layout
-      type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
-      call find_layout(handle%scene, layout, status)
-      code = status%code
+      call find_rows(scene, handle, layout, code)
       if (code /= NUTATE_OK) return
       if (present(members)) members = handle%scene%ensemble%members
       if (present(fields)) fields = layout%width()
@@ -47,12 +42,7 @@ contains
       integer(c_int), intent(inout), optional :: is_whole
       type(scene_handle_t), pointer :: handle
       type(row_layout_t) :: layout
-      type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_scene(scene)
-      if (.not. associated(handle)) return
-      call find_layout(handle%scene, layout, status)
-      code = status%code
+      call find_rows(scene, handle, layout, code)
       if (code /= NUTATE_OK) return
       code = NUTATE_BAD_ARGUMENT
       if (field < 0 .or. field >= layout%width()) return
@@ -112,6 +102,20 @@ contains
       end if
       code = report(status, message, size)
    end function nutate_sweep_members
+
+   !> A scene by its handle, and the fields of a row. Code: `NUTATE_BAD_HANDLE`, or the error of `find_layout`.
+   subroutine find_rows(scene, handle, layout, code)
+      type(c_ptr), intent(in) :: scene
+      type(scene_handle_t), pointer, intent(out) :: handle
+      type(row_layout_t), intent(out) :: layout
+      integer(c_int), intent(out) :: code
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_scene(scene)
+      if (.not. associated(handle)) return
+      call find_layout(handle%scene, layout, status)
+      code = status%code
+   end subroutine find_rows
 
    !> The fields of a row; none where the scene has no ensemble. Errors: a set of columns that does not exist.
    subroutine find_layout(scene, layout, status)
