@@ -1,18 +1,24 @@
-"""Runs the tests of a folder, FOLDER/test_*.py, against the program that $NUTATE names.   run_python_tests.py FOLDER
+"""Runs the tests of a folder, FOLDER/test_*.py, against the program that $NUTATE names.   run_python_tests.py FOLDER [MODULE]
 
-Reports failures only and ends with a line `N passed, N failed, N skipped`, where a test with several failing parts counts once.
+Each module in a process of its own, as many at a time as there are cores. Reports failures only and ends with a line
+`N passed, N failed, N skipped`, where a test with several failing parts counts once, and a module that breaks off too.
 """
 
+import concurrent.futures
 import os
+import pathlib
+import re
+import subprocess
 import sys
 import unittest
 
+TOTAL = re.compile(r"(\d+) passed, (\d+) failed, (\d+) skipped")
 
-def main():
-    if not os.access(os.environ.get("NUTATE", ""), os.X_OK):
-        sys.exit("NUTATE does not name a program")
+
+def run_module(folder, name):
+    """Runs one module here; its exit status."""
     result = unittest.TestResult()
-    unittest.defaultTestLoader.discover(sys.argv[1]).run(result)
+    unittest.defaultTestLoader.discover(folder, pattern=f"{name}.py").run(result)
 
     bad = result.errors + result.failures
     for test, report in bad:
@@ -30,6 +36,34 @@ def main():
     passed = max(result.testsRun - len(failed) - skipped, 0)
     print(f"{passed} passed, {len(failed)} failed, {len(result.skipped)} skipped")
     return 1 if failed else 0
+
+
+def start_module(folder, name):
+    """Runs one module in a process of its own: its report, and what its tests came to."""
+    done = subprocess.run([sys.executable, __file__, folder, name], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
+    lines = done.stdout.splitlines()
+    total = TOTAL.fullmatch(lines[-1]) if lines else None
+    if total and (done.returncode == 0) == (total[2] == "0"):
+        return lines[:-1], [int(count) for count in total.groups()]
+    return [*lines, f"{name} broke off with exit status {done.returncode}"], [0, 1, 0]
+
+
+def main():
+    if not os.access(os.environ.get("NUTATE", ""), os.X_OK):
+        sys.exit("NUTATE does not name a program")
+    if len(sys.argv) > 2:
+        sys.exit(run_module(sys.argv[1], sys.argv[2]))
+    modules = sorted(path.stem for path in pathlib.Path(sys.argv[1]).glob("test_*.py"))
+    if not modules:
+        sys.exit(f"{sys.argv[1]} has no tests (expected test_*.py)")
+    counts = [0, 0, 0]
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for lines, came_to in pool.map(lambda name: start_module(sys.argv[1], name), modules):
+            print(*lines, sep="\n", end="\n" if lines else "", flush=True)
+            counts = [a + b for a, b in zip(counts, came_to)]
+    print("{} passed, {} failed, {} skipped".format(*counts))
+    return 1 if counts[1] else 0
 
 
 if __name__ == "__main__":
