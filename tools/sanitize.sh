@@ -6,7 +6,8 @@
 set -u
 . "$(dirname "$0")/environment.sh"
 
-sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g -O1'
+# Lines in reports are enough (-g1): all that debuggers can use takes the compiler twice as long.
+sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g1 -O1'
 # gfortran 12 suspects every allocatable result of -Wmaybe-uninitialized.
 export FFLAGS="-Wall -Wextra -Wno-maybe-uninitialized $checked $sanitizers"
 export FPM_CFLAGS="-Wall -Wextra $sanitizers" FPM_LDFLAGS=-fsanitize=address,undefined
