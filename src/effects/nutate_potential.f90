@@ -1,0 +1,185 @@
+!> Potentials: functions of a direction fixed in space, or of one that moves, as the body sees it.
+module nutate_potential
+   use nutate_any_effect, only: effect_t
+   use nutate_effect_bounds, only: bounds_of_potential, effect_bounds_t, linear_map_t
+   use nutate_kinds, only: wp, eps
+   use nutate_small_products, only: vector_length
+   implicit none
+   private
+
+   public :: potential_t
+
+   !> V(q) = U(γ), γ = R(q)ᵀ n, the V of equation (8) of Nielsen & Krenk (2012).
+   type, abstract, extends(effect_t) :: potential_t
+      !> n: a vector fixed in space, of whatever length and unit the potential is written in.
+      real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      !> n moves, `direction` is that of t = 0; a bound of the rate, 1/s.
+      logical :: moves = .false.
+      real(wp) :: pace = 0.0_wp
+   contains
+      !> n at a time, ∂V/∂t at fixed attitude, and the series of n in time; constant unless overridden.
+      procedure :: direction_at => fixed_direction
+      procedure :: power => no_power
+      procedure :: direction_series => fixed_series
+      !> U(γ), J.
+      procedure(potential_energy), deferred :: energy
+      !> ∇U(γ): derivative by the body components γ.
+      procedure(potential_gradient), deferred :: gradient
+      !> Matrix of second derivatives of U; by differences of the gradient unless overridden.
+      procedure :: hessian => difference_hessian
+      !> Discrete gradient: ∇̄U(γ0, γ1) with ∇̄U·(γ1 - γ0) = U(γ1) - U(γ0); Gonzalez's (1996) unless overridden.
+      procedure :: discrete_gradient => gonzalez_gradient
+      !> ∂∇̄U/∂γ1; that of Gonzalez's unless overridden.
+      procedure :: discrete_hessian => gonzalez_hessian
+      procedure :: bound => bound_potential
+      !> m of a linear series: the torque γ×∇U is m×γ; body axes.
+      procedure :: series_moment => no_moment
+      !> Coefficient of a general series of γ×∇U.
+      procedure :: series_torque => no_potential_torque
+   end type potential_t
+
+   abstract interface
+      !> U(γ), J.
+      pure real(wp) function potential_energy(self, gamma)
+         import :: potential_t, wp
+         class(potential_t), intent(in) :: self
+         !> γ, body axes; shape (3).
+         real(wp), intent(in) :: gamma(3)
+      end function potential_energy
+
+      !> ∇U(γ), body axes; shape (3).
+      pure function potential_gradient(self, gamma) result(gradient)
+         import :: potential_t, wp
+         class(potential_t), intent(in) :: self
+         !> γ, body axes; shape (3).
+         real(wp), intent(in) :: gamma(3)
+         real(wp) :: gradient(3)
+      end function potential_gradient
+   end interface
+
+contains
+
+   !> n at a time, s; shape (3).
+   pure function fixed_direction(self, t) result(n)
+      class(potential_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: n(3)
+      n = self%direction
+   end function fixed_direction
+
+   !> ∂V/∂t at a time, W.
+   pure real(wp) function no_power(self, q, t)
+      class(potential_t), intent(in) :: self
+      !> Unit quaternion, body→space, shape (4); s.
+      real(wp), intent(in) :: q(4), t
+      no_power = 0.0_wp
+   end function no_power
+
+   !> Coefficients of n from a time on.
+   pure subroutine fixed_series(self, t, time_unit, n)
+      class(potential_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_unit
+      !> Space axes; shape (3, 0:order).
+      real(wp), intent(out) :: n(:, 0:)
+      n = 0.0_wp
+      n(:, 0) = self%direction
+   end subroutine fixed_series
+
+   !> A potential with Gonzalez's discrete gradient, by the bounds that are given.
+   pure subroutine bound_potential(self, map, radius, gamma, slack, bounds)
+      class(potential_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      associate (given => self%given)
+         bounds%known = given%known
+         if (given%known) bounds = bounds_of_potential(map, radius, vector_length(self%direction), given%first, &
+                                                       given%second, given%third)
+      end associate
+   end subroutine bound_potential
+
+   !> Central differences of ∇U with steps of ε^(1/3) of |γ|, where their error and round-off are alike: exact to
+   !> round-off for quadratic U.
+   pure function difference_hessian(self, gamma) result(hessian)
+      class(potential_t), intent(in) :: self
+      !> γ, body axes; shape (3).
+      real(wp), intent(in) :: gamma(3)
+      real(wp) :: hessian(3, 3)
+      real(wp) :: h, shift(3)
+      integer :: i
+      h = eps**(1.0_wp/3)*norm2(gamma)
+      if (h == 0.0_wp) h = eps**(1.0_wp/3)
+      do i = 1, 3
+         shift = 0.0_wp
+         shift(i) = h
+         hessian(:, i) = (self%gradient(gamma + shift) - self%gradient(gamma - shift))/(2*h)
+      end do
+   end function difference_hessian
+
+   !> ∇U(γ̄) + ((ΔU - ∇U(γ̄)·Δγ)/|Δγ|²) Δγ (Gonzalez 1996, eq. 3.2), γ̄ the mean of the ends: the discrete gradient of
+   !> any U. Where Δγ is so short that its second term would be noise, ∇U(γ̄) alone closes to round-off.
+   pure function gonzalez_gradient(self, gamma0, gamma1) result(gradient)
+      class(potential_t), intent(in) :: self
+      !> γ at the ends of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      real(wp) :: gradient(3)
+      real(wp) :: delta(3)
+      delta = gamma1 - gamma0
+      gradient = self%gradient(0.5_wp*(gamma0 + gamma1))
+      if (is_short(delta, gamma0)) return
+      gradient = gradient + ((self%energy(gamma1) - self%energy(gamma0) - dot_product(gradient, delta)) &
+                             /dot_product(delta, delta))*delta
+   end function gonzalez_gradient
+
+   !> Derivative of `gonzalez_gradient` by γ1.
+   pure function gonzalez_hessian(self, gamma0, gamma1) result(hessian)
+      class(potential_t), intent(in) :: self
+      !> γ at the ends of the step, body axes; shape (3).
+      real(wp), intent(in) :: gamma0(3), gamma1(3)
+      !> ∂∇̄Uᵢ/∂γ1ⱼ
+      real(wp) :: hessian(3, 3)
+      real(wp) :: delta(3), middle(3), slope(3), square, defect
+      integer :: i, j
+      delta = gamma1 - gamma0
+      hessian = 0.5_wp*self%hessian(0.5_wp*(gamma0 + gamma1))
+      if (is_short(delta, gamma0)) return
+      middle = self%gradient(0.5_wp*(gamma0 + gamma1))
+      square = dot_product(delta, delta)
+      defect = (self%energy(gamma1) - self%energy(gamma0) - dot_product(middle, delta))/square
+      slope = (self%gradient(gamma1) - middle - matmul(delta, hessian))/square - (2*defect/square)*delta
+      do j = 1, 3
+         do i = 1, 3
+            hessian(i, j) = hessian(i, j) + delta(i)*slope(j)
+         end do
+         hessian(j, j) = hessian(j, j) + defect
+      end do
+   end function gonzalez_hessian
+
+   !> |Δγ| < ε^(1/3) |γ|: ΔU - ∇U(γ̄)·Δγ, of third order in Δγ, is round-off of U.
+   pure logical function is_short(delta, gamma)
+      real(wp), intent(in) :: delta(3), gamma(3)
+      is_short = dot_product(delta, delta) <= eps**(2.0_wp/3)*dot_product(gamma, gamma)
+   end function is_short
+
+   pure function no_moment(self) result(moment)
+      class(potential_t), intent(in) :: self
+      real(wp) :: moment(3)
+      moment = 0.0_wp
+   end function no_moment
+
+   !> Coefficient k of γ×∇U.
+   pure subroutine no_potential_torque(self, k, gamma, auxiliary, tau)
+      class(potential_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Coefficients 0..k of γ, body axes; shape (3, 0:k).
+      real(wp), intent(in) :: gamma(3, 0:k)
+      !> Coefficients 0..k-1 of the auxiliary series on entry, 0..k on exit; shape (0:highest_order,
+      !> auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      tau = 0.0_wp
+   end subroutine no_potential_torque
+
+end module nutate_potential

@@ -1,0 +1,237 @@
+!> Torques in body axes, which do work.
+module nutate_torque
+   use nutate_any_effect, only: effect_t
+   use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
+   use nutate_kinds, only: wp, eps
+   use nutate_quaternion, only: quat_product
+   implicit none
+   private
+
+   public :: torque_t
+   public :: turning_of
+
+   !> A torque in body axes, with or without a source of energy.
+   type, abstract, extends(effect_t) :: torque_t
+      !> The n of `series_direction` moves, and a bound of its rate, 1/s.
+      logical :: moves = .false.
+      real(wp) :: pace = 0.0_wp
+   contains
+      !> τ(t, q, Ω), body axes, N m.
+      procedure(body_torque), deferred :: torque
+      !> ∂τ/∂θ (θ a small body rotation) and ∂τ/∂Ω; by differences unless overridden.
+      procedure :: derivatives => difference_derivatives
+      !> The torque acts from one time to another, s; steps end on them. Outside of it `torque` is not called.
+      procedure :: window => always
+      !> The torque acts at a time.
+      procedure :: acts_at
+      !> Times about a moment between which the torque, at fixed attitude and rate, is one smooth function of time; all
+      !> times unless overridden. In a step about that moment it is asked at no others.
+      procedure :: piece => one_piece
+      !> The next time at which the torque starts, stops or goes from one piece to another; steps end on it. The ends of
+      !> the window unless overridden.
+      procedure :: next_break => next_end
+      procedure :: bound => bound_torque
+      !> ∂τ/∂t at fixed attitude and rate; by differences unless overridden. Asked only of a torque whose `bound` says
+      !> that it changes.
+      procedure :: time_derivative => difference_in_time
+      !> The torque depends on the attitude; `.true.` unless overridden.
+      procedure :: needs_attitude => attitude_needed
+      !> D of a linear series: τ = DΩ; body axes, N m s.
+      procedure :: series_drag => no_drag
+      !> n, space axes, where the torque depends on γ = R(q)ᵀn; zero: it does not.
+      procedure :: series_direction => no_direction
+      !> The series of an n that moves; constant unless overridden.
+      procedure :: direction_series => fixed_series
+      !> Coefficient of a general series of τ; of a series in space axes, there.
+      procedure :: series_torque => no_torque
+   end type torque_t
+
+   abstract interface
+      !> τ, body axes, N m; shape (3).
+      pure function body_torque(self, t, q, omega) result(tau)
+         import :: torque_t, wp
+         class(torque_t), intent(in) :: self
+         !> s.
+         real(wp), intent(in) :: t
+         !> Attitude, unit quaternion, body→space; shape (4).
+         real(wp), intent(in) :: q(4)
+         !> Ω, body axes, rad/s; shape (3).
+         real(wp), intent(in) :: omega(3)
+         real(wp) :: tau(3)
+      end function body_torque
+   end interface
+
+contains
+
+   !> A torque by the bounds that are given.
+   pure subroutine bound_torque(self, map, radius, gamma, slack, bounds)
+      class(torque_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      associate (given => self%given)
+         bounds%known = given%known
+         if (given%known) &
+            bounds = bounds_of_torque(map, radius, given%first, given%second, given%third, given%rate)
+      end associate
+   end subroutine bound_torque
+
+   !> Central differences of τ. The steps suit a torque that varies over angles of order 1 and rates of order |Ω|.
+   pure subroutine difference_derivatives(self, t, q, omega, by_rotation, by_rate)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> Attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> ∂τ/∂θ, θ a rotation vector in body axes: q → q∘exp(θ/2).
+      real(wp), intent(out) :: by_rotation(3, 3)
+      !> ∂τ/∂Ω, body axes.
+      real(wp), intent(out) :: by_rate(3, 3)
+      real(wp) :: h, shift(3)
+      integer :: i
+      by_rotation = 0.0_wp
+      h = eps**(1.0_wp/3)
+      if (self%needs_attitude()) then
+         do i = 1, 3
+            shift = 0.0_wp
+            shift(i) = 0.5_wp*h
+            by_rotation(:, i) = (self%torque(t, turned(q, shift), omega) &
+                                 - self%torque(t, turned(q, -shift), omega))/(2*h)
+         end do
+      end if
+      h = h*max(norm2(omega), 1.0_wp)
+      do i = 1, 3
+         shift = 0.0_wp
+         shift(i) = h
+         by_rate(:, i) = (self%torque(t, q, omega + shift) - self%torque(t, q, omega - shift))/(2*h)
+      end do
+   end subroutine difference_derivatives
+
+   !> Central difference of τ over ε^(1/3) of a time in which it may change much.
+   pure function difference_in_time(self, t, q, omega, span) result(derivative)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> Attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> Ω, body axes, rad/s; shape (3).
+      real(wp), intent(in) :: omega(3)
+      !> s; not 0.
+      real(wp), intent(in) :: span
+      !> Body axes, N m/s; shape (3).
+      real(wp) :: derivative(3)
+      real(wp) :: h
+      h = eps**(1.0_wp/3)*span
+      derivative = (self%torque(t + h, q, omega) - self%torque(t - h, q, omega))/(2*h)
+   end function difference_in_time
+
+   !> q∘(1, half) normalised: q turned by about the small body rotation 2 half.
+   pure function turned(q, half) result(r)
+      real(wp), intent(in) :: q(4), half(3)
+      real(wp) :: r(4)
+      r = quat_product(q, [1.0_wp, half])
+      r = r/norm2(r)
+   end function turned
+
+   !> ∂τ/∂θ of a torque fixed in space: δ(R(q)ᵀν) = (R(q)ᵀν)×δθ.
+   pure function turning_of(tau) result(by_rotation)
+      !> R(q)ᵀν, body axes, N m; shape (3).
+      real(wp), intent(in) :: tau(3)
+      real(wp) :: by_rotation(3, 3)
+      by_rotation(:, 1) = [0.0_wp, tau(3), -tau(2)]
+      by_rotation(:, 2) = [-tau(3), 0.0_wp, tau(1)]
+      by_rotation(:, 3) = [tau(2), -tau(1), 0.0_wp]
+   end function turning_of
+
+   !> The torque acts at all times.
+   pure subroutine always(self, start, stop)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(out) :: start, stop
+      start = -huge(1.0_wp)
+      stop = huge(1.0_wp)
+   end subroutine always
+
+   !> True inside the window and on its ends, for a torque that is on.
+   pure logical function acts_at(self, t)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: start, stop
+      call self%window(start, stop)
+      acts_at = t >= start .and. t <= stop .and. self%on
+   end function acts_at
+
+   !> All times.
+   pure subroutine one_piece(self, moment, start, stop)
+      class(torque_t), intent(in) :: self
+      !> A time inside of a step, s.
+      real(wp), intent(in) :: moment
+      !> s.
+      real(wp), intent(out) :: start, stop
+      start = -huge(1.0_wp)
+      stop = huge(1.0_wp)
+   end subroutine one_piece
+
+   !> The first end of the window behind a time; beyond all times where there is none.
+   pure real(wp) function next_end(self, t, sense) result(next)
+      class(torque_t), intent(in) :: self
+      !> s, and which way time goes: 1 or -1.
+      real(wp), intent(in) :: t, sense
+      real(wp) :: ends(2)
+      integer :: i
+      call self%window(ends(1), ends(2))
+      next = sense*huge(next)
+      do i = 1, 2
+         ! No differences: they could overflow.
+         if (sense*ends(i) > sense*t .and. sense*ends(i) < sense*next) next = ends(i)
+      end do
+   end function next_end
+
+   pure logical function attitude_needed(self)
+      class(torque_t), intent(in) :: self
+      attitude_needed = .true.
+   end function attitude_needed
+
+   pure function no_drag(self) result(drag)
+      class(torque_t), intent(in) :: self
+      real(wp) :: drag(3, 3)
+      drag = 0.0_wp
+   end function no_drag
+
+   pure function no_direction(self) result(direction)
+      class(torque_t), intent(in) :: self
+      real(wp) :: direction(3)
+      direction = 0.0_wp
+   end function no_direction
+
+   !> Coefficients of n from a time on.
+   pure subroutine fixed_series(self, t, time_unit, n)
+      class(torque_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_unit
+      !> Space axes; shape (3, 0:order).
+      real(wp), intent(out) :: n(:, 0:)
+      n = 0.0_wp
+      n(:, 0) = self%series_direction()
+   end subroutine fixed_series
+
+   !> Coefficient k of τ.
+   pure subroutine no_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
+      class(torque_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> t₀ and the unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      !> Coefficients 0..k of Ω and of γ, body axes; shape (3, 0:k). γ is zero where there is no `series_direction`.
+      real(wp), intent(in) :: omega(3, 0:k), gamma(3, 0:k)
+      !> Coefficients 0..k-1 of the auxiliary series on entry, 0..k on exit; shape (0:highest_order,
+      !> auxiliary_series()).
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      tau = 0.0_wp
+   end subroutine no_torque
+
+end module nutate_torque
