@@ -31,21 +31,25 @@
 !>
 !> Quaternions have their scalar first and take body components to space components. SI units, radians.
 module nutate
+   use nutate_any_effect, only: effect_t, rotor_t
    use nutate_applied_torque, only: applied_torque_t
    use nutate_archive, only: archive_t
    use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
       quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_roll_pitch_yaw, quat_from_rotation_vector, &
       roll_pitch_yaw_from_quat, rotation_vector_from_quat
    use nutate_body, only: body_t, diagonal, make_body, make_shape_body
+   use nutate_carried_vector, only: carried_vector_t
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
-   use nutate_effect, only: effect_t, potential_t, rotor_t, torque_t
+   use nutate_earth_field, only: earth_field_t
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, event_t, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
    use nutate_event_tracker, only: event_list_t
    use nutate_exact_free, only: free_body_t
    use nutate_exact_top, only: lagrange_top_t
+   use nutate_force, only: force_t, moving_force_t
+   use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_gravity, only: gravity_t, standard_gravity
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
@@ -59,6 +63,7 @@ module nutate
    use nutate_member_rows, only: run_members
    use nutate_motion, only: motion_t
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_potential, only: potential_t
    use nutate_progress, only: progress_t, run_summary_t
    use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
       quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
@@ -80,6 +85,8 @@ module nutate
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
    use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
    use nutate_regulator_mounting, only: add_regulator
+   use nutate_timed_force, only: timed_force_t
+   use nutate_torque, only: torque_t
    use nutate_wheel, only: wheel_t
    use nutate_wheel_motor, only: make_motor_table
    use nutate_wheel_mounting, only: add_wheel, mount_wheels

@@ -68,8 +68,10 @@ program unit
    use test_reduced, only: collect_reduced
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
+   use test_moving_fields, only: collect_moving_fields
    use test_moving_world, only: collect_moving_world
    use test_orbit, only: collect_orbit
+   use test_orbit_fields, only: collect_orbit_fields
    use test_rotating_frame, only: collect_rotating_frame
    use test_rotation, only: collect_rotation
    use test_rk8, only: collect_rk8
@@ -260,6 +262,8 @@ contains
    function torque_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
+         new_testsuite("orbit_fields", collect_orbit_fields), &
+         new_testsuite("moving_fields", collect_moving_fields), &
          new_testsuite("moving_world", collect_moving_world), &
          new_testsuite("orbit", collect_orbit), &
          new_testsuite("table_torques", collect_table_torques), &

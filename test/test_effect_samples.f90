@@ -6,6 +6,7 @@ module test_effect_samples
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
+   use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
    use nutate_scene, only: read_scene, scene_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
@@ -28,7 +29,7 @@ module test_effect_samples
    type :: effect_samples_t
       !> Names of the kinds, as in the catalogue; shape (number of kinds).
       character(len=24), allocatable :: names(:)
-      !> Those that are potentials; shape (number of potentials).
+      !> Those that are potentials of a direction that stands still; shape (number of potentials).
       integer, allocatable :: potentials(:)
       type(sample_t), allocatable :: items(:)
       !> How many there are of them.
@@ -103,11 +104,16 @@ contains
             if (scene%groups(i)%name /= self%names(k)) cycle
             if (any(self%potentials == k)) exit
             associate (sample => self%items(self%n_items + 1))
-               call kinds(k)%build(scene%groups(i), scene%system%body, sample%effect, status)
+               if (scene%system%effects%on_orbit .and. goes_by_orbit(scene%groups(i))) then
+                  call build_on_orbit(scene%groups(i), scene%system%effects%orbit, scene%system%body, sample%effect, &
+                                      status)
+               else
+                  call kinds(k)%build(scene%groups(i), scene%system%body, sample%effect, status)
+               end if
                sample%kind = k
                select type (effect => sample%effect)
                class is (potential_t)
-                  self%potentials = [self%potentials, k]
+                  if (.not. effect%moves) self%potentials = [self%potentials, k]
                end select
             end associate
             self%n_items = self%n_items + 1

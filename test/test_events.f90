@@ -363,17 +363,21 @@ contains
       end do
    end subroutine column_rates
 
-   !> Puts a system on an orbit, with its gravity gradient.
+   !> Puts a system on an orbit, with its gravity gradient, behind a small body in the sun.
    subroutine add_orbit(system, eccentricity)
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: eccentricity
       type(kepler_orbit_t) :: path
+      type(orbit_t) :: orbit
       path = kepler_orbit_t(eccentricity=eccentricity, mu=2.0_wp, inclination=0.4_wp, raan=1.0_wp, mean_anomaly=2.0_wp)
-      call system%effects%add(orbit_t(path))
+      orbit = orbit_t(path)
+      orbit%sun = [0.6_wp, 0.64_wp, 0.48_wp]
+      orbit%shadow_radius = 0.5_wp
+      call system%effects%add(orbit)
       if (eccentricity > 0.0_wp) then
          call system%effects%add(orbital_gradient_t(system%body, path))
       else
-         call system%effects%add(gravity_gradient_t(system%body, orbit_t(path)))
+         call system%effects%add(gravity_gradient_t(system%body, orbit))
       end if
    end subroutine add_orbit
 

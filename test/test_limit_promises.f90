@@ -5,8 +5,8 @@ module test_limit_promises
    implicit none
    private
 
-   public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_wheels, of_regulators, of_starts, &
-      of_settings, of_events
+   public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_fields, of_wheels, of_regulators, &
+      of_starts, of_settings, of_events
 
    !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
    type :: promise_t
@@ -128,7 +128,7 @@ contains
    end function of_torques
 
    pure function of_orbits() result(promises)
-      type(promise_t) :: promises(9)
+      type(promise_t) :: promises(11)
       real(wp), parameter :: zero(3) = 0.0_wp
       promises(1) = positive('orbit', 'semi_major_axis', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
       promises(2) = positive('orbit', 'altitude', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
@@ -141,8 +141,26 @@ contains
       promises(7) = any_number('orbit', 'mean_anomaly', zero(1:1))
       promises(8) = positive('orbit', 'mu', [1.0_wp])
       promises(9) = any_number('initial', 'roll_pitch_yaw', zero, 2)
+      promises(10) = any_number('orbit', 'sun', zero, 1)
+      promises(10)%least = 1e-100_wp
+      promises(10)%zero = .false.
+      promises(11) = positive('orbit', 'shadow_radius', [1.0_wp], least=1e-30_wp, greatest=1e30_wp)
       promises%text_only = .true.
    end function of_orbits
+
+   !> The field of the Earth, far away from it, and forces.
+   pure function of_fields() result(promises)
+      type(promise_t) :: promises(7)
+      real(wp), parameter :: zero(3) = 0.0_wp
+      promises(1) = any_number('earth_field', 'moment', zero, 2)
+      promises(2) = any_number('earth_field', 'epoch_angle', zero(1:1))
+      promises(3) = any_number('earth_field', 'coefficients', zero, 3)
+      promises(4) = any_number('force', 'body_point', zero, 1)
+      promises(5) = any_number('force', 'force', zero, 2)
+      promises(6) = any_number('force', 'start', zero(1:1))
+      promises(7) = any_number('force', 'stop', zero(1:1))
+      promises%text_only = .true.
+   end function of_fields
 
    pure function of_wheels() result(promises)
       type(promise_t) :: promises(12)

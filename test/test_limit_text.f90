@@ -212,6 +212,11 @@ contains
          text = regulator_text(setting)
       case ('orbit')
          text = orbit_text(setting)
+      case ('earth_field')
+         text = entry(setting, group, trim(setting%key), [0.0_wp])
+      case ('force')
+         text = entry(setting, group, 'body_point', top)//entry(setting, group, 'force', up)//" axes = 'space'"
+         if (any(setting%key == ['start', 'stop '])) text = text//entry(setting, group, trim(setting%key), [0.0_wp])
       case ('event')
          text = " when = 'omega1'"//entry(setting, group, 'crosses', [0.5_wp])
          if (setting%key /= 'crosses') text = text//entry(setting, group, trim(setting%key), [1.0_wp])
@@ -224,6 +229,7 @@ contains
          if (is_effect(group)) text = sample_text(setting, group)
       end select
       if (text /= '') text = '&'//group//text//' /'//new_line('a')
+      if (group == 'earth_field') text = '&orbit semi_major_axis = 1e9 / '//text
       if (group == 'vary') text = '&ensemble members = 2 / '//text
    end function effect_text
 
@@ -257,6 +263,8 @@ contains
          text = entry(setting, group, 'semi_major_axis', [7e6_wp])//' mu = 1e-100'
       case ('mu')
          text = ' semi_major_axis = 1e30'//entry(setting, group, 'mu', [1.0_wp])
+      case ('shadow_radius')
+         text = ' semi_major_axis = 7e6 sun = 0 0 1'//entry(setting, group, 'shadow_radius', [1.0_wp])
       case default
          text = ' semi_major_axis = 7e6'//entry(setting, group, trim(setting%key), [0.0_wp])
       end select

@@ -7,8 +7,8 @@ module test_limits
    use nutate_scene, only: scene_kinds
    use test_limit_c, only: c_takes, c_takes_direction, c_takes_every
    use test_limit_f77, only: f77_takes, f77_takes_direction, f77_takes_energy, f77_takes_every
-   use test_limit_promises, only: of_bodies, of_events, of_orbits, of_potentials, of_settings, of_regulators, &
-      of_starts, of_torques, of_wheels, promise_t
+   use test_limit_promises, only: of_bodies, of_events, of_fields, of_orbits, of_potentials, of_regulators, &
+      of_settings, of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
@@ -33,6 +33,7 @@ contains
                   new_unittest("potentials at their limits", potentials), &
                   new_unittest("torques and rotors at their limits", torques), &
                   new_unittest("orbits at their limits", orbits), &
+                  new_unittest("fields and forces at their limits", fields), &
                   new_unittest("wheels at their limits", wheels), &
                   new_unittest("regulators at their limits", regulators), &
                   new_unittest("starts at their limits", starts), &
@@ -66,6 +67,11 @@ contains
       call check_all(error, of_orbits())
    end subroutine orbits
 
+   subroutine fields(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_all(error, of_fields())
+   end subroutine fields
+
    subroutine wheels(error)
       type(error_type), allocatable, intent(out) :: error
       call check_all(error, of_wheels())
@@ -97,8 +103,8 @@ contains
       type(promise_t), allocatable :: promises(:)
       type(group_kind_t), allocatable :: kinds(:)
       integer :: i, k
-      promises = [of_bodies(), of_potentials(), of_torques(), of_orbits(), of_wheels(), of_regulators(), of_starts(), &
-                  of_settings(), of_events()]
+      promises = [of_bodies(), of_potentials(), of_torques(), of_orbits(), of_fields(), of_wheels(), of_regulators(), &
+                  of_starts(), of_settings(), of_events()]
       kinds = scene_kinds()
       do i = 1, size(kinds)
          do k = 1, size(kinds(i)%keys)

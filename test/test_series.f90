@@ -185,6 +185,7 @@ contains
       integer :: k
       if (allocated(error)) return
       gamma = turned_series(torque%series_direction())
+      if (torque%moves) gamma = moved_series(torque)
       omega = 0.0_wp
       omega(:, 0) = [1.0_wp, -2.0_wp, 3.0_wp]
       omega(:, 1) = [0.5_wp, 0.25_wp, -0.125_wp]
@@ -204,6 +205,23 @@ contains
          if (allocated(error)) return
       end do
    end subroutine check_torque
+
+   !> γ = R(q)ᵀn of a direction that moves: the product of the series of both.
+   function moved_series(torque) result(gamma)
+      class(torque_t), intent(in) :: torque
+      real(wp), dimension(3, 0:highest_order) :: gamma, n, row
+      integer :: i, j, k
+      call torque%direction_series(t_start, time_unit, n)
+      gamma = 0.0_wp
+      do i = 1, 3
+         row = turned_series(merge(1.0_wp, 0.0_wp, [1, 2, 3] == i))
+         do k = 0, highest_order
+            do j = 0, k
+               gamma(:, k) = gamma(:, k) + row(:, k - j)*n(i, j)
+            end do
+         end do
+      end do
+   end function moved_series
 
    subroutine damping_series(error)
       type(error_type), allocatable, intent(out) :: error

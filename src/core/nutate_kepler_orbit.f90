@@ -7,6 +7,7 @@
 !>     ν = E + 2 atan(β sin E/(1 - β cos E)),   r = a(1 - e cos E),   ν̇ = h/r²,   h = √(μ a (1-e²)).
 module nutate_kepler_orbit
    use nutate_kinds, only: wp, eps, pi
+   use nutate_power_series, only: inverses, power_term, product_term
    use nutate_quaternion, only: quat_product, rotate_to_space
    implicit none
    private
@@ -27,8 +28,9 @@ module nutate_kepler_orbit
       procedure :: mean_motion
       !> ν at a time, rad, without jumps: it grows by 2π with each revolution.
       procedure :: true_anomaly
-      !> ν̇ at a time, rad/s.
+      !> ν̇ at a time, and its largest value, in the perigee, rad/s.
       procedure :: turn_rate
+      procedure :: fastest_turn
       !> Distance from the centre of attraction at a time, m.
       procedure :: radius
       !> Place seen from the centre of attraction at a time, inertial axes, m.
@@ -37,6 +39,8 @@ module nutate_kepler_orbit
       procedure :: velocity
       !> Unit quaternion from orbital to inertial axes at a time, without jumps.
       procedure :: axes
+      !> Power series of the place from a time on.
+      procedure :: position_series
    end type kepler_orbit_t
 
 contains
@@ -97,6 +101,11 @@ contains
       turn_rate = self%mean_motion()*flatness(self)*(self%semi_major_axis/self%radius(t))**2
    end function turn_rate
 
+   pure real(wp) function fastest_turn(self)
+      class(kepler_orbit_t), intent(in) :: self
+      fastest_turn = self%mean_motion()*sqrt((1 + self%eccentricity)/(1 - self%eccentricity))/(1 - self%eccentricity)
+   end function fastest_turn
+
    pure real(wp) function radius(self, t)
       class(kepler_orbit_t), intent(in) :: self
       !> s.
@@ -135,6 +144,36 @@ contains
       real(wp) :: q(4)
       q = quat_product(plane(self, self%true_anomaly(t)), from_radial)
    end function axes
+
+   !> With x = r/r₀, r₀ = |r| at the start, and w = (x·x)^(-3/2): ẍ = -(μ/r₀³) x w.
+   pure subroutine position_series(self, t, time_unit, x, square, w)
+      class(kepler_orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_unit
+      !> Inertial axes; shape (0:order, 3).
+      real(wp), intent(out) :: x(0:, :)
+      !> x·x and w; shape (0:order).
+      real(wp), intent(out) :: square(0:), w(0:)
+      real(wp) :: start, pull
+      integer :: i, k
+      start = self%radius(t)
+      x(0, :) = self%position(t)/start
+      if (ubound(x, 1) > 0) x(1, :) = (time_unit/start)*self%velocity(t)
+      pull = self%mu/start/start/start
+      do k = 0, ubound(x, 1)
+         square(k) = product_term(k, x(0:k, 1), x(0:k, 1)) + product_term(k, x(0:k, 2), x(0:k, 2)) &
+                     + product_term(k, x(0:k, 3), x(0:k, 3))
+         if (k == 0) then
+            w(0) = 1/(square(0)*sqrt(square(0)))
+         else
+            w(k) = power_term(k, -1.5_wp, square(0:k), w(0:k - 1))
+         end if
+         if (k + 2 > ubound(x, 1)) cycle
+         do i = 1, 3
+            x(k + 2, i) = -(pull*time_unit*time_unit)*product_term(k, x(0:k, i), w(0:k))*inverses(k + 1)*inverses(k + 2)
+         end do
+      end do
+   end subroutine position_series
 
    !> Unit quaternion to inertial axes from those with x at an angle from the perigee in the plane, z along its normal;
    !> shape (4).

@@ -4,7 +4,9 @@ module nutate_effect_catalogue
    use nutate_body, only: body_t
    use nutate_damping, only: build_damping, damping_keys
    use nutate_dipole, only: build_dipole, dipole_keys
+   use nutate_earth_field, only: build_earth_field, earth_field_keys
    use nutate_effect, only: effect_t
+   use nutate_force_group, only: build_force, force_keys
    use nutate_gravity, only: build_gravity, gravity_keys
    use nutate_gravity_gradient, only: build_gravity_gradient, gravity_gradient_keys
    use nutate_keys, only: group_kind_t, group_t, key_t, KEY_LOGICAL, KEY_TEXT
@@ -55,6 +57,8 @@ contains
       call add_kind(kinds, 'rotor', rotor_keys, build_rotor)
       call add_kind(kinds, 'rotating_frame', rotating_frame_keys, build_rotating_frame, repeatable=.false.)
       call add_kind(kinds, 'orbit', orbit_keys, build_orbit, repeatable=.false.)
+      call add_kind(kinds, 'earth_field', earth_field_keys, build_earth_field, repeatable=.false.)
+      call add_kind(kinds, 'force', force_keys, build_force)
       call add_kind(kinds, 'wheel', wheel_keys, build_wheel)
       call add_kind(kinds, 'regulator', regulator_keys, build_regulator)
    end function effect_kinds

@@ -2,8 +2,10 @@
 module nutate_effect_list
    use nutate_archive, only: archive_t
    use nutate_admissible, only: admits, fault_of, NON_NEGATIVE
+   use nutate_earth_field, only: earth_field_t
    use nutate_effect, only: effect_t, given_bounds_t, potential_t, torque_t, rotor_t
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
+   use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
    use nutate_regulator, only: regulated_motor_t, regulator_t
    use nutate_orbit, only: orbit_t
@@ -51,6 +53,9 @@ module nutate_effect_list
       !> The body goes round on an orbit.
       logical :: on_orbit = .false.
       type(orbit_t) :: orbit
+      !> The body is in the field of the Earth, on or off, which regulators follow.
+      logical :: in_earth_field = .false.
+      type(geomagnetic_field_t) :: earth_field
    contains
       !> Adds a copy of an effect.
       procedure :: add
@@ -412,6 +417,11 @@ contains
       integer :: i, n
       n = self%n_potentials + self%n_off
       self%moves = self%moves .or. effect%moves
+      select type (effect)
+      type is (earth_field_t)
+         self%in_earth_field = .true.
+         self%earth_field = effect%field
+      end select
       allocate (grown(n + 1))
       do i = 1, n
          grown(i)%place = self%potentials(i)%place

@@ -11,7 +11,7 @@ module nutate_linear_potential
    public :: linear_potential_t
 
    !> U(γ) = -m·γ, γ = Rᵀn. Its gradient is constant and thus its own discrete gradient: ∇̄U = -m. An extension is
-   !> another way to give m and n, and does not override the procedures: steppers read m once.
+   !> another way to give m and n, which may move, and does not override energy and gradients: steppers read m once.
    type, extends(potential_t) :: linear_potential_t
       !> m, body axes; its unit times that of n is J; shape (3).
       real(wp) :: moment(3) = 0.0_wp

@@ -3,7 +3,7 @@
 !> The scene's space axes are those of a circular orbit itself (LVLH: x forward, y against the normal, z to the centre
 !> of attraction), which turn at the constant rate (0, -n, 0), or inertial ones: x to the equinox, z north.
 module nutate_orbit
-   use nutate_admissible, only: NON_NEGATIVE, POSITIVE, SHAPE_LENGTH
+   use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE, SHAPE_LENGTH
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t
    use nutate_kepler_orbit, only: kepler_orbit_t
@@ -22,7 +22,7 @@ module nutate_orbit
    real(wp), parameter :: earth_mu = 3.986004418e14_wp, earth_radius = 6378137.0_wp
 
    !> Keys of the scene group `&orbit`.
-   type(key_t), parameter :: orbit_keys(10) = [ &
+   type(key_t), parameter :: orbit_keys(12) = [ &
                              key_t(name='semi_major_axis', range=SHAPE_LENGTH, instead_of='altitude'), &
                              key_t(name='altitude', range=SHAPE_LENGTH, instead_of='semi_major_axis'), &
                              key_t(name='eccentricity', range=NON_NEGATIVE, default='0'), &
@@ -31,6 +31,8 @@ module nutate_orbit
                              key_t(name='argument_of_perigee'), &
                              key_t(name='mean_anomaly'), &
                              key_t(name='mu', range=POSITIVE, default='3.986004418e14'), &
+                             key_t(name='sun', least=3, most=3, range=ANY_DIRECTION), &
+                             key_t(name='shadow_radius', range=SHAPE_LENGTH, default='6378137', beside='sun'), &
                              key_t(name='frame', kind=KEY_TEXT, choices='orbit,inertial'), &
                              key_t(name='degrees', kind=KEY_LOGICAL)]
 
@@ -39,12 +41,20 @@ module nutate_orbit
       type(kepler_orbit_t) :: path
       !> The space axes are those of the orbit.
       logical :: is_frame = .false.
+      !> Unit vector to the sun, inertial axes, zero where none is known; shape (3). Radius of the body that casts the
+      !> shadow, m.
+      real(wp) :: sun(3) = 0.0_wp, shadow_radius = earth_radius
    contains
       procedure :: is_moderate => orbit_is_moderate
       !> Unit quaternion from orbital to space axes at a time.
       procedure :: axes
       !> Rate of the orbital axes at a time, space axes, rad/s.
       procedure :: axes_rate
+      !> There is a sun.
+      procedure :: has_sun
+      !> How deep the place lies in the shadow at a time, m, and its rate, m/s.
+      procedure :: shadow_depth
+      procedure :: shadow_rate
    end type orbit_t
 
    !> An orbit from its ellipse.
@@ -54,7 +64,8 @@ module nutate_orbit
 
 contains
 
-   !> An orbit as what effects go by. The space axes of an ellipse with e > 0 are inertial, whatever is asked for.
+   !> An orbit as what effects go by, without a sun. The space axes of an ellipse with e > 0 are inertial, whatever is
+   !> asked for.
    pure function new_orbit(path, inertial) result(orbit)
       type(kepler_orbit_t), intent(in) :: path
       !> The space axes are inertial ones; default: those of the orbit where it is circular.
@@ -75,7 +86,8 @@ contains
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
       type(kepler_orbit_t) :: path
-      real(wp) :: unit
+      type(orbit_t) :: orbit
+      real(wp) :: unit, sun(3)
       call check_shape(group, status)
       if (.not. status%ok()) return
       unit = 1.0_wp
@@ -87,7 +99,15 @@ contains
       path%raan = unit*group%number('raan', 0.0_wp)
       path%argument_of_perigee = unit*group%number('argument_of_perigee', 0.0_wp)
       path%mean_anomaly = unit*group%number('mean_anomaly', 0.0_wp)
-      allocate (effect, source=orbit_t(path, group%text('frame', 'orbit') == 'inertial'))
+      orbit = orbit_t(path, group%text('frame', 'orbit') == 'inertial')
+      if (group%has('sun')) then
+         sun = group%vector('sun', orbit%sun)
+         ! Scaled first: the squares of a long or short vector would leave the range of numbers.
+         sun = sun/maxval(abs(sun))
+         orbit%sun = sun/norm2(sun)
+         orbit%shadow_radius = group%number('shadow_radius', orbit%shadow_radius)
+      end if
+      allocate (effect, source=orbit)
    end subroutine build_orbit
 
    !> Errors: those of `build_orbit`.
@@ -107,6 +127,8 @@ contains
       else if (eccentricity > 0.0_wp .and. group%text('frame', 'inertial') == 'orbit') then
          status = fail(NUTATE_BAD_ARGUMENT, 'the axes of an eccentric orbit do not turn at a constant rate '// &
                        "(expected frame = 'inertial')", 'frame')
+      else if (group%has('shadow_radius') .and. .not. group%has('sun')) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'shadow_radius stands alone (expected sun with it)', 'shadow_radius')
       end if
    end subroutine check_shape
 
@@ -129,6 +151,35 @@ contains
       rate = self%rate
       if (.not. self%is_frame) rate = rotate_to_space(self%axes(t), [0.0_wp, -self%path%turn_rate(t), 0.0_wp])
    end function axes_rate
+
+   pure logical function has_sun(self)
+      class(orbit_t), intent(in) :: self
+      has_sun = any(abs(self%sun) > 0.0_wp)
+   end function has_sun
+
+   !> Behind the body, seen from the sun, its radius less the distance from the shadow's axis; before it the radius less
+   !> the distance from the centre: positive in the shadow, a cylinder, and smooth where the two meet. m.
+   pure real(wp) function shadow_depth(self, t) result(depth)
+      class(orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: r(3)
+      r = self%path%position(t)
+      if (dot_product(r, self%sun) < 0.0_wp) r = r - dot_product(r, self%sun)*self%sun
+      depth = self%shadow_radius - norm2(r)
+   end function shadow_depth
+
+   !> m/s.
+   pure real(wp) function shadow_rate(self, t) result(rate)
+      class(orbit_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: r(3)
+      r = self%path%position(t)
+      if (dot_product(r, self%sun) < 0.0_wp) r = r - dot_product(r, self%sun)*self%sun
+      rate = 0.0_wp
+      if (norm2(r) > 0.0_wp) rate = -dot_product(r/norm2(r), self%path%velocity(t))
+   end function shadow_rate
 
    !> The rate at its largest too, next to the centre of attraction.
    pure logical function orbit_is_moderate(self)

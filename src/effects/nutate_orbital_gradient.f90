@@ -48,7 +48,7 @@ contains
       gradient%offset = 0.0_wp
       gradient%path = path
       gradient%moves = .true.
-      gradient%pace = path%mean_motion()*sqrt((1 + path%eccentricity)/(1 - path%eccentricity))/(1 - path%eccentricity)
+      gradient%pace = path%fastest_turn()
       gradient%direction = gradient%direction_at(0.0_wp)
    end function new_orbital_gradient
 
@@ -80,32 +80,22 @@ contains
       power = dot_product(self%gradient(gamma) + self%isotropic*gamma, rotate_to_body(q, rate))
    end function power_of_motion
 
-   !> With x = r/r₀, w = (x·x)^(-3/2), u = (x·x)^(-5/4), r₀ = |r| at the start: ẍ = -(μ/r₀³) x w, n = √(μ/r₀³) x u.
+   !> With x = r/r₀, u = (x·x)^(-5/4), r₀ = |r| at the start: n = √(μ/r₀³) x u.
    pure subroutine series_along_orbit(self, t, time_unit, n)
       class(orbital_gradient_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
       real(wp), intent(out) :: n(:, 0:)
       real(wp), dimension(0:ubound(n, 2)) :: square, w, u
-      real(wp) :: x(0:ubound(n, 2) + 1, 3), start, pull
+      real(wp) :: x(0:ubound(n, 2), 3), start, strength
       integer :: i, k
+      call self%path%position_series(t, time_unit, x, square, w)
       start = self%path%radius(t)
-      x(0, :) = self%path%position(t)/start
-      x(1, :) = (time_unit/start)*self%path%velocity(t)
-      pull = self%path%mu/start/start/start
+      strength = sqrt(self%path%mu/start/start/start)
       do k = 0, ubound(n, 2)
-         square(k) = product_term(k, x(0:k, 1), x(0:k, 1)) + product_term(k, x(0:k, 2), x(0:k, 2)) &
-                     + product_term(k, x(0:k, 3), x(0:k, 3))
-         if (k == 0) then
-            w(0) = 1/(square(0)*sqrt(square(0)))
-            u(0) = 1/(square(0)*sqrt(sqrt(square(0))))
-         else
-            w(k) = power_term(k, -1.5_wp, square(0:k), w(0:k - 1))
-            u(k) = power_term(k, -1.25_wp, square(0:k), u(0:k - 1))
-         end if
+         if (k == 0) u(0) = 1/(square(0)*sqrt(sqrt(square(0))))
+         if (k > 0) u(k) = power_term(k, -1.25_wp, square(0:k), u(0:k - 1))
          do i = 1, 3
-            n(i, k) = sqrt(pull)*product_term(k, x(0:k, i), u(0:k))
-            if (k < ubound(n, 2)) x(k + 2, i) = -(pull*time_unit*time_unit)*product_term(k, x(0:k, i), w(0:k)) &
-                                                /((k + 1)*(k + 2))
+            n(i, k) = strength*product_term(k, x(0:k, i), u(0:k))
          end do
       end do
    end subroutine series_along_orbit

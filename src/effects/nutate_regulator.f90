@@ -12,11 +12,14 @@
 !> **Detumbling**, B-dot: m = -k Ḃ, Ḃ = B×Ω the change of the field as the body sees it, B = R(q)ᵀb: τ = m×B takes
 !> the energy k|B×Ω|² from the body in a second.
 !>
+!> The field stands still in space axes, or is that of the Earth along an orbit.
+!>
 !> With a period of samples the torque of the body, the torques of the motors or the moment, in body axes, are held from
 !> one sample to the next: they are what runs set there (`hold`).
 module nutate_regulator
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_effect, only: GENERAL_SERIES, NO_SERIES, torque_t
+   use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
@@ -40,8 +43,10 @@ module nutate_regulator
       real(wp) :: attitude_gain(3, 3) = 0.0_wp, rate_gain(3, 3) = 0.0_wp
       !> k, A m² s/T.
       real(wp) :: gain = 0.0_wp
-      !> b, space axes, T; shape (3).
+      !> b, space axes, T; shape (3). Where `follows_earth`, that of the Earth takes its place (`follow`).
       real(wp) :: field(3) = 0.0_wp
+      logical :: follows_earth = .false.
+      type(geomagnetic_field_t) :: earth
       !> From one sample to the next, s; 0: the law acts at all times.
       real(wp) :: sample = 0.0_wp
       !> Of each component of what is held, N m or A m²; of motors see `wheel_t`.
@@ -62,8 +67,11 @@ module nutate_regulator
       procedure :: next_break => regulating_break
       procedure :: series_kind => regulator_series
       procedure :: series_direction => regulator_direction
+      procedure :: direction_series => series_of_field
       procedure :: series_torque => regulator_series_torque
       procedure :: is_moderate => regulator_is_moderate
+      !> Takes the field of the Earth as that of its magnets.
+      procedure :: follow
       !> The torque that the law asks for.
       procedure :: wanted
       !> The next sample.
@@ -84,19 +92,43 @@ module nutate_regulator
 
 contains
 
-   !> -K sgn(e₀) e_v - D Ω, or m×B with m = -k B×Ω; body axes, N m.
-   pure function wanted(self, q, omega) result(tau)
+   !> Takes the field of the Earth as that of its magnets.
+   pure subroutine follow(self, earth)
+      class(regulator_t), intent(inout) :: self
+      !> Along the orbit, in the space axes of the scene.
+      type(geomagnetic_field_t), intent(in) :: earth
+      self%follows_earth = .true.
+      self%earth = earth
+      self%moves = .true.
+      self%pace = earth%pace()
+   end subroutine follow
+
+   !> B, body axes, T; shape (3).
+   pure function field_at(self, t, q) result(b)
       class(regulator_t), intent(in) :: self
+      !> s; attitude, unit quaternion, body→space, shape (4).
+      real(wp), intent(in) :: t, q(4)
+      real(wp) :: b(3)
+      b = self%field
+      if (self%follows_earth) b = self%earth%at(t)
+      b = rotate_to_body(q, b)
+   end function field_at
+
+   !> -K sgn(e₀) e_v - D Ω, or m×B with m = -k B×Ω; body axes, N m.
+   pure function wanted(self, t, q, omega) result(tau)
+      class(regulator_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
       real(wp) :: tau(3), e(4), b(3)
       if (self%law == DETUMBLING) then
-         b = rotate_to_body(q, self%field)
+         b = field_at(self, t, q)
          tau = -self%gain*cross(cross(b, omega), b)
       else
          e = error_of(self, q)
          tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega)
-         if (self%by == BY_MAGNETS) tau = across(rotate_to_body(q, self%field), tau)
+         if (self%by == BY_MAGNETS) tau = across(field_at(self, t, q), tau)
       end if
    end function wanted
 
@@ -128,9 +160,9 @@ contains
       if (self%by == BY_WHEELS) then
          tau = 0.0_wp
       else if (.not. self%sample > 0.0_wp) then
-         tau = self%wanted(q, omega)
+         tau = self%wanted(t, q, omega)
       else if (self%by == BY_MAGNETS) then
-         tau = cross(self%held, rotate_to_body(q, self%field))
+         tau = cross(self%held, field_at(self, t, q))
       else
          tau = self%held
       end if
@@ -146,7 +178,8 @@ contains
       by_rotation = 0.0_wp
       by_rate = 0.0_wp
       if (self%by == BY_WHEELS) return
-      b = rotate_to_body(q, self%field)
+      b = 0.0_wp
+      if (self%by == BY_MAGNETS) b = field_at(self, t, q)
       do i = 1, 3
          theta = 0.0_wp
          theta(i) = 1.0_wp
@@ -241,16 +274,17 @@ contains
       self%held = 0.0_wp
       self%held_by_wheels = 0.0_wp
       if (.not. (self%on .and. t >= self%start .and. t <= self%stop)) return
-      b = rotate_to_body(q, self%field)
+      b = 0.0_wp
+      if (self%by == BY_MAGNETS) b = field_at(self, t, q)
       if (self%by == BY_WHEELS) then
-         self%held_by_wheels = matmul(self%wanted(q, omega), self%share)
+         self%held_by_wheels = matmul(self%wanted(t, q, omega), self%share)
          return
       else if (self%by == BY_TORQUE) then
-         self%held = self%wanted(q, omega)
+         self%held = self%wanted(t, q, omega)
       else if (self%law == DETUMBLING) then
          self%held = -self%gain*cross(b, omega)
       else
-         tau = self%wanted(q, omega)
+         tau = self%wanted(t, q, omega)
          square = maxval(abs(b))
          if (square > 0.0_wp) self%held = cross(b/square, tau)/(square*dot_product(b/square, b/square))
       end if
@@ -263,13 +297,22 @@ contains
       kind = merge(GENERAL_SERIES, NO_SERIES, self%sample > 0.0_wp)
    end function regulator_series
 
-   !> b, for magnets.
+   !> b, for magnets; that of t = 0 where it moves.
    pure function regulator_direction(self) result(direction)
       class(regulator_t), intent(in) :: self
       real(wp) :: direction(3)
       direction = 0.0_wp
-      if (self%by == BY_MAGNETS) direction = self%field
+      if (self%by /= BY_MAGNETS) return
+      direction = self%field
+      if (self%follows_earth) direction = self%earth%at(0.0_wp)
    end function regulator_direction
+
+   pure subroutine series_of_field(self, t, time_unit, n)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      call self%earth%series(t, time_unit, n)
+   end subroutine series_of_field
 
    !> What is held: a constant torque, or m×B.
    pure subroutine regulator_series_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
@@ -286,6 +329,7 @@ contains
    !> Start and stop may be anything that can be compared.
    pure logical function regulator_is_moderate(self) result(moderate)
       class(regulator_t), intent(in) :: self
+      real(wp) :: strongest
       integer :: i
       moderate = is_unit(self%target, attitude_tolerance) .and. all(is_moderate(self%field)) .and. &
                  is_moderate(self%gain) .and. is_moderate(self%sample) .and. self%limit > 0.0_wp .and. &
@@ -296,8 +340,12 @@ contains
          moderate = moderate .and. all(is_moderate(self%attitude_gain(:, i))) .and. &
                     all(is_moderate(self%rate_gain(:, i)))
       end do
-      if (moderate .and. self%law == DETUMBLING) moderate = maxval(abs(self%field)) <= 1e50_wp
-      if (moderate .and. self%law == DETUMBLING) moderate = is_moderate(self%gain*maxval(abs(self%field))**2)
+      if (moderate .and. self%follows_earth) moderate = self%earth%is_moderate()
+      if (.not. moderate .or. self%law /= DETUMBLING) return
+      strongest = maxval(abs(self%field))
+      if (self%follows_earth) strongest = self%earth%greatest()
+      moderate = strongest <= 1e50_wp
+      if (moderate) moderate = is_moderate(self%gain*strongest**2)
    end function regulator_is_moderate
 
    pure function motor_torque(self, t, q, omega) result(tau)
@@ -305,7 +353,7 @@ contains
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
       tau = 0.0_wp
-      tau(1) = dot_product(self%regulator%share(:, self%wheel), self%regulator%wanted(q, omega))
+      tau(1) = dot_product(self%regulator%share(:, self%wheel), self%regulator%wanted(t, q, omega))
    end function motor_torque
 
    pure subroutine motor_window(self, start, stop)

@@ -23,7 +23,7 @@ module nutate_regulator_group
       key_t(name='rate_gain', range=NON_NEGATIVE), &
       key_t(name='gains', kind=KEY_TEXT, choices='inertia,scalar'), &
       key_t(name='gain', range=NON_NEGATIVE), &
-      key_t(name='field', least=3, most=3, range=ANY_DIRECTION), &
+      key_t(name='field', least=3, most=3, range=ANY_DIRECTION, default='&earth_field'), &
       key_t(name='sample', range=POSITIVE), &
       key_t(name='limit', range=POSITIVE), &
       key_t(name='start'), &
@@ -31,7 +31,8 @@ module nutate_regulator_group
 
 contains
 
-   !> A regulator as a scene's group asks for it.
+   !> A regulator as a scene's group asks for it. Magnets without a field follow that of the Earth, which
+   !> `add_regulator` gives them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses; a target that is no unit
    !> quaternion; an empty window.
@@ -46,6 +47,8 @@ contains
       if (.not. status%ok()) return
       regulator%name = 'regulator'
       regulator%field = group%vector('field', regulator%field)
+      regulator%follows_earth = .not. group%has('field') .and. &
+                                (group%text('law', '') == 'bdot' .or. group%text('by', '') == 'magnets')
       regulator%sample = group%number('sample', regulator%sample)
       regulator%limit = group%number('limit', regulator%limit)
       regulator%start = group%number('start', regulator%start)
@@ -103,16 +106,12 @@ contains
                call refuse(of_pointing(i), " with the law 'bdot' (expected gain and field; it acts by magnets)")
          end do
          call demand('gain')
-         call demand('field')
       else
          if (group%has('gain')) call refuse('gain', " with the law 'quaternion' (expected attitude_gain and rate_gain)")
          call demand('attitude_gain')
          call demand('rate_gain')
-         if (group%text('by', 'torque') == 'magnets') then
-            call demand('field')
-         else if (group%has('field')) then
+         if (group%text('by', 'torque') /= 'magnets' .and. group%has('field')) &
             call refuse('field', " without magnets (expected by = 'magnets' with it)")
-         end if
       end if
       if (group%has('limit') .and. .not. group%has('sample')) &
          call refuse('limit', ' without sample (expected sample with it)')

@@ -103,7 +103,7 @@ contains
       self%stiffness = max(3.0_wp, maxval(abs(self%rates%kappa)))
    end subroutine prepare
 
-   !> True if all potentials are linear in a direction.
+   !> True if all potentials are linear in a direction that stands still.
    pure logical function are_linear(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -111,6 +111,7 @@ contains
       do i = 1, effects%n_potentials
          select type (potential => effects%potentials(i)%item)
          class is (linear_potential_t)
+            if (potential%moves) are_linear = .false.
          class default
             are_linear = .false.
          end select

@@ -19,19 +19,28 @@ contains
    !> they get motors.
    !>
    !> Errors, with the system as it was: `NUTATE_BAD_ARGUMENT` for one that is none; one by wheels where there are none,
-   !> or one with a motor of its own; one by wheels, not sampled, that have limits.
+   !> or one with a motor of its own; one by wheels, not sampled, that have limits; one that follows the field of the
+   !> Earth where there is none.
    subroutine add_regulator(system, regulator, status)
       type(system_t), intent(inout) :: system
       type(regulator_t), intent(in) :: regulator
       type(status_t), intent(out) :: status
       type(regulator_t) :: mounted
       integer :: i
-      if (.not. regulator%is_moderate() .or. (regulator%law == DETUMBLING .and. regulator%by /= BY_MAGNETS)) then
+      mounted = regulator
+      if (regulator%follows_earth) then
+         if (.not. system%effects%in_earth_field) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the magnets of a regulator have no field (expected field in it, or '// &
+                          '&earth_field)', 'law')
+            return
+         end if
+         call mounted%follow(system%effects%earth_field)
+      end if
+      if (.not. mounted%is_moderate() .or. (regulator%law == DETUMBLING .and. regulator%by /= BY_MAGNETS)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the regulator is none (expected a unit quaternion as its target, '// &
                        'finite gains up to 1e100 in SI units, magnets to detumble)', 'regulator')
          return
       end if
-      mounted = regulator
       if (regulator%by == BY_WHEELS) call check_wheels(system, regulator, status)
       if (.not. status%ok()) return
       if (regulator%by == BY_WHEELS) call share_torque(system, mounted, status)

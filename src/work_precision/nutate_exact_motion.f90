@@ -34,7 +34,7 @@ contains
       q = problem%start%q
       associate (effects => problem%system%effects)
          if (effects%n_torques + effects%n_rotors + effects%n_off > 0 .or. effects%n_potentials > 1 .or. &
-             effects%frame_turns) return
+             effects%frame_turns .or. effects%moves) return
          if (effects%n_potentials == 0) then
             call solve_free(problem, kind, q)
          else

@@ -2,7 +2,7 @@
 
 import re
 
-from support import COLUMNS, METHODS, ORBIT_COLUMNS, ROOT, WHEEL_COLUMNS
+from support import COLUMNS, METHODS, ORBIT_COLUMNS, ROOT, SUN_COLUMNS, WHEEL_COLUMNS
 
 
 def read_effects():
@@ -60,7 +60,11 @@ def write_scene(dice):
     """A scene that keeps the rules of scene files, whose values need not make sense."""
     scales = Scales(dice)
     effects = [dice.choice(EFFECTS)(dice, scales) for _ in range(dice.choice((0, 0, 1, 1, 2, 5)))]
+    # What only an orbit has is refused without one, but for a few.
+    if any("&earth_field" in effect or "'orbit'" in effect for effect in effects) and dice.random() < 0.9:
+        effects.append(orbit(dice, scales))
     axes = [name for name in ("rotating_frame", "orbit") if any("&" + name in effect for effect in effects)]
+    axes += ["sun"] if any("sun = " in effect for effect in effects) else []
     parts = [body(dice, scales), initial(dice, scales, axes), integrator(dice, scales, not effects), output(dice, scales, axes)]
     parts += dict.fromkeys(effects)
     if dice.random() < 0.3:
@@ -161,6 +165,7 @@ def output(dice, scales, axes):
     if dice.random() < 0.8:
         sets = list(COLUMNS) + (list(WHEEL_COLUMNS)[:2] if dice.random() < 0.1 else [])
         sets += list(ORBIT_COLUMNS) if "orbit" in axes or dice.random() < 0.05 else []
+        sets += list(SUN_COLUMNS) if "sun" in axes or dice.random() < 0.02 else []
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
@@ -299,7 +304,27 @@ def orbit(dice, scales):
     lines += [f"{key} = {dice.uniform(-400, 400)}" for key in ("inclination", "raan", "argument_of_perigee", "mean_anomaly")
               if dice.random() < 0.3]
     lines += dice.choice(([], ["degrees = .true."], ["frame = 'inertial'"], ["frame = 'orbit'"]))
+    if dice.random() < 0.4:
+        lines.append(f"sun = {scales.text(3)}")
+        lines += dice.choice(([], [f"shadow_radius = {scales.text(length=1, signed=False)}"]))
     return group("orbit", lines)
+
+
+def earth_field(dice, scales):
+    lines = [f"moment = {scales.text(3)}"] if dice.random() < 0.8 else []
+    if dice.random() < 0.5:
+        lines.append(f"epoch_angle = {dice.uniform(-400, 400)}")
+    if dice.random() < 0.5:
+        lines.append(f"coefficients = {scales.text(3)}")
+    lines += dice.choice(([], ["degrees = .true."]))
+    return group("earth_field", lines)
+
+
+def force(dice, scales):
+    lines = [f"body_point = {scales.text(3, length=1)}", f"force = {scales.text(3, length=1, mass=1, time=-2)}",
+             f"axes = '{dice.choice(('space', 'body', 'orbit', 'inertial'))}'"]
+    lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
+    return group("force", lines)
 
 
 def wheel(dice, scales):
@@ -328,7 +353,8 @@ def regulator(dice, scales):
     if lines and dice.random() < 0.3:
         lines.append(f"limit = {scales.text(length=2, mass=1, time=-2, signed=False)}")
     if dice.random() < 0.3:
-        lines += ["law = 'bdot'", f"gain = {scales.text(signed=False)}", f"field = {scales.text(3)}"]
+        lines += ["law = 'bdot'", f"gain = {scales.text(signed=False)}"]
+        lines += dice.choice(([], [f"field = {scales.text(3)}"]))
     else:
         lines += ["law = 'quaternion'", f"attitude_gain = {scales.text(time=-2, signed=False)}",
                   f"rate_gain = {scales.text(time=-1, signed=False)}", f"gains = '{dice.choice(('inertia', 'scalar'))}'"]
@@ -351,10 +377,12 @@ def from_samples(name, keys):
 
 EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3)), "omega_x", "L1", "l_z", "p0", "phi", "theta",
                  "psi", "kinetic", "potential", "total", "jacobi", "wheel1_speed",
-                 "wheel2_momentum", "roll", "pitch", "yaw", "orbit_radius", "true_anomaly"]
+                 "wheel2_momentum", "roll", "pitch", "yaw", "orbit_radius", "true_anomaly",
+                 "shadow_depth"]
 
 # In the units of a scene, and then those that have no function of their own.
-EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, wheel, regulator]
+EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, earth_field, force, wheel,
+           regulator]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

@@ -46,6 +46,7 @@ ORBIT_COLUMNS = {
     "orbit_attitude": ["roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3"],
     "orbit": ["orbit_x", "orbit_y", "orbit_z", "orbit_radius", "true_anomaly"],
 }
+SUN_COLUMNS = {"eclipse": ["eclipse", "shadow_depth"]}
 WHEEL_COLUMNS = {f"wheel{i}": [f"wheel{i}_{name}" for name in ("speed", "momentum", "motor_work", "friction_work")]
                  for i in range(1, 7)}
 

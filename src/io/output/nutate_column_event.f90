@@ -13,7 +13,7 @@ module nutate_column_event
    implicit none
    private
 
-   public :: column_event_t, event_columns, natural_period, needs_attitude, shows_orbit, wheel_of
+   public :: column_event_t, event_columns, natural_period, needs_attitude, shows_orbit, shows_sun, wheel_of
 
    !> Most columns of an event.
    integer, parameter, public :: most_columns = 3
@@ -22,14 +22,14 @@ module nutate_column_event
    character(len=*), parameter :: event_columns = &
       'q0,q1,q2,q3,p0,p1,p2,p3,omega1,omega2,omega3,omega_x,omega_y,omega_z,'// &
       'L1,L2,L3,l_x,l_y,l_z,phi,theta,psi,kinetic,potential,total,jacobi,'// &
-      'roll,pitch,yaw,orbit_radius,true_anomaly,'// &
+      'roll,pitch,yaw,orbit_radius,true_anomaly,shadow_depth,'// &
       'wheel1_speed,wheel1_momentum,wheel2_speed,wheel2_momentum,wheel3_speed,wheel3_momentum,'// &
       'wheel4_speed,wheel4_momentum,wheel5_speed,wheel5_momentum,wheel6_speed,wheel6_momentum'
 
    !> Places in it.
    integer, parameter :: AT_Q0 = 1, AT_P0 = 5, AT_OMEGA1 = 9, AT_OMEGA_X = 12, AT_L1 = 15, AT_L_X = 18, AT_PHI = 21, &
       AT_THETA = 22, AT_PSI = 23, AT_KINETIC = 24, AT_POTENTIAL = 25, AT_TOTAL = 26, AT_JACOBI = 27, &
-      AT_ROLL = 28, AT_PITCH = 29, AT_YAW = 30, AT_RADIUS = 31, AT_TRUE_ANOMALY = 32, AT_WHEEL = 33
+      AT_ROLL = 28, AT_PITCH = 29, AT_YAW = 30, AT_RADIUS = 31, AT_TRUE_ANOMALY = 32, AT_SHADOW = 33, AT_WHEEL = 34
 
    !> A sum of columns with weights.
    type, extends(event_t) :: column_event_t
@@ -128,7 +128,7 @@ contains
             x = v(column - AT_L_X + 1)
          case (AT_PHI:AT_PSI)
             x = angle_of(column, q)
-         case (AT_ROLL:AT_TRUE_ANOMALY)
+         case (AT_ROLL:AT_SHADOW)
             x = orbit_value(column, system, motion)
          case (AT_WHEEL:)
             x = wheel_value(column - AT_WHEEL, system, motion)
@@ -144,7 +144,7 @@ contains
       end associate
    end function column_value
 
-   !> Roll, pitch, yaw against the orbit's axes, its radius or true anomaly; 0 where there is no orbit.
+   !> Roll, pitch, yaw against the orbit's axes, its radius, true anomaly or shadow; 0 where there is no orbit.
    pure real(wp) function orbit_value(column, system, motion) result(x)
       !> Place in the list.
       integer, intent(in) :: column
@@ -159,6 +159,8 @@ contains
             x = orbit%path%radius(t)
          case (AT_TRUE_ANOMALY)
             x = orbit%path%true_anomaly(t)
+         case (AT_SHADOW)
+            x = orbit%shadow_depth(t)
          case default
             angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
             x = angles(column - AT_ROLL + 1)
@@ -184,6 +186,8 @@ contains
             x = dot_product(velocity, place)/orbit%path%radius(t)
          case (AT_TRUE_ANOMALY)
             x = orbit%path%turn_rate(t)
+         case (AT_SHADOW)
+            x = orbit%shadow_rate(t)
          case default
             angles = roll_pitch_yaw_from_quat(quat_product(quat_conjugate(orbit%axes(t)), motion%state%q))
             w = motion%omega - rotate_to_body(unit(motion%state%q), orbit%axes_rate(t))
@@ -205,6 +209,17 @@ contains
             shows = shows .or. column_sets(k)%orbit
       end do
    end function shows_orbit
+
+   !> True for a column that shows the sun of an orbit.
+   pure logical function shows_sun(column) result(shows)
+      character(len=*), intent(in) :: column
+      integer :: k
+      shows = .false.
+      do k = 1, size(column_sets)
+         if (index(','//trim(column_sets(k)%headers)//',', ','//trim(column)//',') > 0) &
+            shows = shows .or. column_sets(k)%sun
+      end do
+   end function shows_sun
 
    !> Speed or momentum of a wheel, rad/s or N m s.
    pure real(wp) function wheel_value(place, system, motion) result(x)
@@ -284,7 +299,7 @@ contains
          case (AT_TOTAL)
             x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + &
                 motion%inner_power + world_power_of(system, motion)
-         case (AT_ROLL:AT_TRUE_ANOMALY)
+         case (AT_ROLL:AT_SHADOW)
             x = orbit_rate(column, system, motion)
          case default
             x = wheel_rate(column - AT_WHEEL, system, motion)

@@ -32,14 +32,14 @@ module nutate_columns
       integer :: first_angle = 1, last_angle = 0
       !> The wheel that it shows, 1 or more; 0: it is no wheel's.
       integer :: wheel = 0
-      !> It shows an orbit.
-      logical :: orbit = .false.
+      !> It shows an orbit; the sun of an orbit.
+      logical :: orbit = .false., sun = .false.
    end type column_set_t
 
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
       MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
-      ORBIT_ATTITUDE = 12, ORBIT = 13, WORLD_WORK = 14
+      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, WORLD_WORK = 15
 
    !> All sets of columns, in the order in which they stand in a history.
    type(column_set_t), parameter :: column_sets(*) = [ &
@@ -58,6 +58,7 @@ module nutate_columns
                    orbit=.true.), &
       column_set_t('orbit', 5, 'orbit_x,orbit_y,orbit_z,orbit_radius,true_anomaly', attitude=.false., &
                    first_angle=5, last_angle=5, orbit=.true.), &
+      column_set_t('eclipse', 2, 'eclipse,shadow_depth', attitude=.false., orbit=.true., sun=.true.), &
       column_set_t('world_work', 1, 'world_work', attitude=.false.), &
       column_set_t('wheel1', 4, 'wheel1_speed,wheel1_momentum,wheel1_motor_work,wheel1_friction_work', &
                    attitude=.false., wheel=1), &
@@ -126,7 +127,7 @@ contains
    end function need_attitude
 
    !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, and
-   !> for a wheel or an orbit that there is not.
+   !> for a wheel, an orbit or a sun that there is not.
    subroutine choose(self, names, status, degrees, effects)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
@@ -156,7 +157,7 @@ contains
       self%follows_steps = any(self%chosen == EULER)
    end subroutine choose
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel or an orbit that there is not.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, an orbit or a sun that there is not.
    subroutine check_shown(set, effects, status)
       type(column_set_t), intent(in) :: set
       type(effect_list_t), intent(in) :: effects
@@ -167,6 +168,9 @@ contains
       else if (set%orbit .and. .not. effects%on_orbit) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of an orbit that there is not "// &
                        '(expected &orbit with them)', 'columns')
+      else if (set%sun .and. .not. effects%orbit%has_sun()) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a sun that there is not "// &
+                       '(expected sun in &orbit with them)', 'columns')
       end if
    end subroutine check_shown
 
@@ -307,6 +311,9 @@ contains
          associate (path => system%effects%orbit%path)
             values = [path%position(state%t), path%radius(state%t), path%true_anomaly(state%t)]
          end associate
+      case (ECLIPSE)
+         values(2) = system%effects%orbit%shadow_depth(state%t)
+         values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
       case (WORLD_WORK)
          values = state%world_work
       case default

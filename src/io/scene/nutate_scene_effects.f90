@@ -3,10 +3,9 @@ module nutate_scene_effects
    use nutate_body, only: body_t, whole_body
    use nutate_effect, only: effect_t, rotor_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
-   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_keys, only: group_t, group_kind_t
    use nutate_orbit, only: orbit_t
-   use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
    use nutate_regulator, only: regulator_t
@@ -101,8 +100,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       class(effect_t), allocatable :: effect
       type(status_t) :: status
-      if (goes_by_orbit(group, system)) then
-         call build_on_orbit(system%effects%orbit, body, effect)
+      if (system%effects%on_orbit .and. goes_by_orbit(group)) then
+         call build_on_orbit(group, system%effects%orbit, body, effect, status)
       else
          call kind%build(group, body, effect, status)
       end if
@@ -111,26 +110,6 @@ contains
       if (status%ok() .and. .not. error%raised) call take_effect(system, effect, status)
       if (.not. status%ok()) call error%take(group%line_of(trim(status%subject)), status)
    end subroutine build_one
-
-   !> A gravity gradient that leaves its direction and strength to the orbit.
-   pure logical function goes_by_orbit(group, system)
-      type(group_t), intent(in) :: group
-      type(system_t), intent(in) :: system
-      goes_by_orbit = group%name == 'gravity_gradient' .and. system%effects%on_orbit .and. &
-                      .not. (group%has('direction') .or. group%has('strength'))
-   end function goes_by_orbit
-
-   !> The gravity gradient of an orbit: at rest in its axes, moving in inertial ones.
-   subroutine build_on_orbit(orbit, body, effect)
-      type(orbit_t), intent(in) :: orbit
-      type(body_t), intent(in) :: body
-      class(effect_t), allocatable, intent(out) :: effect
-      if (orbit%is_frame) then
-         allocate (effect, source=gravity_gradient_t(body, orbit))
-      else
-         allocate (effect, source=orbital_gradient_t(body, orbit%path))
-      end if
-   end subroutine build_on_orbit
 
    !> The name by which switches call an effect, and whether it is on at the start.
    subroutine take_switch(group, effect, error)

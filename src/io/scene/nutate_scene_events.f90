@@ -2,7 +2,7 @@
 module nutate_scene_events
    use nutate_admissible, only: POSITIVE
    use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude, &
-      shows_orbit, wheel_of
+      shows_orbit, shows_sun, wheel_of
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
    use nutate_event_tracker, only: event_list_t
@@ -82,6 +82,10 @@ contains
          if (shows_orbit(event%columns(i)) .and. .not. effects%on_orbit) call error%raise( &
             group%line_of('when'), "'"//trim(event%columns(i))//"' is of an orbit that there is not", &
             expected='&orbit with it')
+         if (error%raised) return
+         if (shows_sun(event%columns(i)) .and. .not. effects%orbit%has_sun()) call error%raise( &
+            group%line_of('when'), "'"//trim(event%columns(i))//"' is of a sun that there is not", &
+            expected='sun in &orbit with it')
          if (error%raised) return
          if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
          call error%raise(group%line_of('when'), "'"//trim(event%columns(i))//"' is of a wheel that there is not", &

@@ -44,8 +44,8 @@ module nutate_torque_series
       !> Series along the basis vectors of torques in space axes; the rows R(q)ᵀeᵢ; shapes (3, 0:highest_order, number
       !> of torques) and (3,3, 0:highest_order), without coefficients where there is no such torque.
       real(wp), allocatable, private :: along(:, :, :), rows(:, :, :)
-      !> Which of the general potentials move, by position, 0 for one that does not; series of their n in the basis,
-      !> shape (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
+      !> Which directions move, by slot, 0 for one that does not; series of their n in the basis, shape
+      !> (3, 0:highest_order, any); the fastest pace of them, 1/s; there are some.
       integer, allocatable, private :: mover(:)
       real(wp), allocatable, private :: moving(:, :, :)
       real(wp) :: pace = 0.0_wp
@@ -132,7 +132,8 @@ contains
       end do
       do i = 1, effects%n_torques
          call add_direction(self, effects%torques(i)%item%series_direction())
-         if (effects%torques(i)%item%series_kind() == SPACE_SERIES) call add_all_directions(self)
+         if (effects%torques(i)%item%series_kind() == SPACE_SERIES .or. effects%torques(i)%item%moves) &
+            call add_all_directions(self)
       end do
       associate (e => self%basis)
          if (self%rank == 0) e(:, 1) = [0.0_wp, 0.0_wp, 1.0_wp]
@@ -207,20 +208,18 @@ contains
       n = self%n_general + effects%n_torques
       allocate (self%slot(self%n_general), self%torque_slot(effects%n_torques), self%columns(2, n), source=0)
       allocate (self%components(3, n), self%drag(3, 3, effects%n_torques), source=0.0_wp)
-      allocate (self%mover(self%n_general), source=0)
+      allocate (self%mover(n), source=0)
       self%pace = 0.0_wp
       n = 0
       last = 0
       do i = 1, self%n_general
          associate (potential => effects%potentials(self%general(i))%item)
             call open_slot(self, potential, potential%direction, n, last)
-            if (potential%moves) self%mover(i) = 1 + maxval(self%mover)
+            if (potential%moves) self%mover(n) = 1 + maxval(self%mover)
             self%pace = max(self%pace, potential%pace)
          end associate
          self%slot(i) = n
       end do
-      allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
-      self%moves = size(self%moving, 3) > 0
       do i = 1, effects%n_torques
          associate (torque => effects%torques(i)%item)
             if (torque%series_kind() == LINEAR_SERIES) then
@@ -228,9 +227,13 @@ contains
             else
                call open_slot(self, torque, torque%series_direction(), n, last)
                self%torque_slot(i) = n
+               if (torque%moves) self%mover(n) = 1 + maxval(self%mover)
+               self%pace = max(self%pace, torque%pace)
             end if
          end associate
       end do
+      allocate (self%moving(3, 0:highest_order, maxval([0, self%mover])), source=0.0_wp)
+      self%moves = size(self%moving, 3) > 0
       allocate (self%gamma(3, 0:highest_order, n), self%auxiliary(0:highest_order, last), source=0.0_wp)
       allocate (self%torque(0:highest_order, 3, effects%n_torques + 1), source=0.0_wp)
    end subroutine make_slots
@@ -316,11 +319,12 @@ contains
       !> Body axes, N m; shape (3).
       real(wp), intent(in) :: tau(3)
       associate (moved => self%torque(k, :, size(self%torque, 3)))
-         if (self%mover(i) > 0) moved = moved + tau
+         if (self%mover(self%slot(i)) > 0) moved = moved + tau
       end associate
    end subroutine add_moved
 
-   !> Coefficient k of γ of the potentials that move, and no torque of theirs yet; with the first one the series of n.
+   !> Coefficient k of γ of all directions that move, and no torque yet of the potentials that do; with the first one
+   !> the series of n.
    pure subroutine move_directions(self, effects, k, t, time_unit, rows)
       class(torque_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -329,23 +333,43 @@ contains
       real(wp), intent(in) :: t, time_unit
       !> Coefficient k of the rows R(q)ᵀeᵢ as columns.
       real(wp), intent(in) :: rows(3, 3)
-      real(wp) :: n(3, 0:highest_order), gamma(3)
-      integer :: i, j
+      real(wp) :: gamma(3)
+      integer :: n, j
       self%rows(:, :, k) = rows
       self%torque(k, :, size(self%torque, 3)) = 0.0_wp
-      do i = 1, self%n_general
-         if (self%mover(i) == 0) cycle
-         if (k == 0) then
-            call effects%potentials(self%general(i))%item%direction_series(t, time_unit, n)
-            self%moving(:, :, self%mover(i)) = matmul(transpose(self%basis), n)
-         end if
+      if (k == 0) call expand_directions(self, effects, t, time_unit)
+      do n = 1, size(self%mover)
+         if (self%mover(n) == 0) cycle
          gamma = 0.0_wp
          do j = 0, k
-            gamma = gamma + times_vector(self%rows(:, :, k - j), self%moving(:, j, self%mover(i)))
+            gamma = gamma + times_vector(self%rows(:, :, k - j), self%moving(:, j, self%mover(n)))
          end do
-         self%gamma(:, k, self%slot(i)) = gamma
+         self%gamma(:, k, n) = gamma
       end do
    end subroutine move_directions
+
+   !> The series of each n that moves.
+   pure subroutine expand_directions(self, effects, t, time_unit)
+      class(torque_series_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      !> Start and unit of time of the series, s.
+      real(wp), intent(in) :: t, time_unit
+      real(wp) :: n(3, 0:highest_order)
+      integer :: i, slot
+      do i = 1, self%n_general
+         slot = self%slot(i)
+         if (self%mover(slot) == 0) cycle
+         call effects%potentials(self%general(i))%item%direction_series(t, time_unit, n)
+         self%moving(:, :, self%mover(slot)) = matmul(transpose(self%basis), n)
+      end do
+      do i = 1, effects%n_torques
+         slot = abs(self%torque_slot(i))
+         if (slot == 0) cycle
+         if (self%mover(slot) == 0) cycle
+         call effects%torques(i)%item%direction_series(t, time_unit, n)
+         self%moving(:, :, self%mover(slot)) = matmul(transpose(self%basis), n)
+      end do
+   end subroutine expand_directions
 
    !> Coefficient k of R(q)ᵀν from that of ν and those before.
    pure subroutine turn_to_body(self, i, k, rows, tau)

@@ -1,0 +1,103 @@
+!> A vector that stands still in the axes of an orbit, seen from inertial ones, or the other way round.
+module nutate_carried_vector
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_power_series, only: inverses, power_term
+   use nutate_quaternion, only: cross, rotate_to_body, rotate_to_space
+   implicit none
+   private
+
+   public :: carried_vector_t
+
+   !> The normal of the orbit in the orbit's own axes.
+   real(wp), parameter :: normal(3) = [0.0_wp, -1.0_wp, 0.0_wp]
+
+   !> v, and the orbit.
+   type :: carried_vector_t
+      type(kepler_orbit_t) :: path
+      !> In the axes in which it stands still; shape (3).
+      real(wp) :: vector(3) = 0.0_wp
+      !> It stands still in inertial axes and is seen from the orbit's, a circular one; else the other way round.
+      logical :: from_orbit = .false.
+   contains
+      !> v as it is seen at a time.
+      procedure :: at => vector_at
+      !> v̇, in 1/s of its unit.
+      procedure :: rate_at
+      !> Power series of v.
+      procedure :: series
+      !> It can be computed with.
+      procedure :: is_moderate => vector_is_moderate
+   end type carried_vector_t
+
+contains
+
+   !> Shape (3).
+   pure function vector_at(self, t) result(v)
+      class(carried_vector_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: v(3)
+      if (self%from_orbit) then
+         v = rotate_to_body(self%path%axes(t), self%vector)
+      else
+         v = rotate_to_space(self%path%axes(t), self%vector)
+      end if
+   end function vector_at
+
+   !> Shape (3).
+   pure function rate_at(self, t) result(rate)
+      class(carried_vector_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: rate(3)
+      rate = self%path%turn_rate(t)*cross(turn_axis(self, t), self%at(t))
+   end function rate_at
+
+   !> The axis about which it is seen to turn at the rate of the true anomaly: a unit vector; shape (3).
+   pure function turn_axis(self, t) result(axis)
+      class(carried_vector_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: axis(3)
+      if (self%from_orbit) then
+         axis = -normal
+      else
+         axis = rotate_to_space(self%path%axes(t), normal)
+      end if
+   end function turn_axis
+
+   !> Coefficients of v from a time on: v̇ = ν̇ a×v, the axis a at rest, ν̇ as 1/(x·x), x = r/r₀.
+   pure subroutine series(self, t, time_unit, v)
+      class(carried_vector_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_unit
+      !> Shape (3, 0:order).
+      real(wp), intent(out) :: v(:, 0:)
+      real(wp), dimension(0:ubound(v, 2)) :: square, w, rate
+      real(wp) :: x(0:ubound(v, 2), 3), axis(3), turned(3)
+      integer :: j, k
+      call self%path%position_series(t, time_unit, x, square, w)
+      axis = turn_axis(self, t)
+      v(:, 0) = self%at(t)
+      rate(0) = time_unit*self%path%turn_rate(t)
+      do k = 0, ubound(v, 2) - 1
+         if (k > 0) rate(k) = power_term(k, -1.0_wp, square(0:k), rate(0:k - 1))
+         turned = 0.0_wp
+         do j = 0, k
+            turned = turned + rate(j)*v(:, k - j)
+         end do
+         v(:, k + 1) = inverses(k + 1)*cross(axis, turned)
+      end do
+   end subroutine series
+
+   !> And its rate, in the perigee too.
+   pure logical function vector_is_moderate(self) result(moderate)
+      class(carried_vector_t), intent(in) :: self
+      moderate = all(is_moderate(self%vector)) .and. is_moderate(self%path%fastest_turn())
+      if (moderate) moderate = is_moderate(norm2(self%vector))
+      if (moderate) moderate = is_moderate(norm2(self%vector)*self%path%fastest_turn())
+   end function vector_is_moderate
+
+end module nutate_carried_vector

@@ -1,0 +1,113 @@
+!> A magnetic moment fixed in the body, in the field of the Earth along an orbit: V = -m·Rᵀb(t).
+module nutate_earth_field
+   use nutate_body, only: body_t
+   use nutate_effect, only: effect_t
+   use nutate_geomagnetic_field, only: geomagnetic_field_t
+   use nutate_keys, only: group_t, key_t, KEY_LOGICAL
+   use nutate_kinds, only: wp, pi
+   use nutate_limits, only: is_moderate
+   use nutate_moving_linear, only: moving_linear_t
+   use nutate_orbit, only: orbit_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   implicit none
+   private
+
+   public :: earth_field_t, earth_field_keys, build_earth_field, field_on_orbit
+
+   !> Keys of the scene group `&earth_field`.
+   type(key_t), parameter :: earth_field_keys(4) = [ &
+      key_t(name='moment', least=3, most=3, default='0, 0, 0'), &
+      key_t(name='epoch_angle', default='0'), &
+      key_t(name='coefficients', least=3, most=3, default='IGRF-14 of 2025'), &
+      key_t(name='degrees', kind=KEY_LOGICAL)]
+
+   !> U(γ) = -m·γ with γ = R(q)ᵀb(t).
+   type, extends(moving_linear_t) :: earth_field_t
+      type(geomagnetic_field_t) :: field
+   contains
+      procedure :: direction_at => direction_of_field
+      procedure :: direction_rate => rate_of_field
+      procedure :: direction_series => series_of_field
+      procedure :: is_moderate => effect_is_moderate
+   end type earth_field_t
+
+   !> A moment in the Earth's field.
+   interface earth_field_t
+      module procedure new_earth_field
+   end interface earth_field_t
+
+contains
+
+   !> A moment in the Earth's field.
+   pure function new_earth_field(moment, field) result(effect)
+      !> m, body axes, A m²; shape (3).
+      real(wp), intent(in) :: moment(3)
+      !> b, in the space axes of the scene.
+      type(geomagnetic_field_t), intent(in) :: field
+      type(earth_field_t) :: effect
+      effect%name = 'earth_field'
+      effect%moment = moment
+      effect%field = field
+      effect%moves = .true.
+      effect%direction = 0.0_wp
+      if (.not. effect%is_moderate()) return
+      effect%pace = field%pace()
+      effect%direction = field%at(0.0_wp)
+   end function new_earth_field
+
+   !> A group that stands without an orbit. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine build_earth_field(group, body, effect, status)
+      type(group_t), intent(in) :: group
+      type(body_t), intent(in) :: body
+      class(effect_t), allocatable, intent(out) :: effect
+      type(status_t), intent(out) :: status
+      status = fail(NUTATE_BAD_ARGUMENT, 'the field of the Earth, and no orbit to be on (expected &orbit with it)')
+   end subroutine build_earth_field
+
+   !> The field as a scene's group asks for it, along the orbit of the scene.
+   function field_on_orbit(group, orbit) result(effect)
+      type(group_t), intent(in) :: group
+      type(orbit_t), intent(in) :: orbit
+      type(earth_field_t) :: effect
+      type(geomagnetic_field_t) :: field
+      real(wp), parameter :: none(3) = 0.0_wp
+      field%path = orbit%path
+      field%in_orbit = orbit%is_frame
+      field%coefficients = group%vector('coefficients', field%coefficients)
+      field%epoch_angle = group%number('epoch_angle', 0.0_wp)
+      if (group%flag('degrees', .false.)) field%epoch_angle = field%epoch_angle*(pi/180)
+      effect = earth_field_t(group%vector('moment', none), field)
+   end function field_on_orbit
+
+   !> b, T; shape (3).
+   pure function direction_of_field(self, t) result(n)
+      class(earth_field_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: n(3)
+      n = self%field%at(t)
+   end function direction_of_field
+
+   pure function rate_of_field(self, t) result(rate)
+      class(earth_field_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: rate(3)
+      rate = self%field%rate_at(t)
+   end function rate_of_field
+
+   pure subroutine series_of_field(self, t, time_unit, n)
+      class(earth_field_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      call self%field%series(t, time_unit, n)
+   end subroutine series_of_field
+
+   !> |m||b| is the largest energy and torque, times the pace the largest power of the world.
+   pure logical function effect_is_moderate(self) result(moderate)
+      class(earth_field_t), intent(in) :: self
+      moderate = all(is_moderate(self%moment)) .and. self%field%is_moderate()
+      if (moderate) moderate = is_moderate(norm2(self%moment))
+      if (moderate) moderate = is_moderate(norm2(self%moment)*self%field%greatest())
+      if (moderate) moderate = is_moderate(norm2(self%moment)*self%field%greatest()*self%field%pace())
+   end function effect_is_moderate
+
+end module nutate_earth_field

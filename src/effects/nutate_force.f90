@@ -1,0 +1,100 @@
+!> A constant force at a point of the body: V = -F·(R x), as of weight in another direction. Fixed in space axes, or in
+!> axes that turn against these: those of an orbit seen from inertial ones, or inertial axes seen from an orbit.
+module nutate_force
+   use nutate_carried_vector, only: carried_vector_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_linear_potential, only: linear_potential_t
+   use nutate_moving_linear, only: moving_linear_t
+   implicit none
+   private
+
+   public :: force_t, moving_force_t
+
+   !> U(γ) = -x·γ with γ = R(q)ᵀF.
+   type, extends(linear_potential_t) :: force_t
+   end type force_t
+
+   !> The same with F(t).
+   type, extends(moving_linear_t) :: moving_force_t
+      type(carried_vector_t) :: force
+   contains
+      procedure :: direction_at => direction_of_force
+      procedure :: direction_rate => rate_of_force
+      procedure :: direction_series => series_of_force
+      procedure :: is_moderate => force_is_moderate
+   end type moving_force_t
+
+   !> A force at a point.
+   interface force_t
+      module procedure new_force
+   end interface force_t
+
+   !> A force that turns, at a point.
+   interface moving_force_t
+      module procedure new_moving_force
+   end interface moving_force_t
+
+contains
+
+   !> A force at a point.
+   pure function new_force(body_point, force) result(effect)
+      !> x, body axes, m; shape (3).
+      real(wp), intent(in) :: body_point(3)
+      !> F, space axes, N; shape (3).
+      real(wp), intent(in) :: force(3)
+      type(force_t) :: effect
+      effect%name = 'force'
+      effect%moment = body_point
+      effect%direction = force
+   end function new_force
+
+   !> A force that turns, at a point.
+   pure function new_moving_force(body_point, force) result(effect)
+      !> x, body axes, m; shape (3).
+      real(wp), intent(in) :: body_point(3)
+      !> F, N, as the space axes of the scene see it.
+      type(carried_vector_t), intent(in) :: force
+      type(moving_force_t) :: effect
+      effect%name = 'force'
+      effect%moment = body_point
+      effect%force = force
+      effect%moves = .true.
+      effect%direction = 0.0_wp
+      if (.not. effect%is_moderate()) return
+      effect%pace = force%path%fastest_turn()
+      effect%direction = force%at(0.0_wp)
+   end function new_moving_force
+
+   !> F, N; shape (3).
+   pure function direction_of_force(self, t) result(n)
+      class(moving_force_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: n(3)
+      n = self%force%at(t)
+   end function direction_of_force
+
+   pure function rate_of_force(self, t) result(rate)
+      class(moving_force_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: rate(3)
+      rate = self%force%rate_at(t)
+   end function rate_of_force
+
+   pure subroutine series_of_force(self, t, time_unit, n)
+      class(moving_force_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      call self%force%series(t, time_unit, n)
+   end subroutine series_of_force
+
+   !> |x||F| is the largest energy and torque, times the rate of the orbit the largest power of the world.
+   pure logical function force_is_moderate(self) result(moderate)
+      class(moving_force_t), intent(in) :: self
+      moderate = all(is_moderate(self%moment)) .and. self%force%is_moderate()
+      if (moderate) moderate = is_moderate(norm2(self%moment))
+      if (moderate) moderate = is_moderate(norm2(self%moment)*norm2(self%force%vector))
+      if (moderate) moderate = is_moderate(norm2(self%moment)*norm2(self%force%vector)*self%force%path%fastest_turn())
+   end function force_is_moderate
+
+end module nutate_force

@@ -1,0 +1,220 @@
+!> The magnetic field of the Earth along an orbit, to first order: that of a dipole in the centre of the Earth, tilted
+!> against the axis about which it turns with the Earth.
+!>
+!>     B = (a/r)³ (3 (G·r̂) r̂ - G),   a = 6371.2 km,   G = (g₁₁, h₁₁, g₁₀) turned by θ = θ₀ + ω_E t about the north.
+!>
+!> Inertial axes: x to the equinox, z north. Seen from the axes of a circular orbit, where r̂ stands still, G turns.
+module nutate_geomagnetic_field
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_power_series, only: inverses, power_term, product_term
+   use nutate_quaternion, only: cross, rotate_to_body
+   use nutate_rotating_frame, only: earth_rate
+   implicit none
+   private
+
+   public :: geomagnetic_field_t, reference_coefficients
+
+   !> g₁₁, h₁₁, g₁₀ of the International Geomagnetic Reference Field, 14th generation, for 2025, T.
+   real(wp), parameter :: reference_coefficients(3) = [-1410.3e-9_wp, 4545.5e-9_wp, -29350.0e-9_wp]
+
+   !> a, m.
+   real(wp), parameter :: reference_radius = 6371.2e3_wp
+
+   !> Of the Earth, rad/s: its angular velocity.
+   real(wp), parameter :: north(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+
+   !> The field where a body is that goes round on an orbit.
+   type :: geomagnetic_field_t
+      type(kepler_orbit_t) :: path
+      !> G in axes of the Earth: x to the meridian of Greenwich, z north, T; shape (3).
+      real(wp) :: coefficients(3) = reference_coefficients
+      !> θ₀: of Greenwich at t = 0, from the equinox, rad.
+      real(wp) :: epoch_angle = 0.0_wp
+      !> Seen from the axes of the orbit, a circular one; else from inertial axes.
+      logical :: in_orbit = .false.
+   contains
+      !> B at a time, T.
+      procedure :: at => field_at
+      !> Ḃ, T/s.
+      procedure :: rate_at
+      !> Power series of B.
+      procedure :: series
+      !> No faster does its direction change, 1/s.
+      procedure :: pace
+      !> |B| is never greater, T.
+      procedure :: greatest
+      !> It can be computed with.
+      procedure :: is_moderate => field_is_moderate
+   end type geomagnetic_field_t
+
+contains
+
+   !> G at a time, inertial axes, T; shape (3).
+   pure function axis_at(self, t) result(g)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: g(3), angle
+      angle = self%epoch_angle + earth_rate*t
+      associate (c => self%coefficients)
+         g = [c(1)*cos(angle) - c(2)*sin(angle), c(1)*sin(angle) + c(2)*cos(angle), c(3)]
+      end associate
+   end function axis_at
+
+   !> Shape (3).
+   pure function field_at(self, t) result(b)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: b(3)
+      real(wp) :: g(3), r(3), distance
+      g = axis_at(self, t)
+      distance = self%path%radius(t)
+      if (self%in_orbit) then
+         b = below(rotate_to_body(self%path%axes(t), g))
+      else
+         r = self%path%position(t)/distance
+         b = 3*dot_product(g, r)*r - g
+      end if
+      b = (reference_radius/distance)**3*b
+   end function field_at
+
+   !> 3 (G·r̂) r̂ - G with r̂ = (0, 0, -1), as it is in the axes of the orbit; shape (3).
+   pure function below(g) result(b)
+      real(wp), intent(in) :: g(3)
+      real(wp) :: b(3)
+      b = [-g(1), -g(2), 2*g(3)]
+   end function below
+
+   !> Shape (3).
+   pure function rate_at(self, t) result(rate)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: rate(3)
+      real(wp) :: g(3), g_rate(3), r(3), r_rate(3), distance, climb
+      g = axis_at(self, t)
+      g_rate = earth_rate*cross(north, g)
+      distance = self%path%radius(t)
+      if (self%in_orbit) then
+         g = rotate_to_body(self%path%axes(t), g)
+         g_rate = rotate_to_body(self%path%axes(t), g_rate) - cross(turn_of(self), g)
+         rate = below(g_rate)
+      else
+         r = self%path%position(t)/distance
+         r_rate = self%path%velocity(t)/distance
+         climb = dot_product(r, r_rate)
+         r_rate = r_rate - climb*r
+         rate = 3*(dot_product(g_rate, r) + dot_product(g, r_rate))*r + 3*dot_product(g, r)*r_rate - g_rate &
+                - 3*climb*(3*dot_product(g, r)*r - g)
+      end if
+      rate = (reference_radius/distance)**3*rate
+   end function rate_at
+
+   !> Rate of the axes of a circular orbit, in themselves, rad/s; shape (3).
+   pure function turn_of(self) result(rate)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp) :: rate(3)
+      rate = [0.0_wp, -self%path%mean_motion(), 0.0_wp]
+   end function turn_of
+
+   !> Coefficients of B from a time on.
+   pure subroutine series(self, t, time_unit, b)
+      class(geomagnetic_field_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_unit
+      !> T; shape (3, 0:order).
+      real(wp), intent(out) :: b(:, 0:)
+      if (self%in_orbit) then
+         call expand_in_orbit(self, t, time_unit, b)
+      else
+         call expand_in_space(self, t, time_unit, b)
+      end if
+   end subroutine series
+
+   !> With x = r/r₀: B = (a/r₀)³ (3 (G·x) x (x·x)^(-5/2) - G (x·x)^(-3/2)), Ġ = ω_E×G.
+   pure subroutine expand_in_space(self, t, time_unit, b)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: b(:, 0:)
+      real(wp), dimension(0:ubound(b, 2)) :: square, w, u, along
+      real(wp), dimension(0:ubound(b, 2), 3) :: x, g
+      real(wp) :: scale
+      integer :: i, k
+      call self%path%position_series(t, time_unit, x, square, w)
+      g(0, :) = axis_at(self, t)
+      do k = 1, ubound(b, 2)
+         g(k, :) = (time_unit*earth_rate*inverses(k))*cross(north, g(k - 1, :))
+      end do
+      scale = (reference_radius/self%path%radius(t))**3
+      do k = 0, ubound(b, 2)
+         if (k == 0) u(0) = w(0)/square(0)
+         if (k > 0) u(k) = power_term(k, -2.5_wp, square(0:k), u(0:k - 1))
+         along(k) = product_term(k, g(0:k, 1), x(0:k, 1)) + product_term(k, g(0:k, 2), x(0:k, 2)) &
+                    + product_term(k, g(0:k, 3), x(0:k, 3))
+      end do
+      do k = 0, ubound(b, 2)
+         square(k) = 3*product_term(k, along(0:k), u(0:k))
+      end do
+      do k = 0, ubound(b, 2)
+         do i = 1, 3
+            b(i, k) = scale*(product_term(k, square(0:k), x(0:k, i)) - product_term(k, g(0:k, i), w(0:k)))
+         end do
+      end do
+   end subroutine expand_in_space
+
+   !> In the axes of the orbit r̂ = (0, 0, -1), B = (a/r)³ (-G₁, -G₂, 2G₃); the north e turns with ė = e×ν, G with
+   !> Ġ = (ω_E e - ν)×G, ν the rate of the axes.
+   pure subroutine expand_in_orbit(self, t, time_unit, b)
+      class(geomagnetic_field_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: b(:, 0:)
+      real(wp) :: pole(3, 0:ubound(b, 2)), g(3, 0:ubound(b, 2)), turn(3), rate(3), scale
+      integer :: j, k
+      turn = time_unit*turn_of(self)
+      pole(:, 0) = rotate_to_body(self%path%axes(t), north)
+      g(:, 0) = rotate_to_body(self%path%axes(t), axis_at(self, t))
+      do k = 0, ubound(b, 2) - 1
+         pole(:, k + 1) = inverses(k + 1)*cross(pole(:, k), turn)
+         rate = -cross(turn, g(:, k))
+         do j = 0, k
+            rate = rate + (time_unit*earth_rate)*cross(pole(:, j), g(:, k - j))
+         end do
+         g(:, k + 1) = inverses(k + 1)*rate
+      end do
+      scale = (reference_radius/self%path%radius(t))**3
+      do k = 0, ubound(b, 2)
+         b(:, k) = scale*below(g(:, k))
+      end do
+   end subroutine expand_in_orbit
+
+   pure real(wp) function pace(self)
+      class(geomagnetic_field_t), intent(in) :: self
+      pace = self%path%fastest_turn() + earth_rate
+   end function pace
+
+   !> At the pole of the dipole, where the orbit is nearest.
+   pure real(wp) function greatest(self)
+      class(geomagnetic_field_t), intent(in) :: self
+      greatest = 2*norm2(self%coefficients)*(reference_radius/nearest(self))**3
+   end function greatest
+
+   !> Distance of the perigee, m.
+   pure real(wp) function nearest(self)
+      class(geomagnetic_field_t), intent(in) :: self
+      nearest = self%path%semi_major_axis*(1 - self%path%eccentricity)
+   end function nearest
+
+   !> The field, and its rate, in the perigee too.
+   pure logical function field_is_moderate(self) result(moderate)
+      class(geomagnetic_field_t), intent(in) :: self
+      moderate = all(is_moderate(self%coefficients)) .and. is_moderate(self%epoch_angle) .and. &
+                 is_moderate(nearest(self))
+      if (moderate) moderate = nearest(self) >= 1e-30_wp*reference_radius .and. is_moderate(norm2(self%coefficients))
+      if (moderate) moderate = is_moderate(self%greatest()) .and. is_moderate(self%pace())
+      if (moderate) moderate = is_moderate(self%greatest()*self%pace())
+   end function field_is_moderate
+
+end module nutate_geomagnetic_field

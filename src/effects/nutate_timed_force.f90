@@ -1,0 +1,145 @@
+!> A constant force at a point of the body within a window of time: τ = x×RᵀF, whose work counts as that of a torque.
+module nutate_timed_force
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use nutate_carried_vector, only: carried_vector_t
+   use nutate_effect, only: GENERAL_SERIES, torque_t
+   use nutate_effect_bounds, only: bounds_of_torque, effect_bounds_t, linear_map_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_quaternion, only: cross, rotate_to_body
+   use nutate_small_products, only: lies_along, vector_length
+   implicit none
+   private
+
+   public :: timed_force_t
+
+   !> x×RᵀF from start to stop.
+   type, extends(torque_t) :: timed_force_t
+      !> x, body axes, m; shape (3).
+      real(wp) :: body_point(3) = 0.0_wp
+      !> F, N: constant in space axes, or, where `moves`, as these see it.
+      type(carried_vector_t) :: force
+      !> s.
+      real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
+   contains
+      procedure :: torque => torque_of_force
+      procedure :: derivatives => derivatives_of_force
+      procedure :: time_derivative => change_of_force
+      procedure :: window => window_of_force
+      procedure :: bound => bound_of_force
+      procedure :: series_kind => kind_of_force
+      procedure :: series_direction => direction_of_force
+      procedure :: direction_series => series_of_force
+      procedure :: series_torque => terms_of_force
+      procedure :: has_axis => force_has_axis
+      procedure :: is_moderate => force_is_moderate
+   end type timed_force_t
+
+contains
+
+   !> F at a time, space axes, N; shape (3).
+   pure function force_at(self, t) result(force)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      real(wp) :: force(3)
+      force = self%force%vector
+      if (self%moves) force = self%force%at(t)
+   end function force_at
+
+   pure function torque_of_force(self, t, q, omega) result(tau)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = cross(self%body_point, rotate_to_body(q, force_at(self, t)))
+   end function torque_of_force
+
+   !> A small rotation θ of the body changes RᵀF by RᵀF×θ.
+   pure subroutine derivatives_of_force(self, t, q, omega, by_rotation, by_rate)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
+      real(wp) :: force(3), theta(3)
+      integer :: i
+      by_rate = 0.0_wp
+      force = rotate_to_body(q, force_at(self, t))
+      do i = 1, 3
+         theta = 0.0_wp
+         theta(i) = 1.0_wp
+         by_rotation(:, i) = cross(self%body_point, cross(force, theta))
+      end do
+   end subroutine derivatives_of_force
+
+   pure function change_of_force(self, t, q, omega, span) result(derivative)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3), span
+      real(wp) :: derivative(3)
+      derivative = 0.0_wp
+      if (self%moves) derivative = cross(self%body_point, rotate_to_body(q, self%force%rate_at(t)))
+   end function change_of_force
+
+   pure subroutine window_of_force(self, start, stop)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = self%start
+      stop = self%stop
+   end subroutine window_of_force
+
+   !> |x||F| bounds the torque and its derivatives by the attitude.
+   pure subroutine bound_of_force(self, map, radius, gamma, slack, bounds)
+      class(timed_force_t), intent(in) :: self
+      type(linear_map_t), intent(in) :: map
+      real(wp), intent(in) :: radius, gamma(3), slack
+      type(effect_bounds_t), intent(out) :: bounds
+      real(wp) :: most, rate
+      most = vector_length(self%body_point)*vector_length(self%force%vector)
+      rate = 0.0_wp
+      if (self%moves) rate = self%pace
+      bounds = bounds_of_torque(map, radius, most, most, most, rate)
+   end subroutine bound_of_force
+
+   pure integer function kind_of_force(self)
+      class(timed_force_t), intent(in) :: self
+      kind_of_force = GENERAL_SERIES
+   end function kind_of_force
+
+   !> F, of one that moves at the start.
+   pure function direction_of_force(self) result(direction)
+      class(timed_force_t), intent(in) :: self
+      real(wp) :: direction(3)
+      direction = force_at(self, 0.0_wp)
+   end function direction_of_force
+
+   pure subroutine series_of_force(self, t, time_unit, n)
+      class(timed_force_t), intent(in) :: self
+      real(wp), intent(in) :: t, time_unit
+      real(wp), intent(out) :: n(:, 0:)
+      call self%force%series(t, time_unit, n)
+   end subroutine series_of_force
+
+   !> x×γ.
+   pure subroutine terms_of_force(self, k, t, time_unit, omega, gamma, auxiliary, tau)
+      class(timed_force_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: t, time_unit, omega(3, 0:k), gamma(3, 0:k)
+      real(wp), intent(inout) :: auxiliary(0:, :)
+      real(wp), intent(out) :: tau(3)
+      tau = cross(self%body_point, gamma(:, k))
+   end subroutine terms_of_force
+
+   !> x lies along the axis, and F stands still.
+   pure logical function force_has_axis(self, axis)
+      class(timed_force_t), intent(in) :: self
+      integer, intent(in) :: axis
+      force_has_axis = lies_along(self%body_point, axis) .and. .not. self%moves
+   end function force_has_axis
+
+   !> Start and stop may be anything that can be compared.
+   pure logical function force_is_moderate(self) result(moderate)
+      class(timed_force_t), intent(in) :: self
+      moderate = all(is_moderate([self%body_point, self%force%vector])) .and. &
+                 .not. (ieee_is_nan(self%start) .or. ieee_is_nan(self%stop))
+      if (moderate .and. self%moves) moderate = self%force%is_moderate()
+      if (moderate) moderate = is_moderate(norm2(self%body_point)*norm2(self%force%vector))
+   end function force_is_moderate
+
+end module nutate_timed_force

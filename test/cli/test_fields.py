@@ -1,0 +1,107 @@
+"""The field of the Earth, forces at points of the body and the shadow of the Earth: columns, events, restarts, check and summary."""
+import math
+import unittest
+
+from support import SUN_COLUMNS, CommandLineTest
+
+BODY = "&body inertia = 0.09, 0.1, 0.04 /\n&initial angular_velocity = 4e-3, -3e-3, 5e-3 /\n"
+SHADE = BODY + """&orbit semi_major_axis = 7e6, sun = 3, 0, 0 /
+&earth_field moment = 0.06, -0.09, 0.12, epoch_angle = 40, degrees = .true. /
+&force name = 'light', body_point = 0.0, 0.1, 0.02, force = -1e-5, 0, 0, axes = 'inertial' /
+&integrator order = 4, time_step = 5, end_time = 12000 /
+&event name = 'dark', when = 'shadow_depth', crosses = 0, direction = 1, switch = 'light off' /
+&event name = 'bright', when = 'shadow_depth', crosses = 0, direction = -1, switch = 'light on' /
+&output columns = 'quaternion', 'energy', 'world_work', 'eclipse', every = 10 /
+"""
+MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 60, degrees = .true. /
+&earth_field moment = 0.06, -0.09, 0.12 /
+&force body_point = 0.0, 0.1, 0.02, force = -1e-5, 2e-5, 0, axes = 'orbit' /
+&force body_point = 0.0, 0.1, 0.02, force = 0, 2e-5, 1e-5, axes = 'orbit', start = 1000, stop = 2500 /
+&force body_point = 0.1, 0.0, 0.0, force = 0, 2e-6, 0, axes = 'body', stop = 1000 /
+&regulator law = 'bdot', gain = 1e4, sample = 20, start = 500 /
+&integrator time_step = 5, end_time = 4000 /
+&output columns = 'quaternion', 'energy', 'world_work', every = 5 /
+"""
+METHODS = (["integrator.order=2"], ["integrator.order=8", "integrator.linear_solver=reduced"], ["integrator.method=taylor"],
+           ["integrator.method=dop853", "integrator.conserve=.true."], ["integrator.method=rk8"])
+
+
+class Fields(CommandLineTest):
+    def test_the_shadow_switches_the_light(self):
+        self.write("shade.nml", SHADE)
+        done = self.succeed("run", "shade.nml")
+        self.assertIn("by potentials switched on and off", done.stderr)
+        header, rows = self.history("shade.csv")
+        self.assertEqual(header[-3:], SUN_COLUMNS["eclipse"] + ["world_work"])
+        # A circle whose plane holds the sun is dark while the place is behind a disk of the Earth's radius.
+        rate, half = math.sqrt(3.986004418e14 / 7e6**3), math.asin(6378137 / 7e6)
+        expected = [(math.pi + sign * half + 2 * math.pi * k) / rate for k in (0, 1) for sign in (-1, 1)]
+        with open(self.path("shade.events.csv"), encoding="utf-8") as file:
+            events = [line.split(",") for line in file.read().splitlines()[1:]]
+        self.assertEqual([event[1] for event in events], ["dark", "bright"] * 2)
+        for event, time in zip(events, expected):
+            self.assertAlmostEqual(float(event[0]), time, delta=1e-10)
+        for row in rows:
+            dark = expected[0] < row[0] < expected[1] or expected[2] < row[0] < expected[3]
+            self.assertEqual(row[-3], 1.0 if dark else 0.0)
+            self.assertEqual(row[-2] > 0, dark)
+            self.assertLess(abs(row[header.index("energy_residual")]), 1e-19)
+        self.succeed("run", "shade.nml", "--quiet", "--set", "orbit.shadow_radius=6e6")
+        with open(self.path("shade.events.csv"), encoding="utf-8") as file:
+            first = float(file.read().splitlines()[1].split(",")[0])
+        self.assertAlmostEqual(first, (math.pi - math.asin(6 / 7)) / rate, delta=1e-10)
+
+    def test_the_account_closes_with_every_method(self):
+        self.write("moving.nml", MOVING)
+        last = []
+        for settings in METHODS:
+            done = self.succeed("run", "moving.nml", *(word for setting in settings for word in ("--set", setting)))
+            self.assertIn("work of the moving world", done.stderr)
+            header, rows = self.history("moving.csv")
+            for row in rows:
+                self.assertLess(abs(row[header.index("energy_residual")]), 1e-19)
+            last.append(rows[-1])
+        for row in last[1:]:
+            for a, b in zip(row[1:5], last[1][1:5]):
+                self.assertAlmostEqual(a, b, delta=1e-6)
+            self.assertAlmostEqual(row[-1], last[1][-1], delta=1e-11)
+        self.assertGreater(abs(last[1][-1]), 1e-7)
+        text = self.succeed("check", "moving.nml").stdout
+        self.assertIn("coefficients = IGRF-14 of 2025 (default)", text)
+        self.assertIn("changes by the work of torques and the moving world alone", text)
+        self.assertIn("axes = orbit; start = 1000; stop = 2500", text)
+        self.fail_with(2, "run", "moving.nml", "--set", "integrator.method=exact", says=("free bodies only",))
+
+    def test_runs_go_on(self):
+        for name, scene in (("shade", SHADE), ("moving", MOVING)):
+            self.write(name + ".nml", scene)
+            for method in ("nielsen_krenk", "taylor", "dop853", "rk8"):
+                order = ["--unset", "integrator.order"] if name == "shade" else []
+                arguments = [name + ".nml", "--quiet", "--set", f"integrator.method={method}", *order]
+                self.succeed("run", *arguments, "--output", "whole.csv")
+                self.fail_with(3, "run", *arguments, "--output", "part.csv", "--checkpoint", "p.ck", "--max-steps", "401")
+                self.succeed("run", *arguments, "--output", "part.csv", "--resume", "p.ck")
+                self.assertEqual(self.read("whole.csv"), self.read("part.csv"))
+
+    def test_a_force_in_the_body_is_a_torque(self):
+        scene = BODY + "&integrator time_step = 1, end_time = 100 /\n"
+        self.write("force.nml", scene + "&force body_point = 0.5, 0, 0.25, force = 1e-4, 2e-4, 0, axes = 'body', stop = 50.5 /\n")
+        self.write("torque.nml", scene + "&torque body = -5e-5, 2.5e-5, 1e-4, stop = 50.5 /\n")
+        for name in ("force", "torque"):
+            self.succeed("run", name + ".nml", "--quiet")
+        self.assertEqual(self.read("force.csv"), self.read("torque.csv"))
+
+    def test_a_force_in_the_axes_of_the_scene_is_a_weight(self):
+        scene = BODY + "&integrator time_step = 1, end_time = 100, order = 4 /\n&orbit altitude = 400e3 /\n"
+        for axes in ("space", "orbit"):
+            self.write(axes + ".nml", scene + f"&force body_point = 0.5, 0, 0.25, force = 1e-4, 2e-4, 0, axes = '{axes}' /\n")
+        self.write("weight.nml", scene.replace("0.04 /", "0.04, mass = 2, center_of_mass = 0.5, 0, 0.25, check_triangle = .false. /")
+                   + "&gravity acceleration = 5e-5, 1e-4, 0 /\n")
+        for name in ("space", "orbit", "weight"):
+            self.succeed("run", name + ".nml", "--quiet")
+        self.assertEqual(self.read("space.csv"), self.read("weight.csv"))
+        self.assertEqual(self.read("space.csv"), self.read("orbit.csv"))
+
+
+if __name__ == "__main__":
+    unittest.main()

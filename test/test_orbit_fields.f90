@@ -1,0 +1,138 @@
+!> What moves along an orbit: the field of the Earth, forces, the shadow of the Earth; values, rates and series.
+module test_orbit_fields
+   use nutate_attitude, only: quat_from_axis_angle
+   use nutate_earth_field, only: earth_field_t
+   use nutate_effect, only: potential_t
+   use nutate_force, only: moving_force_t
+   use nutate_geomagnetic_field, only: geomagnetic_field_t
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kinds, only: wp, eps, pi
+   use nutate_orbit, only: earth_mu, orbit_t
+   use nutate_quaternion, only: rotate_to_body, rotate_to_space
+   use nutate_status, only: status_t
+   use test_satellites, only: field_along, magnet, path_of, point, push_along
+   use test_support, only: check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_orbit_fields
+
+contains
+
+   subroutine collect_orbit_fields(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("the field is that of a dipole", field_of_a_dipole), &
+                  new_unittest("what moves, its rate and its series", parts_belong_together), &
+                  new_unittest("shadow of a circular orbit, and its rate", shadow)]
+   end subroutine collect_orbit_fields
+
+   !> B = -∇ of the potential a³ G·r/|r|³, G turned with the Earth, by differences; near the equator it points north.
+   subroutine field_of_a_dipole(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: step = 100.0_wp, times(3) = [0.0_wp, 2500.0_wp, 40000.0_wp]
+      type(geomagnetic_field_t) :: field
+      type(orbit_t) :: orbit
+      real(wp) :: expected(3), r(3), shift(3)
+      integer :: i, k
+      orbit = orbit_t(path_of(0.3_wp))
+      field = field_along(orbit)
+      do k = 1, size(times)
+         r = orbit%path%position(times(k))
+         do i = 1, 3
+            shift = merge(step, 0.0_wp, [1, 2, 3] == i)
+            expected(i) = (potential_of(r - shift, times(k)) - potential_of(r + shift, times(k)))/(2*step)
+         end do
+         call check_close(error, field%at(times(k)), expected, 1e-9_wp*norm2(expected), "field")
+         if (allocated(error)) return
+         call check(error, expected(3) > 0.0_wp .or. abs(r(3)) > 0.3_wp*norm2(r), "north")
+         if (allocated(error)) return
+      end do
+   end subroutine field_of_a_dipole
+
+   !> a³ G·r/|r|³ of 2025, Greenwich 0.7 rad from the equinox at t = 0, T m.
+   pure real(wp) function potential_of(r, t)
+      real(wp), intent(in) :: r(3), t
+      real(wp) :: g(3), angle
+      angle = 0.7_wp + 7.292115e-5_wp*t
+      g = [-1410.3_wp*cos(angle) - 4545.5_wp*sin(angle), -1410.3_wp*sin(angle) + 4545.5_wp*cos(angle), -29350.0_wp]
+      potential_of = 6371200.0_wp**3*1e-9_wp*dot_product(g, r)/norm2(r)**3
+   end function potential_of
+
+   !> Of the field and the force, in inertial axes and in those of a circular orbit.
+   subroutine parts_belong_together(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(orbit_t) :: orbits(3)
+      type(orbit_t) :: still
+      real(wp) :: b(3)
+      integer :: i
+      orbits = [orbit_t(path_of(0.3_wp)), orbit_t(path_of(0.0_wp)), orbit_t(path_of(0.0_wp), inertial=.true.)]
+      do i = 1, size(orbits)
+         call check_direction(error, earth_field_t(magnet, field_along(orbits(i))))
+         if (.not. allocated(error)) call check_direction(error, moving_force_t(point, push_along(orbits(i))))
+         if (allocated(error)) return
+      end do
+      still = orbit_t(path_of(0.0_wp), inertial=.true.)
+      associate (inner => field_along(orbits(2)), outer => field_along(still))
+         b = rotate_to_space(still%path%axes(700.0_wp), inner%at(700.0_wp))
+         call check_close(error, b, outer%at(700.0_wp), 8*eps*norm2(b), "both axes")
+      end associate
+   end subroutine parts_belong_together
+
+   !> The series against n, ∂V/∂t against differences.
+   subroutine check_direction(error, potential)
+      type(error_type), allocatable, intent(out) :: error
+      class(potential_t), intent(in) :: potential
+      real(wp), parameter :: t = 900.0_wp, unit = 256.0_wp, h = 1.0_wp
+      real(wp) :: n(3, 0:20), total(3), q(4), difference
+      type(status_t) :: status
+      integer :: k
+      call potential%direction_series(t, unit, n)
+      total = 0.0_wp
+      do k = 20, 0, -1
+         total = 0.5_wp*total + n(:, k)
+      end do
+      call check_close(error, total, potential%direction_at(t + 0.5_wp*unit), 64*eps*norm2(total), "series")
+      if (allocated(error)) return
+      call quat_from_axis_angle([1.0_wp, 2.0_wp, 3.0_wp], 1.0_wp, q, status)
+      difference = (potential%energy(rotate_to_body(q, potential%direction_at(t + h))) - &
+                    potential%energy(rotate_to_body(q, potential%direction_at(t - h))))/(2*h)
+      call check_close(error, potential%power(q, t), difference, 1e-5_wp*abs(difference), "power")
+      if (allocated(error)) return
+      call check(error, norm2(n(:, 1)) <= 3*unit*potential%pace*norm2(n(:, 0)), "pace")
+   end subroutine check_direction
+
+   !> A circular orbit whose plane the sun lies in is in the dark for 2 asin(R/a)/n, about the middle of the far side;
+   !> the rate is the depth's, on an ellipse too.
+   subroutine shadow(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: h = 0.01_wp
+      type(orbit_t) :: orbit
+      real(wp) :: n, half, t, rate
+      integer :: i
+      orbit = orbit_t(kepler_orbit_t(semi_major_axis=7e6_wp, mu=earth_mu))
+      call check(error, .not. orbit%has_sun(), "no sun")
+      if (allocated(error)) return
+      orbit%sun = [1.0_wp, 0.0_wp, 0.0_wp]
+      n = orbit%path%mean_motion()
+      half = asin(orbit%shadow_radius/7e6_wp)
+      do i = -1, 1, 2
+         call check_close(error, orbit%shadow_depth((pi + i*half)/n), 0.0_wp, 1e-6_wp, "edge")
+         if (.not. allocated(error)) call check(error, orbit%shadow_depth((pi + 0.99_wp*i*half)/n) > 0.0_wp, "dark")
+         if (.not. allocated(error)) call check(error, orbit%shadow_depth((pi + 1.01_wp*i*half)/n) < 0.0_wp, "light")
+         if (allocated(error)) return
+      end do
+      call check_close(error, orbit%shadow_depth(pi/n), orbit%shadow_radius, 1e-6_wp, "middle")
+      if (allocated(error)) return
+      orbit%path = path_of(0.3_wp)
+      orbit%sun = [0.36_wp, 0.48_wp, -0.8_wp]
+      do i = 0, 20
+         t = 400.0_wp*i
+         rate = (orbit%shadow_depth(t + h) - orbit%shadow_depth(t - h))/(2*h)
+         call check_close(error, orbit%shadow_rate(t), rate, 1e-2_wp, "rate")
+         if (allocated(error)) return
+      end do
+   end subroutine shadow
+
+end module test_orbit_fields
