@@ -46,6 +46,10 @@ draw detumbling
 simulate dual_spin scenes/dual_spin.nml
 draw dual_spin
 
+# A gyrocompass on the turning Earth.
+simulate gyrocompass scenes/gyrocompass.nml
+draw gyrocompass
+
 # Ensembles: a satellite after separation, and a book that is thrown by a steady hand, by another, and anyhow.
 for seconds in 10 30 600; do
    sweep "separation_$seconds" scenes/separation.nml ensemble.members=20000 "integrator.end_time=$seconds"

@@ -1,0 +1,61 @@
+"""scenes/gyrocompass.nml: the path of the axis by the equations of a rotor without inertia, and where it rests."""
+import math
+import unittest
+
+from support import ROOT, CommandLineTest
+
+# Of the scene: momentum, weight times its lever, what the fluid resists with about axes 1 and 3; the Earth at 50 degrees.
+MOMENTUM, WEIGHT, FLUID = 15.0, 5.0 * 9.81 * 0.01, (0.1, 0.45)
+LEVEL, UPRIGHT = (7.292115e-5 * part(math.radians(50)) for part in (math.cos, math.sin))
+REST = 0.0017058357338493677566
+
+
+def turn(place):
+    """Rates of azimuth (to the east) and elevation where rotor, weight and fluid are in balance, rad/s."""
+    azimuth, elevation = place
+    aside = UPRIGHT * math.cos(elevation) - LEVEL * math.cos(azimuth) * math.sin(elevation) \
+        - WEIGHT / MOMENTUM * math.sin(elevation)
+    first, third = (part / MOMENTUM for part in FLUID)
+    aside = (aside - first * LEVEL * math.sin(azimuth)) / (1 + first * third)
+    return aside / math.cos(elevation), LEVEL * math.sin(azimuth) + third * aside
+
+
+def follow(place, rows, step):
+    """The path by the classical Runge-Kutta method."""
+    path = [place]
+    for _ in range(rows):
+        first = turn(place)
+        second = turn([x + step / 2 * v for x, v in zip(place, first)])
+        third = turn([x + step / 2 * v for x, v in zip(place, second)])
+        fourth = turn([x + step * v for x, v in zip(place, third)])
+        place = [x + step / 6 * (a + 2 * b + 2 * c + d) for x, a, b, c, d in zip(place, first, second, third, fourth)]
+        path.append(place)
+    return path
+
+
+def axis_of(q):
+    """Azimuth and elevation of body axis 2, rad."""
+    east, north = 2 * (q[1] * q[2] - q[0] * q[3]), q[0]**2 - q[1]**2 + q[2]**2 - q[3]**2
+    return math.atan2(east, north), math.asin(2 * (q[2] * q[3] + q[0] * q[1]))
+
+
+class Gyrocompass(CommandLineTest):
+    def test_the_axis_finds_north(self):
+        for solver in ("lapack", "reduced"):
+            self.succeed("run", str(ROOT / "scenes/gyrocompass.nml"), "--quiet", "--output", "compass.csv",
+                         "--set", f"integrator.linear_solver={solver}")
+            header, rows = self.history("compass.csv")
+            path = follow((math.pi / 3, 0.0), len(rows) - 1, rows[1][0])
+            residual = header.index("energy_residual")
+            for row, (azimuth, elevation) in zip(rows, path):
+                east, up = axis_of(row[1:5])
+                # What the inertia of float and rotor adds.
+                self.assertAlmostEqual(east, azimuth, delta=1e-4)
+                self.assertAlmostEqual(up, elevation, delta=5e-6)
+                self.assertLess(abs(row[residual]), 1e-14)
+            self.assertAlmostEqual(east, 0.0, delta=2e-5)
+            self.assertAlmostEqual(up, REST, delta=2e-6)
+
+
+if __name__ == "__main__":
+    unittest.main()
