@@ -310,7 +310,6 @@ int nutate_history_values(const nutate_history *history, double *values, size_t 
 int nutate_history_unproved(const nutate_history *history, int64_t *steps);
 
 int nutate_history_destroy(nutate_history **history); /* frees it   <=>  history */
-
 /* ---- Steppers --------------------------------------------------------------------------------------------------- */
 
 /* A stepper for a system: second order, 8x8, at t = 0 with attitude 1 at rest.
@@ -324,7 +323,6 @@ int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper,
 int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **stepper, char *message, size_t size);
 
 int nutate_stepper_destroy(nutate_stepper **stepper); /* frees it   <=>  stepper */
-
 /* Sets what the group &integrator of a scene would say: method, order, linear_solver, time_step (or accuracy, or
  * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
  * needs accuracy or local_tolerance; each run to a time chooses anew. What is set takes effect with the next step; errors that only show in combination are reported by it, or by nutate_stepper_prepare.
@@ -420,7 +418,8 @@ int nutate_stepper_matrix(const nutate_stepper *stepper, double r[3][3]);       
 int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <== phi, theta, psi (z-x-z), rad, +-pi */
 
 /* Energies, J; calls potentials of your own.
- *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and total - total then - work
+ *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and the change of total (of the
+ *                    Jacobi integral where the space axes turn) less that work and the world's
  * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
 int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]); /* <== q.q - 1, q.p (kg m2/s) */
@@ -495,6 +494,7 @@ int nutate_exact_free_body(const nutate_system *system, const double q0[4], cons
 #endif
 #include "nutate_events.h"
 #include "nutate_runs.h"
+#include "nutate_satellites.h"
 #include "nutate_sweep.h"
 
 #endif

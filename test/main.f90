@@ -25,6 +25,7 @@ program unit
    use test_c_events, only: collect_c_events
    use test_c_interface, only: collect_c_interface
    use test_c_runs, only: collect_c_runs
+   use test_c_satellites, only: collect_c_satellites
    use test_c_sweep, only: collect_c_sweep
    use test_changed_states, only: collect_changed_states
    use test_choice, only: collect_choice
@@ -199,6 +200,7 @@ contains
          new_testsuite("c_interface", collect_c_interface), &
          new_testsuite("c_events", collect_c_events), &
          new_testsuite("c_runs", collect_c_runs), &
+         new_testsuite("c_satellites", collect_c_satellites), &
          new_testsuite("changed_states", collect_changed_states), &
          new_testsuite("choice", collect_choice), &
          new_testsuite("composition", collect_composition), &

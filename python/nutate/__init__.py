@@ -35,6 +35,7 @@ from .attitudes import (attitude_distance, axis_angle_from_quat, euler_from_quat
                         rotation_vector_from_quat)
 from ._page import Page, view
 from .events import Event, History
+from .satellites import Wheel
 from .scenes import Scene, run
 from .solutions import Motion, Solution, solve
 from .steppers import Stepper
@@ -45,7 +46,7 @@ from .tables import to_pandas, to_xarray
 __version__ = version()
 
 __all__ = ["Event", "History", "Motion", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Solution", "Stepper",
-           "System", "attitude_distance",
+           "System", "Wheel", "attitude_distance",
            "axis_angle_from_quat", "euler_from_quat", "exact_free_body", "follow_euler", "matrix_from_quat",
            "omega_from_euler_rates", "quat_from_axis_angle", "quat_from_euler", "quat_from_matrix",
            "quat_from_rotation_vector", "quat_normalized", "quat_product", "rotate_to_body", "rotate_to_space",

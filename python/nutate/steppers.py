@@ -11,10 +11,11 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Owner, asked, check, create, encoded, interruptible, library, make_again, pointer, quaternion,
+from ._library import (Array, MESSAGE_SIZE, asked, check, create, encoded, interruptible, library, make_again, pointer, quaternion,
                        refusal, text_of, vector)
 from .attitudes import rotate_to_body
 from .events import Event, History, event_group, quantity, take_events
+from .satellites import SatelliteState
 from .scenes import Scene, take_history
 from .systems import System
 
@@ -34,7 +35,7 @@ def setting(key: str, value: Any) -> str:
     raise TypeError(f"{key} is {value!r} (expected a number, a truth value or a text)")
 
 
-class Stepper(Owner):
+class Stepper(SatelliteState):
     """Moves the state of a System, or of a Scene from its initial state.
 
     Settings are the keys of the group &integrator: Stepper(system, method="nielsen_krenk", order=4,

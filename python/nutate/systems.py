@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._library import Array, Owner, Recipe, bounds_of, create, encoded, library, pointer, refusal, vector
+from .satellites import WheelMounting
 
 
 def group(name: str, /, **values: Any) -> str:
@@ -16,6 +17,8 @@ def group(name: str, /, **values: Any) -> str:
     def text(value: Any) -> str:
         if isinstance(value, str):
             return "'" + value.replace("'", "''") + "'"
+        if isinstance(value, (bool, np.bool_)):
+            return ".true." if value else ".false."
         return ", ".join(repr(float(number)) for number in np.atleast_1d(value))
 
     given = [f"{key} = {text(value)}" for key, value in values.items() if value is not None]
@@ -32,7 +35,7 @@ def tensor_entries(tensor: npt.ArrayLike) -> Array:
     return np.array([matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]])
 
 
-class System(Recipe):
+class System(WheelMounting):
     """A rigid body and the effects that act on it.
 
     One of:

@@ -7,7 +7,7 @@ module nutate_effect_list
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
-   use nutate_regulator, only: regulated_motor_t, regulator_t
+   use nutate_regulator, only: regulated_motor_t, regulator_t, BY_WHEELS
    use nutate_orbit, only: orbit_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -81,6 +81,8 @@ module nutate_effect_list
       procedure :: next_break
       !> A regulator drives a wheel at all times.
       procedure :: feeds_back_to_wheels
+      !> A regulator drives the wheels, at all times or from sample to sample.
+      procedure :: regulates_wheels
    end type effect_list_t
 
 contains
@@ -300,6 +302,19 @@ contains
          end select
       end do
    end function feeds_back_to_wheels
+
+   !> True where a regulator drives the wheels, at all times or from sample to sample.
+   pure logical function regulates_wheels(self)
+      class(effect_list_t), intent(in) :: self
+      integer :: i
+      regulates_wheels = .false.
+      do i = 1, self%n_torques
+         select type (regulator => self%torques(i)%item)
+         class is (regulator_t)
+            regulates_wheels = regulates_wheels .or. regulator%by == BY_WHEELS
+         end select
+      end do
+   end function regulates_wheels
 
    !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be proved to be the
    !> true one. They must hold for all γ up to |n| long; a later call replaces them.

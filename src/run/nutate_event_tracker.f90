@@ -89,6 +89,8 @@ module nutate_event_tracker
       type(motion_bounds_t) :: bounds = motion_bounds_t()
    contains
       procedure :: begin
+      !> Takes over how often events have happened in an earlier run.
+      procedure :: remember
       !> True if nothing can happen up to a time.
       procedure :: sleeps_until
       !> Finds out for how long nothing can happen.
@@ -153,6 +155,23 @@ contains
       call self%take_system(system)
       if (size(limits) > 0) call take_limits(self%system, state)
    end subroutine begin
+
+   !> Takes over how often the first events have happened in an earlier run, and on which side they are.
+   pure subroutine remember(self, before)
+      !> Begun.
+      class(event_tracker_t), intent(inout) :: self
+      !> That of the earlier run, with fewer events or more.
+      type(event_tracker_t), intent(in) :: before
+      integer :: i
+      do i = 1, min(self%n_asked, before%n_asked)
+         associate (here => self%watched(i), earlier => before%watched(i))
+            here%number = earlier%number
+            here%first_time = earlier%first_time
+            here%last_time = earlier%last_time
+            here%side = earlier%side
+         end associate
+      end do
+   end subroutine remember
 
    !> Takes a system with other effects on.
    subroutine take_system(self, system)

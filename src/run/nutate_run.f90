@@ -14,7 +14,7 @@ module nutate_run
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t
-   use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run
+   use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run, total_work
    use nutate_run_loop, only: drive, transfer_run
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
@@ -38,6 +38,8 @@ module nutate_run
       procedure, private :: begin_by_stepper
       !> Takes events to look for; between `begin` and all else.
       procedure :: expect
+      !> Takes what an earlier run of the system knows.
+      procedure :: go_on_from
       !> Finds the error of steps that meets the accuracy of the goal, by pilot runs.
       procedure :: find_steps
       !> Takes what an observer's `keep` was given: the run goes on from there.
@@ -189,6 +191,29 @@ contains
       call progress%events%begin(events, system, progress%state, status)
       if (is_first .and. status%ok()) call policy%expect_events(system, progress, status)
    end subroutine expect_events
+
+   !> Takes what an earlier run of the system, which ended in this one's first state, knows: its events, how often they
+   !> have happened and on which side they are; and its works, if the nominal steps go on as well
+   !> (`plan%steps_before`): then the two are one run to the last bit.
+   subroutine go_on_from(self, before)
+      !> Begun, its events expected.
+      class(run_t), intent(inout) :: self
+      !> It looked for the same events.
+      type(progress_t), intent(in) :: before
+      if (self%plan%steps_before > 0) then
+         self%summary%work = before%summary%work
+         self%work_compensation = before%work_compensation
+         self%summary%world_work = before%summary%world_work
+         self%world_compensation = before%world_compensation
+         self%summary%unproved_steps = before%summary%unproved_steps
+         self%next_break = before%next_break
+         self%record%work = total_work(self%summary)
+      end if
+      if (.not. (allocated(self%events) .and. allocated(before%events))) return
+      self%events = before%events
+      self%events%stopped = .false.
+      self%events%n_due = 0
+   end subroutine go_on_from
 
    !> Finds the error of steps that meets the accuracy of the goal, by pilot runs; where there is none, or it is known
    !> already, there is nothing to find. `go` does this if it has not been done.

@@ -45,6 +45,8 @@ contains
          end if
          if (failed == 0) then
             call report_failures_to(handle%system%effects, c_loc(handle%failure))
+            if (allocated(handle%run%events)) call report_failures_to(handle%run%events%system%effects, &
+                                                                      c_loc(handle%failure))
             call point_events(handle)
             handle%poll = poll_t()
             slot = c_loc(handle)
@@ -131,6 +133,13 @@ contains
             item%failure = c_loc(handle%failure)
          end select
       end do
+      if (.not. allocated(handle%run%events)) return
+      do i = 1, size(handle%run%events%watched)
+         select type (item => handle%run%events%watched(i)%event)
+         class is (c_event_t)
+            item%failure = c_loc(handle%failure)
+         end select
+      end do
    end subroutine point_events
 
    !> Shows to an archive all that changes in a stepper: another one of the same system, settings and columns goes on in
@@ -149,9 +158,11 @@ contains
       call archive%transfer(handle%keeps_steps)
       call handle%first%transfer(archive)
       call handle%first%transfer_wheels(archive)
+      if (archive%is_reading() .and. .not. allocated(handle%given)) &
+         allocate (handle%given, source=handle%system%effects)
       call handle%system%effects%transfer_switches(archive)
       call transfer_run(handle, archive, status)
-      if (status%ok()) call transfer_events(handle, archive, status)
+      if (status%ok()) call handle%found%transfer(archive, status)
       if (.not. (status%ok() .and. archive%is_whole())) return
       if (archive%is_reading() .and. .not. stale) call prepare(handle, status)
       if (status%ok() .and. .not. stale) call transfer_method(handle, ready, archive, status)
@@ -165,32 +176,6 @@ contains
       call handle%columns%transfer(archive)
       call transfer_account(handle, archive)
    end subroutine transfer_handle
-
-   !> What runs look for, how the last one left it, and what it found. Errors: `NUTATE_NO_MEMORY`.
-   subroutine transfer_events(handle, archive, status)
-      type(stepper_handle_t), intent(inout) :: handle
-      class(archive_t), intent(inout) :: archive
-      type(status_t), intent(inout) :: status
-      logical :: has_followed
-      integer :: i
-      do i = 1, handle%events%count()
-         call archive%expect('event '//trim(handle%events%slots(i)%item%name))
-      end do
-      call archive%expect('end of events')
-      call handle%last_state%transfer(archive)
-      has_followed = allocated(handle%followed)
-      call archive%transfer(has_followed)
-      if (archive%is_reading()) then
-         if (allocated(handle%followed)) deallocate (handle%followed)
-         if (.not. archive%is_whole()) return
-         if (has_followed) then
-            allocate (handle%followed)
-            call handle%followed%begin(handle%events, handle%system, handle%run%state, status)
-         end if
-      end if
-      if (has_followed) call handle%followed%transfer(archive)
-      call handle%found%transfer(archive, status)
-   end subroutine transfer_events
 
    !> The method, as it was chosen, and what it remembers. Errors: those of its `prepare`.
    subroutine transfer_method(handle, ready, archive, status)
@@ -233,18 +218,31 @@ contains
       call archive%transfer(handle%under_way)
    end subroutine transfer_account
 
-   !> The present state, and the run of nominal steps that has led to it.
+   !> The present state, the run that has led to it, and how that has left its events.
    subroutine transfer_run(handle, archive, status)
       type(stepper_handle_t), intent(inout) :: handle
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
       type(state_t) :: state
-      logical :: has_run
+      logical :: has_run, has_events
+      integer :: i
+      do i = 1, handle%events%count()
+         call archive%expect('event '//trim(handle%events%slots(i)%item%name))
+      end do
+      call archive%expect('end of events')
       has_run = allocated(handle%run%summary%work)
+      has_events = allocated(handle%run%events)
       call archive%transfer(has_run)
+      call archive%transfer(has_events)
       if (archive%is_reading()) then
+         if (.not. archive%is_whole()) return
          state = handle%run%state
          call start_run(handle%run, handle%system%effects, state, run_plan_t(), status)
+         if (has_events) then
+            allocate (handle%run%events)
+            call handle%run%events%begin(handle%events, handle%system, state, status)
+         end if
+         if (.not. status%ok()) return
          if (.not. has_run) deallocate (handle%run%summary%work)
       end if
       if (has_run) then
@@ -252,8 +250,12 @@ contains
       else
          call handle%run%state%transfer(archive)
          call handle%run%state%transfer_wheels(archive)
+         if (has_events) call handle%run%events%transfer(archive)
       end if
+      call handle%last_state%transfer(archive)
+      call handle%last_state%transfer_wheels(archive)
       call archive%transfer(handle%run%t_first)
+      call archive%transfer(handle%run%plan%steps_before)
       call archive%transfer(handle%run%n_steps)
       call archive%transfer(handle%run%plan%time_step)
       call archive%transfer(handle%run%plan%end_time)

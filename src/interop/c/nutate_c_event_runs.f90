@@ -1,13 +1,13 @@
-!> C interface: runs of a stepper that looks for events. What they do stands in `include/nutate_events.h`.
+!> C interface: runs of a stepper that looks for events, or whose wheels and regulators only a run watches over. What they
+!> do stands in `include/nutate_events.h` and `include/nutate_satellites.h`.
 module nutate_c_event_runs
-   use nutate_c_effects, only: judge_failure
    use nutate_c_handles, only: stepper_handle_t
    use nutate_c_polls, only: find_steps_asking
    use nutate_c_rows, only: row_taker_t, write_row
-   use nutate_c_settings, only: prepare_if_needed
    use nutate_c_stepping, only: take_back
-   use nutate_event_tracker, only: event_tracker_t
+   use nutate_control, only: needs_control
    use nutate_kinds, only: wp
+   use nutate_progress, only: progress_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: add_increment, state_t
@@ -15,16 +15,23 @@ module nutate_c_event_runs
    implicit none
    private
 
-   public :: run_with_events
+   public :: run_with_events, needs_whole_run, keep_work
 
 contains
 
-   !> Runs to the end of a plan, or to where an event ends it; the rows are those of the plan. Errors: those of the
-   !> steps, of callbacks and rows; after a failed callback the state is that before the run.
+   !> True where single steps would not do: there are events, limits of speed or samples.
+   pure logical function needs_whole_run(handle)
+      type(stepper_handle_t), intent(in) :: handle
+      needs_whole_run = handle%events%count() > 0 .or. needs_control(handle%system%effects)
+   end function needs_whole_run
+
+   !> Runs to the end of a plan, or to where an event ends it; the rows are those of the plan. A run that begins where
+   !> the last one ended goes on as one with it. Errors: those of the steps, of callbacks and rows; after a failed
+   !> callback the state is that before the run.
    subroutine run_with_events(handle, plan, taker, status)
-      !> Prepared; the work of runs before has been kept.
+      !> Prepared.
       type(stepper_handle_t), intent(inout), target :: handle
-      type(run_plan_t), intent(in) :: plan
+      type(run_plan_t), intent(inout) :: plan
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
       type(run_t), allocatable :: run
@@ -39,6 +46,8 @@ contains
          call write_row(handle, taker, status)
          return
       end if
+      call join_steps(handle, plan)
+      if (taker%every > 0) taker%end_time = plan%end_time
       allocate (run)
       if (plan%goal%active()) then
          call run%begin(handle%system, handle%settings, first, plan, status)
@@ -47,7 +56,7 @@ contains
       end if
       if (status%ok()) call run%expect(handle%events, handle%system, status)
       if (.not. status%ok()) return
-      call remember(handle, first, run%events)
+      if (is_where_it_ended(handle)) call run%go_on_from(handle%run)
       call find_steps_asking(run, handle%poll, handle%failure, handle%system, status)
       if (status%ok()) call run%go(handle%system, status, taker)
       handle%found_tolerance = run%plan%goal%local_tolerance
@@ -57,47 +66,71 @@ contains
          return
       end if
       if (status%ok()) handle%error = [run%summary%estimate, run%summary%round_off]
-      call take_over(handle, run)
+      call take_over(handle, run, status%ok() .and. .not. plan%goal%active())
    end subroutine run_with_events
 
-   !> What a run before this one knows of the events, if it ended here: how often they have happened, and on which side
-   !> they are.
-   subroutine remember(handle, first, events)
-      type(stepper_handle_t), intent(in) :: handle
-      type(state_t), intent(in) :: first
-      type(event_tracker_t), intent(inout) :: events
-      integer :: i
-      if (.not. allocated(handle%followed)) return
-      associate (last => handle%last_state)
-         if (any(abs([last%t - first%t, last%q - first%q, last%p - first%p]) > 0.0_wp)) return
-      end associate
-      do i = 1, min(size(events%watched), size(handle%followed%watched))
-         associate (here => events%watched(i), before => handle%followed%watched(i))
-            here%number = before%number
-            here%first_time = before%first_time
-            here%last_time = before%last_time
-            here%side = before%side
+   !> Makes the steps of a plan those behind the steps of the last run, if it has ended on one of its nominal steps;
+   !> else what that has done is put to the sums.
+   subroutine join_steps(handle, plan)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(run_plan_t), intent(inout) :: plan
+      real(wp) :: grid
+      if (.not. plan%goal%active() .and. handle%under_way .and. is_where_it_ended(handle)) then
+         associate (run => handle%run)
+            plan%steps_before = run%plan%steps_before + run%summary%steps
+            plan%first_time = run%t_first
+            grid = plan%first_time + real(plan%steps_before, wp)*plan%time_step
+            if (abs(grid - run%state%t) > 0.0_wp .or. run%way%begun) plan%steps_before = 0
+            if (plan%steps_before > 0 .and. plan%steps > 0) plan%end_time = plan%first_time + &
+               real(plan%steps_before + plan%steps, wp)*plan%time_step
          end associate
-      end do
-   end subroutine remember
+      end if
+      if (plan%steps_before > 0) return
+      call keep_work(handle)
+      handle%under_way = .false.
+   end subroutine join_steps
 
-   !> Takes state, work, switches and counts of a run that has ended.
-   subroutine take_over(handle, run)
+   !> The state is the one in which the last run with events ended.
+   pure logical function is_where_it_ended(handle)
+      type(stepper_handle_t), intent(in) :: handle
+      is_where_it_ended = allocated(handle%run%events)
+      if (.not. is_where_it_ended) return
+      associate (last => handle%last_state, here => handle%run%state)
+         is_where_it_ended = .not. any(abs([last%t - here%t, last%q - here%q, last%p - here%p, &
+                                            last%wheel_momentum - here%wheel_momentum]) > 0.0_wp)
+      end associate
+   end function is_where_it_ended
+
+   !> Adds the works of the run under way, and its steps without a proof, to those of earlier ones.
+   subroutine keep_work(handle)
+      type(stepper_handle_t), intent(inout) :: handle
+      integer :: i
+      associate (summary => handle%run%summary)
+         if (.not. allocated(summary%work)) return
+         do i = 1, size(summary%work)
+            call add_increment(handle%work, handle%work_compensation, summary%work(i))
+         end do
+         call add_increment(handle%work, handle%work_compensation, summary%world_work)
+         deallocate (summary%work)
+         summary%world_work = 0.0_wp
+         handle%unproved_steps = handle%unproved_steps + summary%unproved_steps
+      end associate
+   end subroutine keep_work
+
+   !> Takes state, works, switches and counts of a run that has ended.
+   subroutine take_over(handle, run, on_grid)
       type(stepper_handle_t), intent(inout) :: handle
       type(run_t), intent(inout) :: run
-      integer :: i
-      handle%run%state = run%state
-      handle%run%record = run%record
-      handle%last_state = run%state
-      handle%unproved_steps = handle%unproved_steps + run%summary%unproved_steps
-      do i = 1, size(run%summary%work)
-         call add_increment(handle%work, handle%work_compensation, run%summary%work(i))
-      end do
-      call add_increment(handle%work, handle%work_compensation, run%summary%world_work)
+      !> It has taken nominal steps, the stepper's own, and no step has failed.
+      logical, intent(in) :: on_grid
+      if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects = run%events%system%effects
-      handle%ready = .false.
+      handle%run = run%progress_t
+      handle%last_state = run%state
+      handle%under_way = on_grid
+      handle%t_reached = run%state%t
       handle%plain = .false.
-      call move_alloc(run%events, handle%followed)
+      handle%ready = handle%ready .and. on_grid
    end subroutine take_over
 
 end module nutate_c_event_runs

@@ -7,7 +7,7 @@ module nutate_c_events
    use nutate_c_quantity, only: c_event_t
    use nutate_c_text, only: lock_texts, take_text, unlock_texts
    use nutate_event, only: event_t
-   use nutate_event_tracker, only: event_list_t
+   use nutate_event_tracker, only: event_list_t, event_tracker_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, NUTATE_OK
    use nutate_tabulated_torque, only: tabulated_torque_t
    implicit none
@@ -33,6 +33,7 @@ contains
             call handle%events%add(events%slots(i)%item)
          end do
          call need_attitude(handle)
+         call renew_tracker(handle, status)
       end if
       code = conclude(handle, status)
    end function nutate_stepper_add_events
@@ -61,6 +62,7 @@ contains
          event%failure = c_loc(handle%failure)
          call handle%events%add(event)
          call need_attitude(handle)
+         call renew_tracker(handle, status)
       end if
       code = conclude(handle, status)
    end function nutate_stepper_add_event
@@ -168,6 +170,18 @@ contains
       event%effect = from%effect
       event%action = from%action
    end subroutine take_over
+
+   !> What the last run knows of its events counts for them among more.
+   subroutine renew_tracker(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(inout) :: status
+      type(event_tracker_t), allocatable :: before
+      if (.not. allocated(handle%run%events)) return
+      call move_alloc(handle%run%events, before)
+      allocate (handle%run%events)
+      call handle%run%events%begin(handle%events, handle%system, handle%run%state, status)
+      call handle%run%events%remember(before)
+   end subroutine renew_tracker
 
    !> Events look at the attitude.
    subroutine need_attitude(handle)

@@ -1,9 +1,11 @@
 !> Arguments of C functions as the groups of a scene: what a scene's values must keep to, a program's must too.
 module nutate_c_groups
+   use, intrinsic :: iso_c_binding, only: c_size_t
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_effect_list, only: effect_list_t
    use nutate_event_tracker, only: event_list_t
-   use nutate_keys, only: group_kind_t, group_t, setting_t, KEY_REAL, KEY_TEXT
+   use nutate_effect, only: effect_t
+   use nutate_keys, only: group_kind_t, group_t, setting_t, table_t, KEY_REAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_body, only: body_keys, build_body
    use nutate_scene_check, only: check_complete, read_groups
@@ -12,15 +14,16 @@ module nutate_c_groups
    use nutate_scene, only: scene_kinds
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_values, only: check_values
-   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
+   use nutate_wheel, only: build_wheel, wheel_keys, wheel_t
    use nutate_wheel_mounting, only: mount_wheels
    implicit none
    private
 
-   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, parse_events, parse_system, &
-      parse_table_keys
+   public :: put_numbers, put_text, make_body_of, add_effect_of, add_groups, add_motor_of, parse_events, &
+      parse_motor_keys, parse_system, parse_table_keys
 
 contains
 
@@ -177,6 +180,77 @@ contains
          torque%on = group%flag('on', .true.)
       end associate
    end subroutine parse_table_keys
+
+   !> The keys of `&wheel` that go with a table, and this. Errors: `NUTATE_BAD_SCENE`.
+   subroutine parse_motor_keys(text, table, group, status)
+      !> The keys.
+      character(len=*), intent(in) :: text
+      !> Times, s, and torques, N m.
+      type(table_t), intent(in) :: table
+      type(group_t), intent(inout) :: group
+      type(status_t), intent(out) :: status
+      character(len=13), parameter :: known(5) = [character(len=13) :: &
+                                                  'table', 'interpolation', 'outside', 'start', 'stop']
+      type(group_t), allocatable :: groups(:)
+      type(scene_error_t) :: error
+      integer :: i, last_line
+      call read_groups('&wheel table = ''memory'' '//text//' /', scene_kinds(), groups, last_line, error)
+      if (.not. error%raised .and. size(groups) /= 1) call error%raise(1, 'more than the keys of one motor')
+      if (.not. error%raised) then
+         do i = 1, size(groups(1)%settings)
+            if (.not. any(known == groups(1)%settings(i)%name)) call error%raise( &
+               1, trim(groups(1)%settings(i)%name)//' has no place here', expected='keys of a table')
+         end do
+      end if
+      if (error%raised) then
+         status = fail(NUTATE_BAD_SCENE, error%text)
+         return
+      end if
+      group = groups(1)
+      group%table = table
+   end subroutine parse_motor_keys
+
+   !> Gives a wheel of a system the motor that keys of `&wheel` describe. Errors: those of the keys and of
+   !> `build_motor`; `NUTATE_BAD_ARGUMENT` for a wheel that there is not, or that is driven already.
+   subroutine add_motor_of(group, number, system, status)
+      !> Without axis, inertia, speed, friction and limits.
+      type(group_t), intent(inout) :: group
+      !> Which wheel, 1 or more.
+      integer(c_size_t), intent(in) :: number
+      type(system_t), intent(inout) :: system
+      type(status_t), intent(out) :: status
+      class(effect_t), allocatable :: effect
+      type(scene_error_t) :: error
+      if (number < 1 .or. number > system%effects%n_wheels) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'there is no such wheel (expected 1 to the number of wheels)', 'wheel')
+         return
+      end if
+      associate (wheel => system%effects%wheels(number))
+         if (allocated(wheel%motor) .or. system%effects%regulates_wheels()) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the wheel is driven already (expected one motor, or a regulator)', &
+                          'wheel')
+            return
+         end if
+         group%name = 'wheel'
+         call put_numbers(group, 'axis', wheel%axis)
+         call put_numbers(group, 'inertia', [wheel%inertia])
+         if (wheel%torque_limit < huge(1.0_wp)) call put_numbers(group, 'torque_limit', [wheel%torque_limit])
+         if (wheel%speed_limit < huge(1.0_wp)) call put_numbers(group, 'speed_limit', [wheel%speed_limit])
+         call check_values(group, wheel_keys, error)
+         if (error%raised) then
+            status = fail(error%code, error%text)
+            return
+         end if
+         call build_wheel(group, system%body, effect, status)
+         if (.not. status%ok()) return
+         select type (effect)
+         type is (wheel_t)
+            call move_alloc(effect%motor, wheel%motor)
+         end select
+         wheel%motor%label = wheel%label
+         wheel%motor%on = wheel%on
+      end associate
+   end subroutine add_motor_of
 
    !> Raises an error for a key of a torque that excludes a table.
    subroutine check_alone(group, error)

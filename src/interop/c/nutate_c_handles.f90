@@ -9,7 +9,8 @@ module nutate_c_handles
    use nutate_c_polls, only: poll_t
    use nutate_c_text, only: message_to_c
    use nutate_columns, only: columns_t
-   use nutate_event_tracker, only: event_list_t, event_tracker_t
+   use nutate_effect_list, only: effect_list_t
+   use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
    use nutate_progress, only: progress_t
@@ -119,11 +120,12 @@ module nutate_c_handles
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first
       real(wp) :: first_energy = 0.0_wp
-      !> What runs look for, what the last one found, how it left them, and where.
+      !> What runs look for, what the last one found, and where it ended; how it left them stands in `run`.
       type(event_list_t) :: events
       type(found_events_t) :: found
-      type(event_tracker_t), allocatable :: followed
       type(state_t) :: last_state
+      !> The effects as they were when the state was set, where something has been switched, or held, since.
+      type(effect_list_t), allocatable :: given
       character(len=name_length), allocatable :: sets(:)
       type(columns_t) :: columns
       !> Names of the columns, comma separated.

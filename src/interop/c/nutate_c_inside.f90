@@ -4,10 +4,11 @@ module nutate_c_inside
    use nutate_c_effects, only: judge_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
    use nutate_c_settings, only: prepare_if_needed
+   use nutate_control, only: needs_control
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, NUTATE_BAD_HANDLE
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE
    implicit none
    private
 
@@ -44,6 +45,10 @@ contains
          return
       end if
       call prepare_if_needed(handle, status)
+      ! What was held in the last step may not be what is held now.
+      if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
+         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample (expected rows of a run at times '// &
+                                             'of your own)', 't')
       if (status%ok()) then
          handle%failure = 0
          call handle%stepper%state_at(handle%system, t, state, work, status)

@@ -4,7 +4,7 @@ module nutate_c_reading
    use nutate_attitude, only: euler_from_quat
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
-   use nutate_c_rows, only: present_record, work_done
+   use nutate_c_rows, only: present_record, unproved_so_far, work_done
    use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
@@ -16,6 +16,7 @@ module nutate_c_reading
    implicit none
    private
 
+   public :: look
    public :: nutate_stepper_time, nutate_stepper_quaternion, nutate_stepper_conjugate_momentum, &
       nutate_stepper_angular_velocity, nutate_stepper_angular_velocity_space, nutate_stepper_angular_momentum, &
       nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
@@ -113,7 +114,7 @@ contains
       frame = dot_product(handle%system%effects%frame_rate, space_momentum(handle%run%state))
       work = work_done(handle)
       call add_failure(handle%failure, status)
-      if (status%ok()) energy = [kinetic, potential, kinetic + potential, work, &
+      if (status%ok()) energy = [kinetic, potential, kinetic + potential, work - handle%run%state%world_work, &
                                  kinetic + potential - frame - handle%first_energy - work]
       code = conclude(handle, status)
    end function nutate_stepper_energy
@@ -169,8 +170,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(steps), .false., handle, code)
       if (code /= NUTATE_OK) return
-      steps = handle%unproved_steps
-      if (allocated(handle%run%summary%work)) steps = steps + handle%run%summary%unproved_steps
+      steps = unproved_so_far(handle)
    end function nutate_stepper_unproved
 
    integer(c_int) function nutate_stepper_set_columns(stepper, sets) result(code) bind(C)

@@ -7,13 +7,14 @@ module nutate_c_rows
    use nutate_event, only: event_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: total_work
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_STEP_LIMIT
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: row_taker_t, write_row, present_record, work_done
+   public :: row_taker_t, write_row, present_record, work_done, unproved_so_far
 
    !> Writes rows into an array.
    type, extends(observer_t) :: row_taker_t
@@ -80,12 +81,19 @@ contains
       record%work = work_done(handle)
    end function present_record
 
-   !> Work of all torques since the state was set, J.
+   !> Work of all torques, and of the world, since the state was set, J.
    real(wp) function work_done(handle)
       type(stepper_handle_t), intent(in) :: handle
       work_done = handle%work
-      if (allocated(handle%run%summary%work)) work_done = handle%work + sum(handle%run%summary%work)
+      if (allocated(handle%run%summary%work)) work_done = handle%work + total_work(handle%run%summary)
    end function work_done
+
+   !> Steps since the state was set in which a root was taken for the true one without a proof.
+   pure integer(long) function unproved_so_far(handle) result(steps)
+      type(stepper_handle_t), intent(in) :: handle
+      steps = handle%unproved_steps
+      if (allocated(handle%run%summary%work)) steps = steps + handle%run%summary%unproved_steps
+   end function unproved_so_far
 
    !> Writes the present state as a row. Errors: `NUTATE_NOT_FINITE`.
    subroutine write_row(handle, taker, status)

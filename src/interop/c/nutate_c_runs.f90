@@ -2,7 +2,7 @@
 module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_admissible, only: admits, POSITIVE
-   use nutate_c_event_runs, only: run_with_events
+   use nutate_c_event_runs, only: keep_work, needs_whole_run, run_with_events
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
    use nutate_c_polls, only: integrate_asking, steps_between_looks
    use nutate_c_rows, only: row_taker_t, write_row
@@ -30,6 +30,7 @@ contains
       integer(c_size_t), intent(inout), optional :: n_rows
       type(stepper_handle_t), pointer :: handle
       type(row_taker_t) :: taker
+      type(run_plan_t) :: plan
       type(status_t) :: status
       if (present(n_rows)) n_rows = 0
       code = NUTATE_BAD_HANDLE
@@ -41,10 +42,10 @@ contains
       if (status%ok() .and. (n < 0 .or. every < 1)) &
          status = fail(NUTATE_BAD_ARGUMENT, 'n is negative, or every not positive', 'n')
       if (status%ok()) call taker%take(handle%columns%width, n/every, status)
-      if (status%ok() .and. handle%events%count() > 0) then
+      if (status%ok() .and. needs_whole_run(handle)) then
          taker%every = every
-         taker%end_time = handle%run%state%t + n*handle%plan%time_step
-         call look_for_events(handle, run_plan_t(end_time=taker%end_time, every=every, steps=n), taker, status)
+         plan = run_plan_t(end_time=handle%run%state%t + n*handle%plan%time_step, every=every, steps=n)
+         call look_for_events(handle, plan, taker, status)
       else if (status%ok()) then
          handle%run%plan%end_time = handle%run%state%t
          handle%run%n_steps = huge(n)
@@ -129,6 +130,7 @@ contains
          return
       end if
       call test_step(handle, handle%plan%time_step, status)
+      if (needs_whole_run(handle)) return
       if (status%ok() .and. .not. is_on_grid(handle)) call start_grid(handle, status)
    end subroutine get_going
 
@@ -152,18 +154,6 @@ contains
       handle%under_way = status%ok()
       handle%t_reached = state%t
    end subroutine start_grid
-
-   !> Adds the work of the run under way, and its steps without a proof, to those of earlier ones.
-   subroutine keep_work(handle)
-      type(stepper_handle_t), intent(inout) :: handle
-      integer :: i
-      if (.not. allocated(handle%run%summary%work)) return
-      do i = 1, size(handle%run%summary%work)
-         call add_increment(handle%work, handle%work_compensation, handle%run%summary%work(i))
-      end do
-      deallocate (handle%run%summary%work)
-      handle%unproved_steps = handle%unproved_steps + handle%run%summary%unproved_steps
-   end subroutine keep_work
 
    !> Nominal steps of the run under way, the last of which ends the run if it is that of its plan: then it is a row in
    !> any case. Errors: why a step failed; those of callbacks and rows.
@@ -245,7 +235,7 @@ contains
       end if
       call taker%take(handle%columns%width, rows_of(n, plan%every), status)
       handle%failure = 0
-      if (status%ok() .and. handle%events%count() > 0) then
+      if (status%ok() .and. needs_whole_run(handle)) then
          call look_for_events(handle, plan, taker, status)
          return
       end if
@@ -268,7 +258,7 @@ contains
       if (.not. is_countable(end_time - handle%run%state%t, handle%plan%time_step)) return
       plan%time_step = handle%plan%time_step
       plan%end_time = end_time
-      if (is_on_grid(handle)) then
+      if (is_on_grid(handle) .and. .not. needs_whole_run(handle)) then
          n = count_steps(handle%run%t_first, plan) - handle%run%summary%steps
       else
          n = count_steps(handle%run%state%t, plan)
@@ -292,8 +282,6 @@ contains
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
       type(run_plan_t) :: whole
-      call keep_work(handle)
-      handle%under_way = .false.
       whole = plan
       if (.not. plan%goal%active()) whole%time_step = handle%plan%time_step
       call run_with_events(handle, whole, taker, status)
@@ -311,8 +299,8 @@ contains
       integer :: i
 
       call taker%take(handle%columns%width, 0_long, status)
-      if (status%ok() .and. handle%events%count() > 0) call look_for_events(handle, plan, taker, status)
-      if (.not. status%ok() .or. handle%events%count() > 0) return
+      if (status%ok() .and. needs_whole_run(handle)) call look_for_events(handle, plan, taker, status)
+      if (.not. status%ok() .or. needs_whole_run(handle)) return
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
       handle%failure = 0

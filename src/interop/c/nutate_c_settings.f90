@@ -3,7 +3,6 @@ module nutate_c_settings
    use nutate_c_effects, only: add_failure, has_callbacks
    use nutate_c_handles, only: stepper_handle_t
    use nutate_c_text, only: lock_texts, unlock_texts
-   use nutate_control, only: needs_control
    use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: conserved_energy
@@ -123,9 +122,6 @@ contains
       handle%plain = .false.
       handle%under_way = handle%under_way .and. .not. handle%stale
       if (handle%stale) call read_settings(handle, status)
-      if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
-         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample, which only the run of a whole '// &
-                                             'scene watches over (expected none in a stepper)')
       if (status%ok()) call make_stepper(handle%system, handle%settings, handle%stepper, status)
       if (.not. status%ok()) return
       if (handle%keeps_steps) call handle%stepper%keep_steps()

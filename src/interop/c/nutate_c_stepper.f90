@@ -2,11 +2,12 @@
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
    use nutate_body, only: body_t, whole_body
-   use nutate_c_effects, only: add_failure
+   use nutate_c_effects, only: add_failure, report_failures_to
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key
    use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
+   use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
@@ -295,9 +296,24 @@ contains
       end if
    end subroutine check_numbers
 
-   !> Puts a state in place of the present one, from which energy and work count. Errors: `NUTATE_BAD_ARGUMENT` where
-   !> momentum or energy are too large; those of callbacks.
+   !> Puts a state in place of the present one, from which energy and work count, the effects switched as they were
+   !> given and nothing held. Errors: those of `take_state`.
    subroutine replace_state(handle, state, status)
+      type(stepper_handle_t), intent(inout), target :: handle
+      type(state_t), intent(in) :: state
+      type(status_t), intent(out) :: status
+      type(effect_list_t), allocatable :: switched
+      if (allocated(handle%given)) then
+         allocate (switched, source=handle%system%effects)
+         handle%system%effects = handle%given
+         call report_failures_to(handle%system%effects, c_loc(handle%failure))
+      end if
+      call take_state(handle, state, status)
+      if (allocated(switched) .and. .not. status%ok()) handle%system%effects = switched
+   end subroutine replace_state
+
+   !> Takes a state. Errors: `NUTATE_BAD_ARGUMENT` where momentum or energy are too large; those of callbacks.
+   subroutine take_state(handle, state, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       type(status_t), intent(out) :: status
@@ -314,6 +330,7 @@ contains
       handle%first_energy = energy
       ! Nor does the work of the run under way count any more.
       if (allocated(handle%run%summary%work)) deallocate (handle%run%summary%work)
+      if (allocated(handle%run%events)) deallocate (handle%run%events)
       handle%work = 0.0_wp
       handle%work_compensation = 0.0_wp
       handle%unproved_steps = 0
@@ -321,6 +338,6 @@ contains
       handle%plain = .false.
       handle%ready = .false.
       call handle%columns%start(handle%system, state, inverse_j0, handle%plan%time_step < 0.0_wp)
-   end subroutine replace_state
+   end subroutine take_state
 
 end module nutate_c_stepper

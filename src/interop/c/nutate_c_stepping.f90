@@ -5,6 +5,7 @@ module nutate_c_stepping
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, STEPPER_MARK
    use nutate_c_polls, only: steps_between_looks
    use nutate_c_settings, only: prepare_if_needed
+   use nutate_control, only: needs_control
    use nutate_failure_causes, only: add_jump
    use nutate_kinds, only: wp
    use nutate_range, only: check_step
@@ -79,6 +80,9 @@ contains
       type(state_t) :: before
       integer :: i
       call prepare_if_needed(handle, status)
+      if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
+         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample, which only runs watch over '// &
+                                             '(expected nutate_stepper_run or nutate_stepper_run_to)')
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
       before = handle%run%state

@@ -1,0 +1,115 @@
+/* nutate: satellites. Frames that turn, orbits, wheels and regulators, added to a system or read from a stepper. Included
+ * by nutate.h, which says what the words and arrows mean; docs/scenes.md has the formulas, under the groups named here.
+ *
+ *    nutate_system_add_wheel(system, axis, 0.05, 0.0, 0.0, INFINITY, INFINITY);
+ *    nutate_stepper_create(system, &stepper, NULL, 0);
+ *    ...
+ *    nutate_stepper_set_motor(stepper, 1, 0.2);
+ *    nutate_stepper_run(stepper, 100, 1, NULL, 0, NULL);
+ *    nutate_stepper_wheel(stepper, 1, &speed, &momentum, work);
+ *
+ * Wheels count from 1, as in the columns wheel1, wheel2, ... A limit that there is not is INFINITY.
+ *
+ * Regulators that sample, and limits of speed, are what runs watch over: nutate_stepper_run, ..._run_to and ..._run_history
+ * take them, and calls in a row go on as one; single steps and nutate_stepper_state_at refuse them. */
+#ifndef NUTATE_SATELLITES_H
+#define NUTATE_SATELLITES_H
+
+#include "nutate.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Systems ---------------------------------------------------------------------------------------------------- */
+
+/* The space axes turn against the stars: &rotating_frame. A system has one frame, or one orbit.
+ *   ==>  rate [3], rad/s, in these axes */
+int nutate_system_add_rotating_frame(nutate_system *system, const double rate[3]);
+/* They are east, north and up at a place on the Earth.   ==>  latitude, rad, north positive */
+int nutate_system_add_latitude(nutate_system *system, double latitude);
+
+/* The body goes round on an orbit: &orbit.
+ *   ==>  semi_major_axis  m              ==>  eccentricity  >= 0 and < 1
+ *   ==>  angles    [4], inclination, right ascension of the node, argument of perigee, mean anomaly at t = 0, rad; or NULL: 0
+ *   ==>  mu        of the centre of attraction, m3/s2; 0: the Earth
+ *   ==>  inertial  true: the space axes are inertial, as those of an eccentric orbit always are; else those of the orbit */
+int nutate_system_add_orbit(nutate_system *system, double semi_major_axis, double eccentricity, const double *angles,
+                            double mu, int inertial);
+/* The gravity gradient of that orbit.   Status: NUTATE_BAD_ARGUMENT without one. */
+int nutate_system_add_orbital_gradient(nutate_system *system);
+
+/* A wheel: &wheel, without a motor of its own. The body's inertia is that with its wheels locked.
+ *   ==>  axis          [3], body axes, of any length but zero
+ *   ==>  inertia       about the axis, kg m2      ==>  speed        at the start, relative to the body, rad/s
+ *   ==>  friction      N m s, >= 0
+ *   ==>  torque_limit  of what drives it, N m     ==>  speed_limit  rad/s; INFINITY: none
+ * Status: NUTATE_BAD_BODY where wheels hold more inertia than the body with them. */
+int nutate_system_add_wheel(nutate_system *system, const double axis[3], double inertia, double speed, double friction,
+                            double torque_limit, double speed_limit);
+
+/* Number of wheels: the last one added has it.   ==>  system   <==  n */
+int nutate_system_wheel_count(const nutate_system *system, size_t *n);
+
+/* A motor for a wheel that has none: torque cos(2 pi frequency t + phase), from start to stop.
+ *   ==>  wheel        1, 2, ...
+ *   ==>  torque, N m; frequency, Hz; phase, rad; start, stop, s, -INFINITY and INFINITY: always
+ * Status: NUTATE_BAD_ARGUMENT also beside a regulator by wheels, and for a torque above the limit. */
+int nutate_system_add_motor(nutate_system *system, size_t wheel, double torque, double frequency, double phase,
+                            double start, double stop);
+/* The same by a table.
+ *   ==>  n, t [n], s, increasing; torque [n], N m
+ *   ==>  keys   keys of &wheel that go with a table, "interpolation = 'cubic', outside = 'periodic', start = 1"; or NULL */
+int nutate_system_add_motor_table(nutate_system *system, size_t wheel, size_t n, const double *t, const double *torque,
+                                  const char *keys);
+
+/* A regulator that points the body: &regulator law = 'quaternion', behind all wheels that it acts by.
+ *   ==>  by          "torque", "wheels" or "magnets"
+ *   ==>  target      [4], attitude, body to space; or NULL: 1
+ *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia, 1/s2 and 1/s, else as they are, N m and N m s
+ *   ==>  field       [3], space axes, T, for magnets; else NULL
+ *   ==>  sample      s, from one sample to the next; 0: it acts at all times
+ *   ==>  limit       of each component of the torque, N m, or of the moment of the magnets, A m2, with sample */
+int nutate_system_add_pointing(nutate_system *system, const char *by, const double *target, double attitude_gain,
+                               double rate_gain, int by_inertia, const double *field, double sample, double limit);
+/* One that stops its tumbling by magnets: law = 'bdot'.
+ *   ==>  gain, A m2 s/T; field [3], space axes, T; sample, limit: as above */
+int nutate_system_add_detumbling(nutate_system *system, double gain, const double field[3], double sample, double limit);
+
+/* ---- Steppers --------------------------------------------------------------------------------------------------- */
+
+/* Number of wheels.   ==>  stepper   <==  n */
+int nutate_stepper_wheel_count(const nutate_stepper *stepper, size_t *n);
+/* A wheel as it is now.
+ *   ==>  wheel     1, 2, ...
+ *   <==  speed     relative to the body, rad/s; or NULL      <==  momentum  absolute, about the axis, N m s; or NULL
+ *   <==  work      [2], of motor and friction since the state was set, J; or NULL
+ * Status: NUTATE_BAD_ARGUMENT for a wheel that there is not. */
+int nutate_stepper_wheel(const nutate_stepper *stepper, size_t wheel, double *speed, double *momentum, double work[2]);
+
+/* Lets the motor of a wheel hold a torque from now on, until it is set again or a state is set: for control by the program.
+ *   ==>  wheel     one without a motor of its own, of a system without a regulator by wheels
+ *   ==>  torque    N m, up to the limit of the wheel */
+int nutate_stepper_set_motor(nutate_stepper *stepper, size_t wheel, double torque);
+
+/* T + V - omega.l, the Jacobi integral, J; T + V where the space axes do not turn. Calls potentials of your own.
+ *   <==  jacobi */
+int nutate_stepper_jacobi(nutate_stepper *stepper, double *jacobi);
+/* Work of potentials that move, since the state was set, J.   ==>  stepper   <==  work */
+int nutate_stepper_world_work(const nutate_stepper *stepper, double *work);
+
+/* The place on the orbit.
+ *   <==  position      [3], from the centre of attraction, inertial axes, m; or NULL
+ *   <==  true_anomaly  rad, which grows by 2 pi in each revolution; or NULL
+ * Status: NUTATE_BAD_ARGUMENT without an orbit. */
+int nutate_stepper_orbit(const nutate_stepper *stepper, double position[3], double *true_anomaly);
+/* The attitude against the axes of the orbit.
+ *   <==  q       [4], body to orbit; or NULL
+ *   <==  angles  [3], roll, pitch, yaw, rad; or NULL */
+int nutate_stepper_orbit_attitude(const nutate_stepper *stepper, double q[4], double angles[3]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,108 @@
+"""Wheels, orbits and frames that turn: what a System takes beside the groups of scenes, and what a Stepper reads of them."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import NamedTuple, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._library import Array, Owner, Recipe, encoded, pointer, refusal, vector
+
+
+class Wheel(NamedTuple):
+    """A wheel as it is now."""
+
+    speed: float
+    """Relative to the body, rad/s."""
+    momentum: float
+    """Absolute, about its axis, N m s."""
+    motor_work: float
+    """Since the state was set, J."""
+    friction_work: float
+    """Likewise, J."""
+
+
+class WheelMounting(Recipe):
+    """The part of a System that has wheels. Frames, orbits and regulators are added as in a scene:
+    system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("regulator", law="quaternion", by="wheels",
+    attitude_gain=0.01, rate_gain=0.12, sample=0.5)."""
+
+    def add_wheel(self, axis: npt.ArrayLike, inertia: float, speed: float = 0.0, *, friction: float = 0.0,
+                  torque_limit: float = np.inf, speed_limit: float = np.inf, torque: Optional[float] = None, frequency: float = 0.0,
+                  phase: float = 0.0, start: float = -np.inf, stop: float = np.inf,
+                  table: Optional[tuple[npt.ArrayLike, npt.ArrayLike]] = None, interpolation: str = "linear",
+                  outside: str = "zero") -> None:
+        """Adds a wheel: its axis in the body, of any length, inertia about it, kg m2, speed relative to the body at the start,
+        rad/s, friction, N m s. The body's inertia is that with its wheels locked. A motor of its own has a torque,
+        torque cos(2 pi frequency t + phase), N m, or a table, (t, torque), of times, s, and torques, from start to stop. Without
+        one a regulator drives it, or the program: Stepper.set_motor."""
+        if torque is not None and table is not None:
+            raise refusal("a wheel takes torque or table, not both")
+        times, torques = (None, None) if table is None else (np.array(column, dtype=np.float64) for column in table)
+        if times is not None and torques is not None and (times.ndim != 1 or torques.shape != times.shape):
+            raise refusal(f"the table has times of shape {times.shape} and torques of shape {torques.shape} (expected (n,) twice)")
+        given = (vector(axis, 3, "axis").copy(), float(inertia), float(speed), float(friction), float(torque_limit), float(speed_limit))
+        window = (float(start), float(stop))
+        motor = None if torque is None else (float(torque), float(frequency), float(phase), *window)
+        self._add_wheel(given, motor, None if times is None else (times, torques, interpolation, outside, *window))
+
+    def _add_wheel(self, given: tuple[Array, float, float, float, float, float], motor: Optional[tuple[float, ...]],
+               table: Optional[tuple[Array, Array, str, str, float, float]]) -> None:
+        self._call("nutate_system_add_wheel", pointer(given[0]), *given[1:])
+        self._add("_add_wheel", given, None, None)
+        count = ctypes.c_size_t()
+        self._call("nutate_system_wheel_count", ctypes.byref(count))
+        if motor is not None:
+            self._call("nutate_system_add_motor", count.value, *motor)
+        elif table is not None:
+            times, torques, interpolation, outside, start, stop = table
+            keys = f"interpolation = '{interpolation}', outside = '{outside}'"
+            keys += f", start = {start!r}" if np.isfinite(start) else ""
+            keys += f", stop = {stop!r}" if np.isfinite(stop) else ""
+            self._call("nutate_system_add_motor_table", count.value, times.size, pointer(times), pointer(torques), encoded(keys))
+        self._additions[-1] = ("_add_wheel", (given, motor, table))
+
+
+class SatelliteState(Owner):
+    """The part of a Stepper that reads wheels, orbit and frame."""
+
+    @property
+    def wheels(self) -> list[Wheel]:
+        """All wheels as they are now."""
+        count, numbers = ctypes.c_size_t(), np.empty(4)
+        self._call("nutate_stepper_wheel_count", ctypes.byref(count))
+        wheels = []
+        for i in range(count.value):
+            self._call("nutate_stepper_wheel", i + 1, pointer(numbers[0:1]), pointer(numbers[1:2]), pointer(numbers[2:]))
+            wheels.append(Wheel(*numbers.tolist()))
+        return wheels
+
+    def set_motor(self, wheel: int, torque: float) -> None:
+        """Lets the motor of a wheel, 1, 2, ..., hold a torque, N m, from now on, until it is set again or a state is set."""
+        self._call("nutate_stepper_set_motor", wheel, float(torque))
+
+    @property
+    def jacobi(self) -> float:
+        """T + V - omega.l, J; T + V where the space axes do not turn."""
+        return float(self._read("nutate_stepper_jacobi", 1)[0])
+
+    @property
+    def world_work(self) -> float:
+        """Work of potentials that move, since the state was set, J."""
+        return float(self._read("nutate_stepper_world_work", 1)[0])
+
+    @property
+    def orbit(self) -> tuple[Array, float]:
+        """Place on the orbit, from the centre of attraction, inertial axes, m, shape (3,), and the true anomaly, rad."""
+        position, anomaly = np.empty(3), np.empty(1)
+        self._call("nutate_stepper_orbit", pointer(position), pointer(anomaly))
+        return position, float(anomaly[0])
+
+    @property
+    def orbit_attitude(self) -> tuple[Array, Array]:
+        """Attitude against the axes of the orbit: quaternion, shape (4,), and roll, pitch, yaw, rad, shape (3,)."""
+        q, angles = np.empty(4), np.empty(3)
+        self._call("nutate_stepper_orbit_attitude", pointer(q), pointer(angles))
+        return q, angles

@@ -1,0 +1,235 @@
+!> C interface: frames, orbits, wheels and regulators of a system. What each function does stands in
+!> `include/nutate_satellites.h`.
+module nutate_c_satellites
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr, c_size_t
+   use nutate_c_groups, only: add_effect_of, add_motor_of, parse_motor_keys, put_numbers, put_text
+   use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
+   use nutate_c_text, only: lock_texts, take_text, unlock_texts
+   use nutate_keys, only: group_t, table_t
+   use nutate_kinds, only: wp
+   use nutate_orbit, only: earth_mu
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_system_add_rotating_frame, nutate_system_add_latitude, nutate_system_add_orbit, &
+      nutate_system_add_orbital_gradient, nutate_system_add_wheel, nutate_system_wheel_count, &
+      nutate_system_add_motor, &
+      nutate_system_add_motor_table, nutate_system_add_pointing, nutate_system_add_detumbling
+
+contains
+
+   integer(c_int) function nutate_system_add_rotating_frame(system, rate) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: rate(3)
+      type(group_t) :: group
+      if (present(rate)) call put_numbers(group, 'rate', rate)
+      code = add(system, 'rotating_frame', group, .not. present(rate))
+   end function nutate_system_add_rotating_frame
+
+   integer(c_int) function nutate_system_add_latitude(system, latitude) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), value :: latitude
+      type(group_t) :: group
+      call put_numbers(group, 'latitude', [latitude])
+      code = add(system, 'rotating_frame', group, .false.)
+   end function nutate_system_add_latitude
+
+   integer(c_int) function nutate_system_add_orbit(system, semi_major_axis, eccentricity, angles, mu, inertial) &
+      result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), value :: semi_major_axis, eccentricity, mu
+      real(c_double), intent(in), optional :: angles(4)
+      integer(c_int), intent(in), value :: inertial
+      character(len=19), parameter :: names(4) = [character(len=19) :: &
+                                                  'inclination', 'raan', 'argument_of_perigee', 'mean_anomaly']
+      type(group_t) :: group
+      integer :: i
+      call put_numbers(group, 'semi_major_axis', [semi_major_axis])
+      call put_numbers(group, 'eccentricity', [eccentricity])
+      if (present(angles)) then
+         do i = 1, 4
+            call put_numbers(group, trim(names(i)), angles(i:i))
+         end do
+      end if
+      call put_numbers(group, 'mu', [merge(mu, earth_mu, given(mu))])
+      if (inertial /= 0) call put_text(group, 'frame', 'inertial')
+      code = add(system, 'orbit', group, .false.)
+   end function nutate_system_add_orbit
+
+   integer(c_int) function nutate_system_add_orbital_gradient(system) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      type(system_handle_t), pointer :: handle
+      type(group_t) :: group
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      if (handle%system%effects%on_orbit) then
+         allocate (group%settings(0))
+         code = add(system, 'gravity_gradient', group, .false.)
+      else
+         code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'there is no orbit (expected nutate_system_add_orbit '// &
+                                      'before)', 'system'))
+      end if
+   end function nutate_system_add_orbital_gradient
+
+   integer(c_int) function nutate_system_add_wheel(system, axis, inertia, speed, friction, torque_limit, speed_limit) &
+      result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: axis(3)
+      real(c_double), intent(in), value :: inertia, speed, friction, torque_limit, speed_limit
+      type(group_t) :: group
+      if (present(axis)) call put_numbers(group, 'axis', axis)
+      call put_numbers(group, 'inertia', [inertia])
+      call put_numbers(group, 'speed', [speed])
+      call put_numbers(group, 'friction', [friction])
+      if (is_finite_or_bad(torque_limit)) call put_numbers(group, 'torque_limit', [torque_limit])
+      if (is_finite_or_bad(speed_limit)) call put_numbers(group, 'speed_limit', [speed_limit])
+      code = add(system, 'wheel', group, .not. present(axis))
+   end function nutate_system_add_wheel
+
+   integer(c_int) function nutate_system_wheel_count(system, n) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      integer(c_size_t), intent(inout), optional :: n
+      type(system_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      if (present(n)) then
+         n = handle%system%effects%n_wheels
+         code = NUTATE_OK
+      else
+         code = NUTATE_BAD_ARGUMENT
+      end if
+   end function nutate_system_wheel_count
+
+   integer(c_int) function nutate_system_add_motor(system, wheel, torque, frequency, phase, start, stop) result(code) &
+      bind(C)
+      type(c_ptr), intent(in), value :: system
+      integer(c_size_t), intent(in), value :: wheel
+      real(c_double), intent(in), value :: torque, frequency, phase, start, stop
+      type(system_handle_t), pointer :: handle
+      type(group_t) :: group
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      call put_numbers(group, 'torque', [torque])
+      call put_numbers(group, 'frequency', [frequency])
+      call put_numbers(group, 'phase', [phase])
+      if (is_finite_or_bad(-start)) call put_numbers(group, 'start', [start])
+      if (is_finite_or_bad(stop)) call put_numbers(group, 'stop', [stop])
+      call lock_texts()
+      call add_motor_of(group, wheel, handle%system, status)
+      call unlock_texts()
+      code = conclude(handle, status)
+   end function nutate_system_add_motor
+
+   integer(c_int) function nutate_system_add_motor_table(system, wheel, n, t, torque, keys) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, keys
+      integer(c_size_t), intent(in), value :: wheel, n
+      real(c_double), intent(in), optional :: t(n), torque(n)
+      type(system_handle_t), pointer :: handle
+      type(group_t) :: group
+      type(table_t) :: table
+      type(status_t) :: status
+      character(len=:), allocatable :: text
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      if (.not. (present(t) .and. present(torque))) then
+         code = conclude(handle, null_argument('t or torque'))
+         return
+      end if
+      text = ''
+      if (c_associated(keys)) call take_text(keys, text)
+      allocate (table%numbers(2, n))
+      table%numbers(1, :) = t
+      table%numbers(2, :) = torque
+      call lock_texts()
+      call parse_motor_keys(text, table, group, status)
+      if (status%ok()) call add_motor_of(group, wheel, handle%system, status)
+      call unlock_texts()
+      code = conclude(handle, status)
+   end function nutate_system_add_motor_table
+
+   integer(c_int) function nutate_system_add_pointing(system, by, target, attitude_gain, rate_gain, by_inertia, field, &
+                                                      sample, limit) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, by
+      real(c_double), intent(in), optional :: target(4), field(3)
+      real(c_double), intent(in), value :: attitude_gain, rate_gain, sample, limit
+      integer(c_int), intent(in), value :: by_inertia
+      type(group_t) :: group
+      character(len=:), allocatable :: means
+      call put_text(group, 'law', 'quaternion')
+      if (c_associated(by)) then
+         call take_text(by, means)
+         call put_text(group, 'by', means)
+      end if
+      if (present(target)) call put_numbers(group, 'target', target)
+      call put_numbers(group, 'attitude_gain', [attitude_gain])
+      call put_numbers(group, 'rate_gain', [rate_gain])
+      call put_text(group, 'gains', trim(merge('inertia', 'scalar ', by_inertia /= 0)))
+      call put_held(group, field, sample, limit)
+      code = add(system, 'regulator', group, .not. c_associated(by))
+   end function nutate_system_add_pointing
+
+   integer(c_int) function nutate_system_add_detumbling(system, gain, field, sample, limit) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: field(3)
+      real(c_double), intent(in), value :: gain, sample, limit
+      type(group_t) :: group
+      call put_text(group, 'law', 'bdot')
+      call put_numbers(group, 'gain', [gain])
+      call put_held(group, field, sample, limit)
+      code = add(system, 'regulator', group, .not. present(field))
+   end function nutate_system_add_detumbling
+
+   !> What regulators share: the field, if there is one, samples and limits.
+   subroutine put_held(group, field, sample, limit)
+      type(group_t), intent(inout) :: group
+      real(wp), intent(in), optional :: field(3)
+      real(wp), intent(in) :: sample, limit
+      if (present(field)) call put_numbers(group, 'field', field)
+      if (given(sample)) call put_numbers(group, 'sample', [sample])
+      if (is_finite_or_bad(limit)) call put_numbers(group, 'limit', [limit])
+   end subroutine put_held
+
+   !> False for zero; NaN counts as given, and is refused later.
+   pure logical function given(x)
+      real(wp), intent(in) :: x
+      given = .not. abs(x) <= 0.0_wp
+   end function given
+
+   !> False for infinity, which says that there is no such limit.
+   pure logical function is_finite_or_bad(x)
+      real(wp), intent(in) :: x
+      is_finite_or_bad = .not. x > huge(x)
+   end function is_finite_or_bad
+
+   !> Adds the effect that a group describes.
+   integer(c_int) function add(system, name, group, missing) result(code)
+      type(c_ptr), intent(in) :: system
+      character(len=*), intent(in) :: name
+      type(group_t), intent(inout) :: group
+      !> An argument is null.
+      logical, intent(in) :: missing
+      type(system_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_system(system)
+      if (.not. associated(handle)) return
+      group%name = name
+      if (missing) then
+         status = fail(NUTATE_BAD_ARGUMENT, name//': an argument is NULL')
+      else if (name == 'rotating_frame' .and. handle%system%effects%frame_turns) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the space axes turn already (expected one frame)')
+      else
+         call lock_texts()
+         call add_effect_of(group, handle%system, status)
+         call unlock_texts()
+      end if
+      code = conclude(handle, status)
+   end function add
+
+end module nutate_c_satellites

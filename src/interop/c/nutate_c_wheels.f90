@@ -1,0 +1,162 @@
+!> C interface: wheels, orbit and Jacobi integral of a stepper. What each function does stands in
+!> `include/nutate_satellites.h`.
+module nutate_c_wheels
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
+   use nutate_attitude, only: roll_pitch_yaw_from_quat
+   use nutate_c_effects, only: add_failure
+   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
+   use nutate_c_reading, only: look
+   use nutate_c_settings, only: prepare_if_needed
+   use nutate_effect_list, only: effect_list_t
+   use nutate_hamiltonian, only: angular_velocity, conserved_energy
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   use nutate_quaternion, only: quat_conjugate, quat_product
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
+   implicit none
+   private
+
+   public :: nutate_stepper_wheel_count, nutate_stepper_wheel, nutate_stepper_set_motor, nutate_stepper_jacobi, &
+      nutate_stepper_world_work, nutate_stepper_orbit, nutate_stepper_orbit_attitude
+
+contains
+
+   integer(c_int) function nutate_stepper_wheel_count(stepper, n) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_size_t), intent(inout), optional :: n
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(n), .false., handle, code)
+      if (code == NUTATE_OK) n = handle%system%effects%n_wheels
+   end function nutate_stepper_wheel_count
+
+   integer(c_int) function nutate_stepper_wheel(stepper, wheel, speed, momentum, work) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_size_t), intent(in), value :: wheel
+      real(c_double), intent(inout), optional :: speed, momentum, work(2)
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, .true., .false., handle, code)
+      if (code /= NUTATE_OK) return
+      code = NUTATE_BAD_ARGUMENT
+      if (wheel < 1 .or. wheel > handle%system%effects%n_wheels) return
+      code = NUTATE_OK
+      associate (state => handle%run%state, h => handle%run%state%wheel_momentum(wheel))
+         if (present(speed)) speed = handle%system%effects%wheels(wheel)%speed_of(h, &
+                                                                                  angular_velocity(handle%system, state))
+         if (present(momentum)) momentum = h
+         if (present(work)) work = state%wheel_work(:, wheel)
+      end associate
+   end function nutate_stepper_wheel
+
+   integer(c_int) function nutate_stepper_set_motor(stepper, wheel, torque) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      integer(c_size_t), intent(in), value :: wheel
+      real(c_double), intent(in), value :: torque
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      call check_motor(handle%system%effects, wheel, torque, status)
+      if (status%ok()) call prepare_if_needed(handle, status)
+      if (status%ok()) call hold_torque(handle, int(wheel), torque)
+      code = conclude(handle, status)
+   end function nutate_stepper_set_motor
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a wheel that there is not, or that something else drives, and for a torque that
+   !> is none, or above its limit.
+   subroutine check_motor(effects, wheel, torque, status)
+      type(effect_list_t), intent(in) :: effects
+      integer(c_size_t), intent(in) :: wheel
+      !> N m.
+      real(wp), intent(in) :: torque
+      type(status_t), intent(out) :: status
+      if (wheel < 1 .or. wheel > effects%n_wheels) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'there is no such wheel (expected 1 to the number of wheels)', 'wheel')
+      else if (effects%regulates_wheels()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a regulator drives the wheels (expected none by wheels)', 'wheel')
+      else if (allocated(effects%wheels(wheel)%motor)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the wheel has a motor of its own (expected one without)', 'wheel')
+      else if (.not. is_moderate(torque)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the torque is not finite or too large', 'torque')
+      else if (abs(torque) > effects%wheels(wheel)%torque_limit) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the torque is above the limit of the wheel', 'torque')
+      end if
+   end subroutine check_motor
+
+   !> Lets a motor hold a torque from now on; the last step cannot be looked into any more.
+   subroutine hold_torque(handle, wheel, torque)
+      !> Prepared.
+      type(stepper_handle_t), intent(inout) :: handle
+      integer, intent(in) :: wheel
+      !> N m.
+      real(wp), intent(in) :: torque
+      if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
+      handle%system%effects%wheels(wheel)%command = torque
+      call handle%stepper%take_commands()
+      handle%stepper%last_length = 0.0_wp
+      handle%plain = .false.
+      if (allocated(handle%run%events)) call handle%run%events%take_system(handle%system)
+   end subroutine hold_torque
+
+   integer(c_int) function nutate_stepper_jacobi(stepper, jacobi) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: jacobi
+      type(stepper_handle_t), pointer :: handle
+      type(status_t) :: status
+      real(wp) :: energy
+      call look(stepper, present(jacobi), .true., handle, code)
+      if (code /= NUTATE_OK) return
+      handle%failure = 0
+      energy = conserved_energy(handle%system, handle%run%state, handle%settings%inverse_auxiliary_inertia)
+      call add_failure(handle%failure, status)
+      if (status%ok()) jacobi = energy
+      code = conclude(handle, status)
+   end function nutate_stepper_jacobi
+
+   integer(c_int) function nutate_stepper_world_work(stepper, work) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: work
+      type(stepper_handle_t), pointer :: handle
+      call look(stepper, present(work), .false., handle, code)
+      if (code == NUTATE_OK) work = handle%run%state%world_work
+   end function nutate_stepper_world_work
+
+   integer(c_int) function nutate_stepper_orbit(stepper, position, true_anomaly) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: position(3), true_anomaly
+      type(stepper_handle_t), pointer :: handle
+      call look_at_orbit(stepper, .false., handle, code)
+      if (code /= NUTATE_OK) return
+      associate (path => handle%system%effects%orbit%path, t => handle%run%state%t)
+         if (present(position)) position = path%position(t)
+         if (present(true_anomaly)) true_anomaly = path%true_anomaly(t)
+      end associate
+   end function nutate_stepper_orbit
+
+   integer(c_int) function nutate_stepper_orbit_attitude(stepper, q, angles) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper
+      real(c_double), intent(inout), optional :: q(4), angles(3)
+      type(stepper_handle_t), pointer :: handle
+      real(wp) :: relative(4)
+      call look_at_orbit(stepper, .true., handle, code)
+      if (code /= NUTATE_OK) return
+      associate (state => handle%run%state)
+         relative = quat_product(quat_conjugate(handle%system%effects%orbit%axes(state%t)), state%q)
+      end associate
+      if (present(q)) q = relative
+      if (present(angles)) angles = roll_pitch_yaw_from_quat(relative)
+   end function nutate_stepper_orbit_attitude
+
+   !> Finds a stepper whose body is on an orbit.
+   subroutine look_at_orbit(stepper, needs_attitude, handle, code)
+      type(c_ptr), intent(in) :: stepper
+      logical, intent(in) :: needs_attitude
+      type(stepper_handle_t), pointer, intent(out) :: handle
+      !> As `look` has it; `NUTATE_BAD_ARGUMENT` without an orbit.
+      integer(c_int), intent(out) :: code
+      call look(stepper, .true., needs_attitude, handle, code)
+      if (code /= NUTATE_OK) return
+      if (.not. handle%system%effects%on_orbit) code = NUTATE_BAD_ARGUMENT
+   end subroutine look_at_orbit
+
+end module nutate_c_wheels

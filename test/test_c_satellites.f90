@@ -1,0 +1,69 @@
+!> The C interface: frames, orbits, wheels and regulators (`test_c_satellites.c`).
+module test_c_satellites
+   use, intrinsic :: iso_c_binding, only: c_int
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_c_satellites
+
+   abstract interface
+      !> A test in C: 0, or the line of the first check that fails; of the batches 10 000 times the number of scene and
+      !> method, 11 for the first of both, added to it.
+      integer(c_int) function c_test() bind(C)
+         import :: c_int
+      end function c_test
+   end interface
+
+   procedure(c_test), bind(C, name='test_c_satellites_batches') :: test_c_satellites_batches
+   procedure(c_test), bind(C, name='test_c_satellites_by_functions') :: test_c_satellites_by_functions
+   procedure(c_test), bind(C, name='test_c_satellites_motor') :: test_c_satellites_motor
+   procedure(c_test), bind(C, name='test_c_satellites_reading') :: test_c_satellites_reading
+   procedure(c_test), bind(C, name='test_c_satellites_refused') :: test_c_satellites_refused
+
+contains
+
+   subroutine collect_c_satellites(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("in batches, saved between them, runs have the bits of the whole", batches), &
+                  new_unittest("what functions add is what groups add", by_functions), &
+                  new_unittest("a program drives a wheel as a table does", motor), &
+                  new_unittest("wheels, orbit, Jacobi integral and the work of the world", reading), &
+                  new_unittest("what cannot be is refused", refused)]
+   end subroutine collect_c_satellites
+
+   subroutine batches(error)
+      type(error_type), allocatable, intent(out) :: error
+      call judge(error, test_c_satellites_batches())
+   end subroutine batches
+
+   subroutine by_functions(error)
+      type(error_type), allocatable, intent(out) :: error
+      call judge(error, test_c_satellites_by_functions())
+   end subroutine by_functions
+
+   subroutine motor(error)
+      type(error_type), allocatable, intent(out) :: error
+      call judge(error, test_c_satellites_motor())
+   end subroutine motor
+
+   subroutine reading(error)
+      type(error_type), allocatable, intent(out) :: error
+      call judge(error, test_c_satellites_reading())
+   end subroutine reading
+
+   subroutine refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      call judge(error, test_c_satellites_refused())
+   end subroutine refused
+
+   subroutine judge(error, line)
+      type(error_type), allocatable, intent(out) :: error
+      integer(c_int), intent(in) :: line
+      character(len=24) :: place
+      write (place, '(i0)') line
+      call check(error, line == 0, 'test/test_c_satellites.c, line '//trim(place))
+   end subroutine judge
+
+end module test_c_satellites
