@@ -40,13 +40,16 @@ class WheelMounting(Recipe):
         one a regulator drives it, or the program: Stepper.set_motor."""
         if torque is not None and table is not None:
             raise refusal("a wheel takes torque or table, not both")
-        times, torques = (None, None) if table is None else (np.array(column, dtype=np.float64) for column in table)
-        if times is not None and torques is not None and (times.ndim != 1 or torques.shape != times.shape):
-            raise refusal(f"the table has times of shape {times.shape} and torques of shape {torques.shape} (expected (n,) twice)")
+        window, motor, lines = (float(start), float(stop)), None, None
+        if table is not None:
+            times, torques = (np.array(column, dtype=np.float64) for column in table)
+            if times.ndim != 1 or torques.shape != times.shape:
+                raise refusal(f"the table has times of shape {times.shape} and torques of shape {torques.shape} (expected (n,) twice)")
+            lines = (times, torques, interpolation, outside, *window)
         given = (vector(axis, 3, "axis").copy(), float(inertia), float(speed), float(friction), float(torque_limit), float(speed_limit))
-        window = (float(start), float(stop))
-        motor = None if torque is None else (float(torque), float(frequency), float(phase), *window)
-        self._add_wheel(given, motor, None if times is None else (times, torques, interpolation, outside, *window))
+        if torque is not None:
+            motor = (float(torque), float(frequency), float(phase), *window)
+        self._add_wheel(given, motor, lines)
 
     def _add_wheel(self, given: tuple[Array, float, float, float, float, float], motor: Optional[tuple[float, ...]],
                table: Optional[tuple[Array, Array, str, str, float, float]]) -> None:

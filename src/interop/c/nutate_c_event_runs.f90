@@ -43,7 +43,7 @@ contains
       handle%found%n = 0
       first = handle%run%state
       if (.not. abs(plan%end_time - first%t) > 0.0_wp) then
-         call write_row(handle, taker, status)
+         if (taker%every == 0) call write_row(handle, taker, status)
          return
       end if
       call join_steps(handle, plan)

@@ -1,0 +1,96 @@
+"""Satellites: wheels, orbits, regulators and frames that turn, in programs and in batches."""
+
+import copy
+import pickle
+import unittest
+
+import numpy as np
+
+import nutate
+
+# One of each new kind, with all that a run remembers: samples, limits, events.
+SCENES = [
+    """&body inertia = 90, 100, 40 / &orbit altitude = 500e3 / &gravity_gradient /
+    &initial roll_pitch_yaw = 0.1, -0.1, 0.2, angular_velocity = 3*0, attitude_from = 'orbit', rate_from = 'orbit' /
+    &event when = 'roll', crosses = 0 / &output columns = 'quaternion', 'orbit_attitude', 'energy', 'jacobi' /
+    &integrator time_step = 33.3, end_time = 3330, method = '{}' /""",
+    """&body inertia = 90, 100, 40 / &orbit semi_major_axis = 1e7, eccentricity = 0.3 / &gravity_gradient /
+    &initial angular_velocity = 1e-3, -5e-4, 8e-4 / &event when = 'true_anomaly', crosses = 1 /
+    &output columns = 'quaternion', 'orbit', 'energy', 'world_work' /
+    &integrator time_step = 33.3, end_time = 3330, method = '{}' /""",
+    """&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03, axis = 1, 1, 0, angle = 0.5 /
+    &wheel axis = 1, 0, 0, inertia = 0.05, torque_limit = 0.4, speed_limit = 20 / &wheel axis = 0, 1, 0, inertia = 0.05 /
+    &wheel axis = 0, 0, 1, inertia = 0.05 / &rotating_frame rate = 1e-3, 0, 2e-3 /
+    &regulator law = 'quaternion', by = 'wheels', attitude_gain = 0.01, rate_gain = 0.12, sample = 0.37 /
+    &output columns = 'quaternion', 'angular_velocity', 'energy', 'wheel1', 'wheel3' /
+    &integrator time_step = 0.1, end_time = 10, method = '{}' /""",
+]
+
+
+def driven(*torques):
+    """A body with a wheel that the program drives for a second by each torque, or by all of them in a table."""
+    system = nutate.System(moments=(90, 100, 40))
+    table = None
+    if not torques:
+        table = ([0, 1, 1, 2], [0.2, 0.2, -0.3, -0.3])
+    system.add_wheel((1, 2, 2), 0.05, 30.0, friction=1e-3, table=table)
+    stepper = nutate.Stepper(copy.copy(system), time_step=0.1, order=4)
+    stepper.set_state(q=(1, 0, 0, 0), omega=(0.02, -0.01, 0.03))
+    for torque in torques or (None, None):
+        if torque is not None:
+            stepper.set_motor(1, torque)
+        stepper.run(10)
+    return stepper
+
+
+class SatellitesTest(unittest.TestCase):
+    def test_batches_that_are_pickled_have_the_bits_of_the_whole_run(self):
+        for text in SCENES:
+            for method in ("nielsen_krenk", "taylor", "rk8"):
+                with nutate.Scene(text=text.format(method)) as scene:
+                    whole = scene.run()
+                    stepper, end = nutate.Stepper(scene), scene.plan[1]
+                rows = [stepper.run(0, initial=True)]
+                for n in (7, 20, 1, 40):
+                    rows.append(stepper.run(n))
+                    stepper = pickle.loads(pickle.dumps(stepper))
+                # Its first row is the last one again.
+                rows.append({name: column[1:] for name, column in stepper.run_to(end).items()})
+                for name, column in whole.items():
+                    np.testing.assert_array_equal(column, np.concatenate([part[name] for part in rows]), name)
+
+    def test_a_program_drives_a_wheel_as_a_table_does(self):
+        table, program = driven(), driven(0.2, -0.3)
+        np.testing.assert_allclose(table.wheels[0], program.wheels[0], rtol=1e-13)
+        self.assertAlmostEqual(program.energy[3], program.wheels[0].motor_work + program.wheels[0].friction_work, delta=1e-13)
+        self.assertLess(abs(program.energy[4]), 1e-13)
+        with self.assertRaises(nutate.NutateValueError):
+            table.set_motor(1, 0.1)
+        with self.assertRaises(nutate.NutateValueError):
+            program.set_motor(2, 0.1)
+
+    def test_wheels_are_those_of_the_columns(self):
+        system = nutate.System(moments=(90, 100, 40))
+        system.add("orbit", altitude=500e3, inclination=97.4, degrees=True)
+        system.add("gravity_gradient")
+        system.add_wheel((0, 0, 1), 0.05, torque=0.2, frequency=0.1, start=0.5, speed_limit=np.inf)
+        system.add_wheel((0, 1, 0), 0.05, 10.0)
+        with self.assertRaises(nutate.NutateValueError):
+            system.add_wheel((0, 1, 0), 0.05, torque=1.0, table=([0, 1], [0, 1]))
+        stepper = nutate.Stepper(pickle.loads(pickle.dumps(system)), time_step=0.5)
+        stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 0))
+        stepper.set_columns("wheel1", "wheel2", "jacobi", "orbit", "orbit_attitude", "world_work")
+        last = {name: column[-1] for name, column in stepper.run(20).items()}
+        for i, wheel in enumerate(stepper.wheels, 1):
+            self.assertEqual(tuple(wheel), tuple(last[f"wheel{i}_{name}"] for name in ("speed", "momentum", "motor_work", "friction_work")))
+        self.assertGreater(abs(stepper.wheels[0].speed), 1.0)
+        self.assertEqual(stepper.jacobi, last["jacobi"])
+        self.assertEqual(stepper.world_work, 0.0)
+        position, anomaly = stepper.orbit
+        self.assertEqual([*position, anomaly], [last[name] for name in ("orbit_x", "orbit_y", "orbit_z", "true_anomaly")])
+        q, angles = stepper.orbit_attitude
+        self.assertEqual([*angles, *q], [last[name] for name in ("roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3")])
+
+
+if __name__ == "__main__":
+    unittest.main()
