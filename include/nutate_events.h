@@ -2,9 +2,10 @@
  *
  * Events are moments at which a quantity of the motion crosses a value, or has an extremum. They are found inside the
  * steps of nutate_stepper_run and nutate_stepper_run_to, as docs/scenes.md says of scenes; steps by hand look for none.
- * A run with events counts its nominal steps from where it starts. One that an event ends leaves the state there, and
- * the next run goes on behind it: counts go on too, and effects stay as they were switched, until a state is set. Its
- * rows end with one at the event, for which nutate_stepper_run needs room beside the others. */
+ * Runs in a row are one: their steps, rows and events are those of a single run, to the last bit. One that an event ends
+ * leaves the state there, and the next one goes on behind it, its nominal steps counted from there: counts of events go on
+ * too, and effects stay as they were switched, until a state is set. Its rows end with one at the event, for which
+ * nutate_stepper_run needs room beside the others. */
 #ifndef NUTATE_EVENTS_H
 #define NUTATE_EVENTS_H
 

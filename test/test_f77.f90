@@ -4,9 +4,10 @@ module test_f77
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, make_state, space_momentum, &
       total_energy
    use nutate_kinds, only: eps, wp
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_FINITE, status_t
-   use test_f77_routines, only: nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, tormot, &
+   use test_f77_routines, only: nufram, nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, tormot, &
       tornan
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
@@ -27,6 +28,8 @@ contains
                   new_unittest("F77 heavy top has the digits of the library", top_has_the_digits), &
                   new_unittest("F77 forced body has the digits of the library", forced_has_the_digits), &
                   new_unittest("F77 finite J0 has the digits of the library", finite_j0_has_the_digits), &
+                  new_unittest("F77 space axes that turn have the digits of the library", frame_has_the_digits), &
+                  new_unittest("F77 frame finds the wrong argument", frame_finds_wrong), &
                   new_unittest("F77 steps one by one have the digits of all at once", one_by_one_is_all_at_once), &
                   new_unittest("F77 rows have the digits of the library", rows_have_the_digits), &
                   new_unittest("F77 interleaved motions do not disturb each other", interleaved_motions_are_alone), &
@@ -38,6 +41,73 @@ contains
                   new_unittest("F77 callback without a number is told", callback_without_number_is_told), &
                   new_unittest("F77 states and invariants are the library's", states_are_the_librarys)]
    end subroutine collect_f77
+
+   !> A forced body, and one that is free but for a potential, in space axes that turn: the digits are the library's, and
+   !> the Jacobi integral of the second, by what NUINV gives, is kept.
+   subroutine frame_has_the_digits(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: w(3) = [0.1_wp, -0.2_wp, 0.3_wp], dt = 0.02_wp
+      type(twin_t) :: twin
+      type(row_keeper_t) :: keeper
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: work(most), t, q(4), p(4), e(3), al(3, 2), c(2), jacobi(2)
+      integer :: info, i, isolv
+      do isolv = 1, 2
+         do i = 1, 2
+            twin = forced_twin(isolv, merge(4, 2, i == 1))
+            if (i == 2) call leave_potential(twin)
+            call twin%problem%system%effects%add(rotating_frame_t(rate=w))
+            call run_library(twin, dt, 30, 30, state, keeper, status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            call start(twin, work, most, t, q, p, info)
+            call nufram(w, work, most, info)
+            call check(error, info, 0, 'NUFRAM')
+            if (allocated(error)) return
+            call nuinv(q, p, potspr, iuser, plain, e, al, c, work, most, info)
+            jacobi(1) = e(3) - dot_product(w, al(:, 2))
+            call nustep(10, dt, t, q, p, potspr, tormot, iuser, plain, work, most, info)
+            call nustep(20, dt, t, q, p, potspr, tormot, iuser, plain, work, most, info)
+            call check(error, info, 0, 'NUSTEP')
+            if (allocated(error)) return
+            call check(error, all(abs([q - state%q, p - state%p]) <= 0.0_wp), 'other digits than the library')
+            if (allocated(error)) return
+            if (i == 1) cycle
+            call nuinv(q, p, potspr, iuser, plain, e, al, c, work, most, info)
+            jacobi(2) = e(3) - dot_product(w, al(:, 2))
+            call check_close(error, jacobi(2), jacobi(1), 100*eps*(abs(e(1)) + abs(e(2))), 'Jacobi integral')
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine frame_has_the_digits
+
+   !> Takes the torques away.
+   subroutine leave_potential(twin)
+      type(twin_t), intent(inout) :: twin
+      twin%d = 0.0_wp
+      twin%icall = 1
+      deallocate (twin%problem%system%effects%torques)
+      twin%problem%system%effects%n_torques = 0
+   end subroutine leave_potential
+
+   subroutine frame_finds_wrong(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: work(most), t, q(4), p(4), w(3)
+      integer :: info(5)
+      w = 0.1_wp
+      call start(forced_twin(1, 2), work, most, t, q, p, info(1))
+      w(2) = ieee_value(w(2), ieee_quiet_nan)
+      call nufram(w, work, most, info(1))
+      w = 0.1_wp
+      call nufram(w, work, 20, info(2))
+      call nufram(w, work, most, info(3))
+      call nustep(1, 0.01_wp, t, q, p, potspr, tormot, iuser, plain, work, most, info(4))
+      call nufram(w, work, most, info(4))
+      work = 0.0_wp
+      call nufram(w, work, most, info(5))
+      call check(error, all(info == [-1, -3, 0, -2, -2]), 'NUFRAM tells other arguments')
+   end subroutine frame_finds_wrong
 
    !> After n steps in calls of `length` steps the state is the library's to the last digit.
    subroutine compare(error, twin, dt, n, length)

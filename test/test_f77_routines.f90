@@ -5,7 +5,7 @@ module test_f77_routines
    implicit none
    private
 
-   public :: nuinit, nubpot, nubtor, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, &
+   public :: nuinit, nufram, nubpot, nubtor, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, &
       nufree, nutext, nuwhy, potential, torque, potspr, tormot, tornan, potnan
 
    abstract interface
@@ -112,6 +112,15 @@ module test_f77_routines
          integer, intent(in) :: lwork
          integer, intent(out) :: info
       end subroutine nubpot
+
+      subroutine nufram(w, work, lwork, info)
+         import :: wp
+         implicit none
+         real(wp), intent(in) :: w(3)
+         real(wp), intent(inout) :: work(*)
+         integer, intent(in) :: lwork
+         integer, intent(out) :: info
+      end subroutine nufram
 
       subroutine nubtor(btor, bturn, bsec, brate, work, lwork, info)
          import :: wp

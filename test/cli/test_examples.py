@@ -22,7 +22,7 @@ class Examples(unittest.TestCase):
 
     def test_every_example_is_tested_here(self):
         names = sorted(name[:-4] for name in os.listdir(os.path.join(PROJECT, "example")) if name.endswith(".f90"))
-        self.assertEqual(names, ["box_by_hand", "custom_potential", "custom_torque", "top_precession"])
+        self.assertEqual(names, ["box_by_hand", "custom_potential", "custom_torque", "satellite_by_hand", "top_precession"])
 
     def test_box_by_hand_prints_a_motion(self):
         self.assertGreater(len(self.output("box_by_hand")), 5)
@@ -34,6 +34,11 @@ class Examples(unittest.TestCase):
     def test_custom_torque_keeps_the_energy_account(self):
         last = numbers(self.output("custom_torque")[-1])
         self.assertLess(abs(last[-1]), 1e-13)
+
+    def test_satellite_points_to_the_earth_and_the_account_closes(self):
+        last = numbers(self.output("satellite_by_hand")[-1])
+        self.assertLess(max(abs(angle) for angle in last[1:4]), 0.1)
+        self.assertLess(abs(last[-1]), 1e-12)
 
     def test_precession_converges_to_ten(self):
         rows = [numbers(line) for line in self.output("top_precession")[1:]]

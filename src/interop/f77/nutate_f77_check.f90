@@ -9,6 +9,7 @@ module nutate_f77_check
    use nutate_limits, only: is_moderate, is_step, is_unit, manifold_tolerance
    use nutate_quaternion, only: cross
    use nutate_range, only: check_motion, check_step
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_rotor, only: rotor_keys
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -48,12 +49,13 @@ contains
       is_motion = status%ok()
    end function is_motion
 
-   !> What of a set-up can make a motion or a step too large: body, rotors, damping.
+   !> What of a set-up can make a motion or a step too large: body, rotors, frame, damping.
    subroutine make_system(setup, system)
       type(setup_t), intent(in) :: setup
       type(system_t), intent(inout) :: system
       system%body = setup%body
       system%effects%rotor_momentum = setup%rotor
+      if (any(abs(setup%frame_rate) > 0.0_wp)) call system%effects%add(rotating_frame_t(rate=setup%frame_rate))
       if (any(setup%damping /= 0.0_wp)) call system%effects%add(damping_t(setup%damping))
    end subroutine make_system
 

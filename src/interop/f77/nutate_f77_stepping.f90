@@ -16,6 +16,7 @@ module nutate_f77_stepping
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: quat_norm
    use nutate_reduced, only: reduced_t
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
@@ -79,6 +80,7 @@ contains
       type(f77_potential_t) :: potential
       type(f77_torque_t) :: torque
       effects%rotor_momentum = setup%rotor
+      if (any(abs(setup%frame_rate) > 0.0_wp)) call effects%add(rotating_frame_t(rate=setup%frame_rate))
       if (any(setup%gravity /= 0.0_wp) .and. any(setup%moment /= 0.0_wp)) then
          gravity%direction = setup%gravity
          gravity%moment = setup%moment

@@ -63,6 +63,40 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, i
    end if
 end subroutine nuinit
 
+!> NUFRAM makes the space axes turn at a constant rate W, on the Earth or on a circular orbit: after NUINIT, before steps.
+!>
+!> G, DN and what else is fixed in space is then fixed in these axes, which Q leads to; P, OMEGA and AL stay absolute, in
+!> their components. TOR is given OMEGA against these axes, as damping is, and its work is that against them. In place
+!> of the energy T + V - W.AL(.,2) is kept, with E(3) = T + V of NUINV.
+subroutine nufram(w, work, lwork, info)
+   use nutate_f77_check, only: is_ready
+   use nutate_f77_work, only: get_place, get_setup, place_t, put_setup, setup_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate
+   implicit none
+   !> (input) Rate of the space axes against the stars, in these axes, rad/s; dimension (3); zero: they stand still.
+   real(wp), intent(in) :: w(3)
+   !> (input/output) From NUINIT, before the first step; dimension (LWORK).
+   real(wp), intent(inout) :: work(*)
+   !> (input) Length of WORK.
+   integer, intent(in) :: lwork
+   !> (output) 0; -i: argument i is wrong.
+   integer, intent(out) :: info
+   type(setup_t) :: setup
+   type(place_t) :: place
+   info = merge(0, -1, all(is_moderate(w)))
+   if (info == 0 .and. is_ready(work, lwork) /= 0) info = -1 - is_ready(work, lwork)
+   if (info /= 0) return
+   call get_place(work(1:int(work(1))), place)
+   if (place%begun) then
+      info = -2
+      return
+   end if
+   call get_setup(work(1:int(work(1))), setup)
+   setup%frame_rate = w
+   call put_setup(setup, work(1:int(work(1))))
+end subroutine nufram
+
 !> NUSTEP takes N steps of length DT from T, Q, P.
 !>
 !> A call that begins where the last one with this WORK ended goes on as if they were one: one step at a time gives the

@@ -17,7 +17,7 @@ module nutate_f77_work
    public :: setup_t, place_t, count_work, is_work, fill_work, get_setup, put_setup, get_place, put_place, &
       get_memory, put_memory
 
-   !> What NUINIT was told, and NUBPOT and NUBTOR after it.
+   !> What NUINIT was told, and NUFRAM, NUBPOT and NUBTOR after it.
    type :: setup_t
       !> 1: reduced form, 2: eight equations; order; 0 to 3: POT counts 1, TOR counts 2.
       integer :: solver = 1, order = 2, callbacks = 0
@@ -31,6 +31,8 @@ module nutate_f77_work
       real(wp) :: rotor(3) = 0.0_wp
       !> n of POT, space axes; shape (3).
       real(wp) :: direction(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+      !> Rate at which the space axes turn, in these axes, rad/s; shape (3).
+      real(wp) :: frame_rate(3) = 0.0_wp
       type(body_t) :: body
       !> Of POT and of TOR.
       type(given_bounds_t) :: potential_bounds, torque_bounds
@@ -183,6 +185,7 @@ contains
       call archive%transfer(self%damping)
       call archive%transfer(self%rotor)
       call archive%transfer(self%direction)
+      call archive%transfer(self%frame_rate)
       call archive%transfer(self%body%inertia)
       call archive%transfer(self%body%inverse_inertia)
       call archive%transfer(self%body%axes)
