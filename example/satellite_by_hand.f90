@@ -1,5 +1,5 @@
-!> A satellite on a circular orbit, made without a scene: the gravity gradient of the orbit, three wheels, and a regulator
-!> that points it to the Earth by their motors, held between samples.
+!> A satellite on a circular orbit, made without a scene: the gravity gradient of the orbit, three wheels, and a
+!> regulator that points it to the Earth by their motors, held between samples.
 module pointing_rows
    use nutate, only: conserved_energy, observer_t, pi, roll_pitch_yaw_from_quat, run_record_t, state_t, status_t, &
       system_t, wp
@@ -51,8 +51,8 @@ program satellite_by_hand
    ! Of the whole body, with its wheels locked: before they are taken from it.
    call system%effects%add(gravity_gradient_t(system%body, orbit))
    do i = 1, 3
-      call add_wheel(system, wheel_t(axis=merge(1.0_wp, 0.0_wp, [1, 2, 3] == i), inertia=0.05_wp, torque_limit=0.1_wp), &
-                     status)
+      call add_wheel(system, wheel_t(axis=merge(1.0_wp, 0.0_wp, [1, 2, 3] == i), inertia=0.05_wp, &
+                                     torque_limit=0.1_wp), status)
       if (.not. status%ok()) exit
    end do
    regulator%by = BY_WHEELS

@@ -155,25 +155,39 @@ contains
    subroutine list_suites(suites)
       type(testsuite_type), allocatable, intent(out) :: suites(:)
       type(testsuite_type), allocatable :: stability(:), roots(:), inside(:), series(:), torques(:), others(:)
-      type(testsuite_type), allocatable :: ensembles(:)
+      type(testsuite_type), allocatable :: ensembles(:), interop(:)
       stability = stability_suites()
       inside = inside_suites()
       roots = root_suites()
       series = series_suites()
       torques = torque_suites()
       ensembles = ensemble_suites()
+      interop = interop_suites()
       others = other_suites()
-      suites = [stability, roots, inside, series, torques, ensembles, others]
+      suites = [stability, roots, inside, series, torques, ensembles, interop, others]
    end subroutine list_suites
 
    !> The suites of ensembles.
    function ensemble_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
-      suites = [new_testsuite("c_sweep", collect_c_sweep), &
-                new_testsuite("ensemble", collect_ensemble), &
+      suites = [new_testsuite("ensemble", collect_ensemble), &
                 new_testsuite("lanes", collect_lanes), &
                 new_testsuite("random", collect_random)]
    end function ensemble_suites
+
+   !> The suites of what C and FORTRAN 77 call.
+   function interop_suites() result(suites)
+      type(testsuite_type), allocatable :: suites(:)
+      suites = [ &
+         new_testsuite("c_events", collect_c_events), &
+         new_testsuite("c_interface", collect_c_interface), &
+         new_testsuite("c_runs", collect_c_runs), &
+         new_testsuite("c_satellites", collect_c_satellites), &
+         new_testsuite("c_sweep", collect_c_sweep), &
+         new_testsuite("f77", collect_f77), &
+         new_testsuite("f77_arguments", collect_f77_arguments), &
+         new_testsuite("f77_helpers", collect_f77_helpers)]
+   end function interop_suites
 
    !> The suites of the Taylor series.
    function series_suites() result(suites)
@@ -186,8 +200,7 @@ contains
          new_testsuite("taylor_steps", collect_taylor_steps)]
    end function series_suites
 
-   !> The suites but those of stability cases, of roots, of states inside of steps and of series and of torques:
-   !> one line for each, here or there.
+   !> The suites but those of the other groups: one line for each, here or there.
    function other_suites() result(suites)
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
@@ -197,10 +210,6 @@ contains
          new_testsuite("baselines", collect_baselines), &
          new_testsuite("rk8", collect_rk8), &
          new_testsuite("body", collect_body), &
-         new_testsuite("c_interface", collect_c_interface), &
-         new_testsuite("c_events", collect_c_events), &
-         new_testsuite("c_runs", collect_c_runs), &
-         new_testsuite("c_satellites", collect_c_satellites), &
          new_testsuite("changed_states", collect_changed_states), &
          new_testsuite("choice", collect_choice), &
          new_testsuite("composition", collect_composition), &
@@ -220,9 +229,6 @@ contains
          new_testsuite("exact_steady", collect_exact_steady), &
          new_testsuite("exact_top", collect_exact_top), &
          new_testsuite("exact_top_limits", collect_exact_top_limits), &
-         new_testsuite("f77", collect_f77), &
-         new_testsuite("f77_arguments", collect_f77_arguments), &
-         new_testsuite("f77_helpers", collect_f77_helpers), &
          new_testsuite("hamiltonian", collect_hamiltonian), &
          new_testsuite("heap", collect_heap), &
          new_testsuite("history", collect_history), &

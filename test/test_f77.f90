@@ -7,8 +7,8 @@ module test_f77
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_FINITE, status_t
-   use test_f77_routines, only: nufram, nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, tormot, &
-      tornan
+   use test_f77_routines, only: nufram, nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, &
+      tormot, tornan
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
    use test_problems, only: box
@@ -42,8 +42,8 @@ contains
                   new_unittest("F77 states and invariants are the library's", states_are_the_librarys)]
    end subroutine collect_f77
 
-   !> A forced body, and one that is free but for a potential, in space axes that turn: the digits are the library's, and
-   !> the Jacobi integral of the second, by what NUINV gives, is kept.
+   !> A forced body, and one that is free but for a potential, in space axes that turn: the digits are the library's,
+   !> and the Jacobi integral of the second, by what NUINV gives, is kept.
    subroutine frame_has_the_digits(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: w(3) = [0.1_wp, -0.2_wp, 0.3_wp], dt = 0.02_wp

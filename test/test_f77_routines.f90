@@ -5,8 +5,8 @@ module test_f77_routines
    implicit none
    private
 
-   public :: nuinit, nufram, nubpot, nubtor, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, nuq2e, nue2q, &
-      nufree, nutext, nuwhy, potential, torque, potspr, tormot, tornan, potnan
+   public :: nuinit, nufram, nubpot, nubtor, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, &
+      nuq2e, nue2q, nufree, nutext, nuwhy, potential, torque, potspr, tormot, tornan, potnan
 
    abstract interface
       pure subroutine potential(gamma, u, du, iuser, ruser)

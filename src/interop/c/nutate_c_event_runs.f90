@@ -1,5 +1,5 @@
-!> C interface: runs of a stepper that looks for events, or whose wheels and regulators only a run watches over. What they
-!> do stands in `include/nutate_events.h` and `include/nutate_satellites.h`.
+!> C interface: runs of a stepper that looks for events, or whose wheels and regulators only a run watches over. What
+!> they do stands in `include/nutate_events.h` and `include/nutate_satellites.h`.
 module nutate_c_event_runs
    use nutate_c_handles, only: stepper_handle_t
    use nutate_c_polls, only: find_steps_asking

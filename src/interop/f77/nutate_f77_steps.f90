@@ -63,11 +63,12 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, i
    end if
 end subroutine nuinit
 
-!> NUFRAM makes the space axes turn at a constant rate W, on the Earth or on a circular orbit: after NUINIT, before steps.
+!> NUFRAM makes the space axes turn at a constant rate W, on the Earth or on a circular orbit: after NUINIT, before
+!> steps.
 !>
-!> G, DN and what else is fixed in space is then fixed in these axes, which Q leads to; P, OMEGA and AL stay absolute, in
-!> their components. TOR is given OMEGA against these axes, as damping is, and its work is that against them. In place
-!> of the energy T + V - W.AL(.,2) is kept, with E(3) = T + V of NUINV.
+!> G, DN and what else is fixed in space is then fixed in these axes, which Q leads to; P, OMEGA and AL stay absolute,
+!> in their components. TOR is given OMEGA against these axes, as damping is, and its work is that against them. In
+!> place of the energy T + V - W.AL(.,2) is kept, with E(3) = T + V of NUINV.
 subroutine nufram(w, work, lwork, info)
    use nutate_f77_check, only: is_ready
    use nutate_f77_work, only: get_place, get_setup, place_t, put_setup, setup_t
