@@ -16,7 +16,7 @@ OPENMP ?=
 export FFLAGS OPENMP
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs wheel install uninstall clean
+.PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs wheel install uninstall clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
@@ -27,6 +27,10 @@ setup: ## install what is missing and let fpm fetch test-drive; afterwards plain
 build: ## build the program: build/nutate (native, for this machine only: make FFLAGS='-O3 -march=native')
 	@bash tools/setup.sh build
 	@bash tools/build.sh
+
+mpi: ## build build/nutate-mpi: sweeps by the processes of MPI (Debian's OpenMPI)
+	@bash tools/setup.sh mpi
+	@NUTATE_MPI=1 bash tools/build.sh nutate_mpi
 
 run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
 	@bash tools/run.sh '$(SCENE)'

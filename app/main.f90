@@ -12,6 +12,7 @@ program main
    use nutate_run_signals, only: end_by_signal
    use nutate_member_rows, only: has_threads
    use nutate_sweep_command, only: sweep_command
+   use nutate_sweep_crew, only: sweep_crew_t
    use nutate_version, only: version
    use nutate_view_command, only: view_command
    implicit none
@@ -30,6 +31,7 @@ contains
       type(argument_t), allocatable :: arguments(:)
       type(command_t) :: command
       type(page_t) :: page
+      type(sweep_crew_t) :: crew
 
       call get_arguments(arguments)
       call parse_arguments(arguments, command)
@@ -48,7 +50,7 @@ contains
       case ('plot')
          call plot_command(command, exit_code)
       case ('sweep')
-         call sweep_command(command, exit_code)
+         call sweep_command(command, crew, exit_code)
       case ('view')
          call view_command(command, exit_code)
       case ('help')

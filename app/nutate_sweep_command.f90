@@ -13,6 +13,7 @@ module nutate_sweep_command
    use nutate_scene, only: scene_t, read_scene
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep, only: sweep_t
+   use nutate_sweep_crew, only: sweep_crew_t
    use nutate_sweep_csv, only: csv_line, header_line, write_csv
    use nutate_sweep_listing, only: listing_fits, write_listing
    use nutate_sweep_merge, only: merge_parts, part_name, stem_of
@@ -21,20 +22,63 @@ module nutate_sweep_command
    implicit none
    private
 
-   public :: sweep_command
+   public :: sweep_command, read_ensemble, choose_members
 
 contains
 
    !> Runs the members that are wanted, or one of them, or puts files together.
-   subroutine sweep_command(command, exit_code)
+   subroutine sweep_command(command, crew, exit_code)
       type(command_t), intent(in) :: command
+      !> Who runs them.
+      class(sweep_crew_t), intent(inout) :: crew
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
-      character(len=:), allocatable :: name
+      character(len=:), allocatable :: name, message
       integer(long) :: first, last
 
-      call load(command, scene, exit_code)
+      crew%threads = command%threads
+      call read_ensemble(command, scene, message)
+      if (message /= '') then
+         call say_error(message)
+         exit_code = EXIT_INPUT
+         return
+      end if
+      exit_code = EXIT_SUCCESS
+      call choose_members(command, scene, first, last, name)
+      call check_names(command, scene, name, last, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
+      call watch_signals()
+      if (command%member > 0) then
+         call run_one(command, scene, exit_code)
+      else if (command%merges) then
+         call merge_files(command, scene, name, exit_code)
+      else
+         call run_all(command, crew, scene, first, last, name, exit_code)
+      end if
+   end subroutine sweep_command
+
+   !> Reads the scene, which must have an ensemble.
+   subroutine read_ensemble(command, scene, message)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(out) :: scene
+      !> What is wrong with it, in a line; blank if nothing is.
+      character(len=:), allocatable, intent(out) :: message
+      type(status_t) :: status
+      call read_scene(command%scene, scene, status, message, command%overrides)
+      if (.not. status%ok()) return
+      message = ''
+      if (.not. scene%ensemble%active()) message = printable_path(scene%file)//': there is no group &ensemble '// &
+                                                   '(expected it, with the number of members)'
+   end subroutine read_ensemble
+
+   !> Which members are wanted, and where their rows go.
+   subroutine choose_members(command, scene, first, last, name)
+      type(command_t), intent(in) :: command
+      !> With an ensemble.
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(out) :: first, last
+      !> Path of the file.
+      character(len=:), allocatable, intent(out) :: name
       first = 1
       last = scene%ensemble%members
       name = scene%ensemble%file
@@ -44,36 +88,7 @@ contains
          name = part_name(name, first, last)
       end if
       if (allocated(command%output) .and. command%member == 0) name = command%output
-      call check_names(command, scene, name, last, exit_code)
-      if (exit_code /= EXIT_SUCCESS) return
-      call watch_signals()
-      if (command%member > 0) then
-         call run_one(command, scene, exit_code)
-      else if (command%merges) then
-         call merge_files(command, scene, name, exit_code)
-      else
-         call run_all(command, scene, first, last, name, exit_code)
-      end if
-   end subroutine sweep_command
-
-   !> Reads the scene.
-   subroutine load(command, scene, exit_code)
-      type(command_t), intent(in) :: command
-      type(scene_t), intent(out) :: scene
-      integer, intent(out) :: exit_code
-      type(status_t) :: status
-      character(len=:), allocatable :: message
-      exit_code = EXIT_INPUT
-      call read_scene(command%scene, scene, status, message, command%overrides)
-      if (.not. status%ok()) then
-         call say_error(message)
-      else if (.not. scene%ensemble%active()) then
-         call say_error(printable_path(scene%file)//': there is no group &ensemble (expected it, with the number '// &
-                        'of members)')
-      else
-         exit_code = EXIT_SUCCESS
-      end if
-   end subroutine load
+   end subroutine choose_members
 
    !> Refuses members that there are not, and names by which the sweep would destroy its scene.
    subroutine check_names(command, scene, name, last, exit_code)
@@ -103,14 +118,15 @@ contains
    end subroutine check_names
 
    !> Runs members to their file.
-   subroutine run_all(command, scene, first, last, name, exit_code)
+   subroutine run_all(command, crew, scene, first, last, name, exit_code)
       type(command_t), intent(in) :: command
+      class(sweep_crew_t), intent(inout) :: crew
       type(scene_t), intent(in) :: scene
       integer(long), intent(in) :: first, last
       character(len=*), intent(in) :: name
       integer, intent(inout) :: exit_code
-      type(sweep_t) :: sweep
-      type(sweep_progress_t) :: watcher
+      type(sweep_t), target :: sweep
+      type(sweep_progress_t), target :: watcher
       type(status_t) :: status, closing
       if (command%goes_on .and. scene%ensemble%keeps_rows .and. listing_fits(scene, first, last, name)) then
          if (.not. command%quiet) call say_error(printable_path(name)//' is complete')
@@ -118,14 +134,14 @@ contains
          call finish_output(command, scene, sweep%layout, first, last, name, exit_code)
          return
       end if
-      call sweep%open(scene, first, last, name, command%goes_on, status)
+      call sweep%open(scene, first, last, name, command%goes_on, status, crew%workers())
       if (.not. status%ok()) then
          exit_code = merge(EXIT_OUTPUT, EXIT_INPUT, status%code == NUTATE_IO)
          call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))
          return
       end if
       call watcher%start(wanted=.not. command%quiet)
-      call sweep%go(scene, command%threads, watcher, status)
+      call crew%go(sweep, scene, watcher, status)
       call watcher%bar%erase()
       if (status%ok() .and. scene%ensemble%keeps_rows) &
          call write_listing(scene, sweep%layout, first, last, name, status)
@@ -135,7 +151,7 @@ contains
          call sweep%abandon(closing)
       end if
       if (.not. status%ok()) then
-         call give_up(scene, sweep, status, name, exit_code)
+         call give_up(crew, scene, sweep, status, name, exit_code)
          return
       end if
       call write_histories(scene, sweep%layout, first, last, name, watcher, exit_code)
@@ -144,7 +160,8 @@ contains
    end subroutine run_all
 
    !> Says why a sweep ended before its end.
-   subroutine give_up(scene, sweep, status, name, exit_code)
+   subroutine give_up(crew, scene, sweep, status, name, exit_code)
+      class(sweep_crew_t), intent(in) :: crew
       type(scene_t), intent(in) :: scene
       type(sweep_t), intent(in) :: sweep
       type(status_t), intent(in) :: status
@@ -154,7 +171,8 @@ contains
          exit_code = EXIT_SIGNAL + caught_signal()
          call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; '// &
                         count_text(sweep%members_done)//' of '//count_text(sweep%last - sweep%first + 1)// &
-                        ' members are in '//printable_path(name)//'.partial (nutate sweep --resume goes on)')
+                        ' members are in '//printable_path(name)//'.partial ('//trim(crew%program)// &
+                        ' sweep --resume goes on)')
       else if (status%code == NUTATE_IO) then
          exit_code = EXIT_OUTPUT
          call say_error('nutate: cannot write '//printable_path(name)//': '//trim(status%message))

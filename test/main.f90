@@ -94,6 +94,7 @@ program unit
    use test_stability_time, only: collect_stability_time
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
+   use test_sweep, only: collect_sweep
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
    use test_taylor, only: collect_taylor
@@ -172,7 +173,8 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [new_testsuite("ensemble", collect_ensemble), &
                 new_testsuite("lanes", collect_lanes), &
-                new_testsuite("random", collect_random)]
+                new_testsuite("random", collect_random), &
+                new_testsuite("sweep", collect_sweep)]
    end function ensemble_suites
 
    !> The suites of what C and FORTRAN 77 call.

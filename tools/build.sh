@@ -8,3 +8,4 @@ set -u
 [ $# -gt 0 ] || set -- nutate_program
 cmake_build build --target "$@" || exit 1
 [ ! -x "$cmake_folder/nutate" ] || ln -sf "${cmake_folder#"$top/build/"}/nutate" "$program"
+[ ! -x "$cmake_folder/mpi/nutate-mpi" ] || ln -sf "${cmake_folder#"$top/build/"}/mpi/nutate-mpi" "$mpi_program"

@@ -5,6 +5,7 @@ cd "$top" || exit 1
 
 venv=$top/.venv
 program=$top/build/nutate
+mpi_program=$top/build/nutate-mpi
 logs=$top/build/logs
 # Where CMake builds: a folder configured for one compiler cannot be used for another.
 cmake_folder=$top/build/cmake-$(basename "${FPM_FC:-gfortran}")
@@ -69,7 +70,7 @@ cmake_build() {
    shift
    quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
-      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="${OPENMP:-0}" &&
+      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="${OPENMP:-0}" -DNUTATE_MPI="${NUTATE_MPI:-0}" &&
       quietly "$name" cmake --build "$cmake_folder" --parallel "$(nproc)" "$@"
 }
 

@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 TABLE = os.path.join(TOP, "CONTRIBUTING.md")
 PICTURE = os.path.join(TOP, "docs", "figures", "layers.svg")
-ROW = re.compile(r"^\| `((?:src|app)[\w/.]*)` \| (.*?) \| ?(.*?) ?\|$", re.MULTILINE)
+ROW = re.compile(r"^\| `((?:src|app|mpi)[\w/.]*)` \| (.*?) \| ?(.*?) ?\|$", re.MULTILINE)
 USE = re.compile(r"^\s*use\b\s*(?:,[^:]*::|::)?\s*(\w+)", re.IGNORECASE | re.MULTILINE)
 
 # Of the picture: sizes of boxes and of the space between them.
@@ -45,7 +45,7 @@ def read_uses(layers):
     """The layers that each layer uses, and complaints about what points the wrong way."""
     order = list(layers)
     homes, texts, complaints = {}, {}, []
-    paths = [path for top in ("src", "app") for path in glob.glob(f"{TOP}/{top}/**/*.f90", recursive=True)]
+    paths = [path for top in ("src", "app", "mpi/app") for path in glob.glob(f"{TOP}/{top}/**/*.f90", recursive=True)]
     for path in sorted(paths):
         name = os.path.relpath(path, TOP)
         home = layer_of(name, layers)

@@ -7,14 +7,14 @@ set -u
 
 status=0
 folders=()
-for folder in src app test example bench tools; do
+for folder in src app mpi/app test example bench tools; do
    [ -n "$(find $folder -name '*.f90' -print -quit 2>/dev/null)" ] && folders+=("$folder")
 done
 fortitude check --output-format concise "${folders[@]}" || status=1
-for script in tools/*.sh bench/*.sh .ci/run; do
+for script in tools/*.sh bench/*.sh mpi/bench/*.sh .ci/run; do
    bash -n "$script" || status=1
 done
-python3 -m py_compile tools/*.py python/*/*.py test/cli/*.py || status=1
+python3 -m py_compile tools/*.py python/*/*.py test/cli/*.py mpi/test/*.py || status=1
 python3 tools/sizes.py || status=1
 python3 tools/layers.py --check || status=1
 python3 tools/version.py --check || status=1

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|wheel|view]...
+# Installs what is missing on this machine, and nothing else:  tools/setup.sh [build|test|memcheck|lint|docs|figures|flang|link|mpi|wheel|view]...
 # System packages come from apt when we are root, Python tools from pip into .venv/. Without the rights it names the packages.
 set -u
 . "$(dirname "$0")/environment.sh"
@@ -77,6 +77,12 @@ need_view() {
    works chromium || packages+=(chromium)
    "$venv/bin/python" -c 'import numpy, plotly' >/dev/null 2>&1 || { need_pip numpy && need_pip plotly; }
 }
+# OpenMPI, with the module mpi_f08 of gfortran.
+need_mpi() {
+   need_build
+   want mpirun openmpi-bin
+   want mpifort libopenmpi-dev
+}
 need_flang() { has flang-new || want flang-22 flang-22; }
 
 install_packages() {
@@ -115,8 +121,8 @@ link_flang() {
 for need; do
    case $need in
       build) need_build_first ;;
-      test | memcheck | lint | docs | figures | flang | link | wheel | view) "need_$need" ;;
-      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, wheel, view)" ;;
+      test | memcheck | lint | docs | figures | flang | link | mpi | wheel | view) "need_$need" ;;
+      *) die "setup: unknown part '$need' (build, test, memcheck, lint, docs, figures, flang, link, mpi, wheel, view)" ;;
    esac
 done
 install_packages

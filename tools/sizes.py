@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-FOLDERS = ["src", "app", "test", "example", "bench", "link", "include", "python", "tools", ".ci"]
+FOLDERS = ["src", "app", "test", "example", "bench", "link", "include", "python", "tools", "mpi/app", "mpi/bench", "mpi/test", ".ci"]
 ENDINGS = (".f90", ".f", ".c", ".cpp", ".h", ".py", ".sh")
 LONGEST_FILE = 500
 LONGEST_PROCEDURE = 60

@@ -18,6 +18,7 @@ FOLLOWERS = [
     ("include/nutate.h", "#define NUTATE_VERSION_PATCH %s\n", 2),
     ("python/pyproject.toml", '\nversion = "%s"\n', None),
     ("pyproject.toml", '\nversion = "%s"\n', None),
+    ("mpi/fpm.toml", '\nversion = "%s"\n', None),
     ("CITATION.cff", "\nversion: %s\n", None),
     ("docs/ford.md", "\nversion: %s\n", None),
 ]

@@ -6,6 +6,12 @@
 !>
 !> Threads take chunks of members as they come; a row depends on its member alone, and sums are made in the order of the
 !> members, so that the bytes are the same whoever ran what.
+!>
+!> In place of `go`, a program may hand out the chunks itself, to other processes too, each of which has joined:
+!>
+!>     call sweep%take_chunk(chunk)                                 ! where it was opened; 0: there are no more
+!>     call sweep%run_chunk(scene, runner, chunk, fields, status)   ! anywhere; returns when the rows are on the disk
+!>     call sweep%finish_chunk(chunk, fields, status)               ! where it was opened
 module nutate_sweep
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: long
@@ -31,8 +37,8 @@ module nutate_sweep
    !> What the file of sums under way begins with; the number is that of its format.
    character(len=*), parameter :: signature = 'nutate sweep sums 1'//achar(10)
    character(len=*), parameter :: partial = '.partial'
-   !> Chunks that an ensemble is cut into, as far as they are no larger than suits.
-   integer(long), parameter :: usual_chunks = 64, largest_chunk = 4096
+   !> Chunks that an ensemble is cut into, at least, and for each worker; the largest one that suits.
+   integer(long), parameter :: usual_chunks = 64, chunks_of_each = 16, largest_chunk = 4096
 
    !> Rows of one chunk that wait for those before them.
    type :: waiting_t
@@ -51,22 +57,35 @@ module nutate_sweep
       !> Of the members so far, where no rows are kept.
       type(sweep_sums_t) :: sums
       !> Rows go to a file.
-      logical, private :: keeps_rows = .true.
+      logical :: keeps_rows = .true.
+      !> Members of a chunk; the last one may have less.
+      integer(long) :: chunk = 1
+      !> What the rows depend on; sweeps with the same rows have the same.
+      integer(long) :: identity = 0
       type(sweep_file_t), private :: file
-      !> Members of a chunk; chunks in all, next to be taken, next to be added.
-      integer(long), private :: chunk = 1, chunks = 0, next = 1, to_add = 1
-      integer(long), private :: identity = 0
+      !> Chunks in all, next to be taken, next to be added.
+      integer(long), private :: chunks = 0, next = 1, to_add = 1
       type(waiting_t), allocatable, private :: waiting(:)
       !> The first thing that went wrong.
       type(status_t), private :: failure
    contains
       !> Opens the file.
       procedure :: open => open_sweep
+      !> Takes part in a sweep that another process has opened.
+      procedure :: join
       !> Runs what is not done yet.
       procedure :: go
+      !> The next chunk that is to be run.
+      procedure :: take_chunk
+      !> Runs a chunk to rows on the disk.
+      procedure :: run_chunk
+      !> Counts a chunk that has been run.
+      procedure :: finish_chunk
+      !> How many members a chunk has.
+      procedure :: size_of
       !> Gives the file its name.
       procedure :: close => close_sweep
-      !> Leaves it to be gone on with.
+      !> Leaves it to be gone on with, or to the process that has opened it.
       procedure :: abandon
    end type sweep_t
 
@@ -74,7 +93,7 @@ contains
 
    !> Opens the file. Errors: `NUTATE_IO`; `NUTATE_BAD_ARGUMENT` for more fields than a header holds, and for a file to
    !> go on with that belongs to another sweep.
-   subroutine open_sweep(self, scene, first, last, name, resume, status)
+   subroutine open_sweep(self, scene, first, last, name, resume, status, workers)
       class(sweep_t), intent(inout) :: self
       !> With an ensemble.
       type(scene_t), intent(in) :: scene
@@ -85,14 +104,11 @@ contains
       !> Go on with what another sweep has left, if it has left anything.
       logical, intent(in) :: resume
       type(status_t), intent(out) :: status
+      !> Threads or processes that run chunks; default 1. A file to go on with keeps its chunks.
+      integer, intent(in), optional :: workers
       character(len=:), allocatable :: header
-      integer(long) :: members
-      self%first = first
-      self%last = last
-      self%name = name
-      self%keeps_rows = scene%ensemble%keeps_rows
-      self%identity = identity_of(scene, first, last)
-      call make_layout(scene, self%layout, status)
+      integer(long) :: members, parts
+      call begin(self, scene, first, last, name, status)
       if (.not. status%ok()) return
       members = last - first + 1
       header = npy_header(self%layout, members)
@@ -102,7 +118,9 @@ contains
          return
       end if
       self%chunk = scene%ensemble%chunk
-      if (self%chunk == 0) self%chunk = max(min((members + usual_chunks - 1)/usual_chunks, largest_chunk), 1_long)
+      parts = usual_chunks
+      if (present(workers)) parts = max(parts, chunks_of_each*workers)
+      if (self%chunk == 0) self%chunk = max(min((members + parts - 1)/parts, largest_chunk), 1_long)
       self%chunk = min(self%chunk, members)
       if (self%keeps_rows) then
          call self%file%open(name, header, self%layout%width(), members, self%chunk, self%identity, resume, status)
@@ -112,8 +130,50 @@ contains
          call open_sums(self, resume, status)
       end if
       self%chunks = (members + self%chunk - 1)/self%chunk
-      if (self%keeps_rows) self%members_done = count_done(self)
+      if (self%keeps_rows) then
+         self%members_done = count_done(self)
+      else
+         allocate (self%waiting(self%to_add:self%chunks))
+      end if
    end subroutine open_sweep
+
+   !> Takes part in a sweep that another process has opened: runs chunks of it. Errors: `NUTATE_IO`;
+   !> `NUTATE_BAD_ARGUMENT` where the scene is not that of the other process.
+   subroutine join(self, scene, first, last, name, chunk, identity, status)
+      class(sweep_t), intent(inout) :: self
+      !> What the other process has given to `open`.
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(in) :: first, last
+      character(len=*), intent(in) :: name
+      !> What its `open` has come to.
+      integer(long), intent(in) :: chunk, identity
+      type(status_t), intent(out) :: status
+      integer(long) :: members
+      call begin(self, scene, first, last, name, status)
+      if (status%ok() .and. self%identity /= identity) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'the scene is not the same everywhere')
+      if (.not. status%ok()) return
+      members = last - first + 1
+      self%chunk = chunk
+      self%chunks = (members + chunk - 1)/chunk
+      if (self%keeps_rows) call self%file%join(name, npy_header(self%layout, members), self%layout%width(), members, &
+                                               chunk, status)
+   end subroutine join
+
+   !> Takes what is the same for all that run chunks.
+   subroutine begin(self, scene, first, last, name, status)
+      class(sweep_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(in) :: first, last
+      character(len=*), intent(in) :: name
+      type(status_t), intent(out) :: status
+      self%first = first
+      self%last = last
+      self%name = name
+      self%keeps_rows = scene%ensemble%keeps_rows
+      self%identity = identity_of(scene, first, last)
+      call make_layout(scene, self%layout, status)
+   end subroutine begin
 
    !> Starts sums, or goes on with those that another sweep has left. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine open_sums(self, resume, status)
@@ -169,12 +229,10 @@ contains
    !> Rows that are in the file.
    integer(long) function count_done(self) result(n)
       class(sweep_t), intent(in) :: self
-      integer(long) :: i, first, last
+      integer(long) :: i
       n = 0
       do i = 1, self%chunks
-         if (.not. self%file%done(i)) cycle
-         call self%file%bounds(i, first, last)
-         n = n + last - first + 1
+         if (self%file%done(i)) n = n + self%size_of(i)
       end do
    end function count_done
 
@@ -194,7 +252,6 @@ contains
          return
       end if
       self%failure = status_t()
-      if (.not. self%keeps_rows) allocate (self%waiting(self%to_add:self%chunks))
       call watcher%show(self%members_done, self%last - self%first + 1)
       if (threads > 1) then
          !$omp parallel num_threads(threads) default(shared)
@@ -214,48 +271,87 @@ contains
       type(member_run_t) :: runner
       type(status_t) :: status
       integer(long), allocatable :: fields(:, :)
-      integer(long) :: chunk, first, last
-      integer :: error
-      error = 0
+      integer(long) :: chunk
       call runner%prepare(scene, self%layout, status, watcher)
       do while (status%ok())
          call lock_texts()
-         chunk = self%next
-         self%next = self%next + 1
+         chunk = 0
+         if (self%failure%ok()) call self%take_chunk(chunk)
          call unlock_texts()
-         if (chunk > self%chunks .or. .not. self%failure%ok()) exit
-         if (self%keeps_rows) then
-            if (self%file%done(chunk)) cycle
-         end if
-         first = self%first + (chunk - 1)*self%chunk
-         last = min(first + self%chunk - 1, self%last)
-         if (allocated(fields)) deallocate (fields)
-         allocate (fields(self%layout%width(), last - first + 1))
-         call take_rows(runner, scene, first, last, fields, status)
-         error = 0
-         if (status%ok() .and. self%keeps_rows) call self%file%put_chunk(chunk, fields, error)
-         if (.not. status%ok() .or. error /= 0) exit
+         if (chunk == 0) exit
+         call self%run_chunk(scene, runner, chunk, fields, status)
+         if (.not. status%ok()) exit
          call lock_texts()
-         call count_chunk(self, chunk, fields, status)
+         call self%finish_chunk(chunk, fields, status)
          call watcher%show(self%members_done, self%last - self%first + 1)
          call unlock_texts()
       end do
       call lock_texts()
-      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
       if (self%failure%ok()) self%failure = status
       call unlock_texts()
    end subroutine work
 
-   !> Counts a chunk; where no rows are kept, adds it when its turn has come, with those that waited for it. Errors:
-   !> `NUTATE_IO`.
-   subroutine count_chunk(self, chunk, fields, status)
+   !> The next chunk that is to be run. Not for several threads at once.
+   subroutine take_chunk(self, chunk)
+      !> Opened.
+      class(sweep_t), intent(inout) :: self
+      !> Its number; 0 if there are no more.
+      integer(long), intent(out) :: chunk
+      chunk = 0
+      do while (self%next <= self%chunks .and. chunk == 0)
+         chunk = self%next
+         if (self%keeps_rows) then
+            if (self%file%done(chunk)) chunk = 0
+         end if
+         self%next = self%next + 1
+      end do
+   end subroutine take_chunk
+
+   !> Runs a chunk to rows, which are on the disk when this returns. For several threads at once. Errors:
+   !> `NUTATE_STOPPED` where the watcher of the runner wants the end; `NUTATE_IO`.
+   subroutine run_chunk(self, scene, runner, chunk, fields, status)
+      !> Opened or joined. A target, so that the watcher may take and finish other chunks meanwhile.
+      class(sweep_t), intent(inout), target :: self
+      !> That of the sweep.
+      type(scene_t), intent(in) :: scene
+      !> Prepared with the scene and the sweep's layout.
+      type(member_run_t), intent(inout) :: runner
+      integer(long), intent(in) :: chunk
+      !> The rows; shape (fields, members of the chunk).
+      integer(long), allocatable, intent(out) :: fields(:, :)
+      type(status_t), intent(out) :: status
+      integer(long) :: first
+      integer :: error
+      first = self%first + (chunk - 1)*self%chunk
+      allocate (fields(self%layout%width(), self%size_of(chunk)))
+      call take_rows(runner, scene, first, first + self%size_of(chunk) - 1, fields, status)
+      if (.not. (status%ok() .and. self%keeps_rows)) return
+      call self%file%put_chunk(chunk, fields, error)
+      if (error == 0) return
+      call lock_texts()
+      status = fail(NUTATE_IO, error_text(error))
+      call unlock_texts()
+   end subroutine run_chunk
+
+   !> How many members a chunk has.
+   pure integer(long) function size_of(self, chunk)
+      class(sweep_t), intent(in) :: self
+      integer(long), intent(in) :: chunk
+      size_of = min(self%chunk, self%last - self%first + 1 - (chunk - 1)*self%chunk)
+   end function size_of
+
+   !> Counts a chunk that has been run, and marks it in the file. Where no rows are kept, adds it when its turn has
+   !> come, with those that waited for it. Not for several threads at once. Errors: `NUTATE_IO`.
+   subroutine finish_chunk(self, chunk, fields, status)
+      !> Opened.
       class(sweep_t), intent(inout) :: self
       integer(long), intent(in) :: chunk
-      !> Taken away where they have to wait.
+      !> Its rows; shape (fields, members of the chunk). Only needed where no rows are kept, and then taken away.
       integer(long), allocatable, intent(inout) :: fields(:, :)
-      type(status_t), intent(inout) :: status
+      type(status_t), intent(out) :: status
       if (self%keeps_rows) then
-         self%members_done = self%members_done + size(fields, 2)
+         call self%file%mark(chunk, status)
+         if (status%ok()) self%members_done = self%members_done + self%size_of(chunk)
          return
       end if
       call move_alloc(fields, self%waiting(chunk)%fields)
@@ -263,12 +359,12 @@ contains
       do while (self%to_add <= self%chunks)
          if (.not. allocated(self%waiting(self%to_add)%fields)) exit
          call self%sums%add(self%layout, self%waiting(self%to_add)%fields)
-         self%members_done = self%members_done + size(self%waiting(self%to_add)%fields, 2)
+         self%members_done = self%members_done + self%size_of(self%to_add)
          deallocate (self%waiting(self%to_add)%fields)
          self%to_add = self%to_add + 1
       end do
       call keep_sums(self, status)
-   end subroutine count_chunk
+   end subroutine finish_chunk
 
    !> Gives the file its name. Errors: `NUTATE_IO`.
    subroutine close_sweep(self, status)
@@ -281,7 +377,7 @@ contains
       end if
    end subroutine close_sweep
 
-   !> Leaves the file to be gone on with. Errors: `NUTATE_IO`.
+   !> Leaves the file to be gone on with, or to the process that has opened it. Errors: `NUTATE_IO`.
    subroutine abandon(self, status)
       class(sweep_t), intent(inout) :: self
       type(status_t), intent(out) :: status

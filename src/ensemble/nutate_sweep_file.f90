@@ -18,6 +18,9 @@ module nutate_sweep_file
    !> The signature, what the rows belong to, and rows of a chunk.
    integer, parameter :: head = len(signature) + 2*word
    character, parameter :: open_mark = '.', done_mark = 'x'
+   !> The map shares no such block with rows: on a network file system a machine may write back, with a mark, the whole
+   !> page as it once read it, while another one writes the last rows.
+   integer(long), parameter :: page = 65536
 
    !> Rows at fixed places.
    type :: sweep_file_t
@@ -31,10 +34,12 @@ module nutate_sweep_file
    contains
       !> Starts a file, or goes on with one.
       procedure :: open => open_sweep
-      !> Writes the rows of a chunk and marks it.
+      !> Writes to a file that another process has started.
+      procedure :: join
+      !> Writes the rows of a chunk.
       procedure :: put_chunk
-      !> First and last row of a chunk.
-      procedure :: bounds
+      !> Marks a chunk whose rows are on the disk.
+      procedure :: mark
       !> Gives the file its name.
       procedure :: finish
       !> Leaves it as it is.
@@ -62,14 +67,10 @@ contains
       type(status_t), intent(out) :: status
       logical :: found
 
-      self%rows = rows
-      self%chunk = chunk
-      self%offset = len(header)
-      self%row_bytes = int(width, long)*word
+      call set_places(self, len(header), width, rows, chunk)
       found = .false.
       if (resume) call take_up(self, name, header, identity, found, status)
       if (found .or. .not. status%ok()) return
-      allocate (self%done((rows + chunk - 1)/chunk), source=.false.)
       call self%file%open(name, status)
       if (status%ok()) call self%file%resize(map_at(self) + head + size(self%done), status)
       if (status%ok()) call self%file%put_at(map_at(self), signature//bytes_of(identity)//bytes_of(chunk)// &
@@ -78,10 +79,43 @@ contains
       if (status%ok()) call self%file%sync(status)
    end subroutine open_sweep
 
+   !> Writes rows to a file that another process has started, or gone on with; that one marks and finishes. Errors:
+   !> `NUTATE_IO`.
+   subroutine join(self, name, header, width, rows, chunk, status)
+      class(sweep_file_t), intent(inout) :: self
+      !> As for `open`; the chunks are those of the file.
+      character(len=*), intent(in) :: name, header
+      integer, intent(in) :: width
+      integer(long), intent(in) :: rows, chunk
+      type(status_t), intent(out) :: status
+      call set_places(self, len(header), width, rows, chunk)
+      call self%file%open_beside(name, map_at(self) + head + size(self%done), status)
+   end subroutine join
+
+   !> Says where rows go, none of which is there yet.
+   pure subroutine set_places(self, offset, width, rows, chunk)
+      class(sweep_file_t), intent(inout) :: self
+      !> Bytes before the rows; fields of a row.
+      integer, intent(in) :: offset, width
+      integer(long), intent(in) :: rows, chunk
+      self%rows = rows
+      self%chunk = chunk
+      self%offset = offset
+      self%row_bytes = int(width, long)*word
+      if (allocated(self%done)) deallocate (self%done)
+      allocate (self%done((rows + chunk - 1)/chunk), source=.false.)
+   end subroutine set_places
+
+   !> Bytes of header and rows.
+   pure integer(long) function whole_bytes(self)
+      class(sweep_file_t), intent(in) :: self
+      whole_bytes = self%offset + self%rows*self%row_bytes
+   end function whole_bytes
+
    !> Bytes before the map.
    pure integer(long) function map_at(self)
       class(sweep_file_t), intent(in) :: self
-      map_at = self%offset + self%rows*self%row_bytes
+      map_at = (whole_bytes(self) + page - 1)/page*page
    end function map_at
 
    !> Goes on with the file of another sweep.
@@ -114,22 +148,14 @@ contains
       call self%file%reopen_whole(name, map_at(self) + head + n, status)
       if (.not. status%ok()) return
       call read_bytes(partial, map_at(self) + head, int(n), marks)
+      deallocate (self%done)
       allocate (self%done(n), source=.false.)
       do i = 1, len(marks, long)
          self%done(i) = marks(i:i) == done_mark
       end do
    end subroutine take_up
 
-   !> First and last row of a chunk.
-   pure subroutine bounds(self, chunk, first, last)
-      class(sweep_file_t), intent(in) :: self
-      integer(long), intent(in) :: chunk
-      integer(long), intent(out) :: first, last
-      first = (chunk - 1)*self%chunk + 1
-      last = min(chunk*self%chunk, self%rows)
-   end subroutine bounds
-
-   !> Writes the rows of a chunk and marks it, when they are on the disk. For several threads at once.
+   !> Writes the rows of a chunk, and returns when they are on the disk. For several threads at once.
    subroutine put_chunk(self, chunk, fields, error)
       class(sweep_file_t), intent(in) :: self
       integer(long), intent(in) :: chunk
@@ -137,15 +163,23 @@ contains
       integer(long), intent(in) :: fields(:, :)
       !> Of the system, for `error_text`; 0: none.
       integer, intent(out) :: error
-      call self%file%put_marked(self%offset + (chunk - 1)*self%chunk*self%row_bytes, fields, &
-                                map_at(self) + head + chunk - 1, done_mark, error)
+      call self%file%put_safely(self%offset + (chunk - 1)*self%chunk*self%row_bytes, fields, error)
    end subroutine put_chunk
+
+   !> Marks a chunk whose rows are on the disk. Errors: `NUTATE_IO`.
+   subroutine mark(self, chunk, status)
+      class(sweep_file_t), intent(inout) :: self
+      integer(long), intent(in) :: chunk
+      type(status_t), intent(out) :: status
+      call self%file%put_at(map_at(self) + head + chunk - 1, done_mark, status)
+      self%done(chunk) = status%ok()
+   end subroutine mark
 
    !> Cuts the map off and gives the file its name. Errors: `NUTATE_IO`.
    subroutine finish(self, status)
       class(sweep_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
-      call self%file%resize(map_at(self), status)
+      call self%file%resize(whole_bytes(self), status)
       if (status%ok()) call self%file%sync(status)
       if (status%ok()) call self%file%finish(status)
    end subroutine finish

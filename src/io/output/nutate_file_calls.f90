@@ -5,7 +5,8 @@ module nutate_file_calls
    implicit none
    private
 
-   public :: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_locked, file_read_tail
+   public :: file_close, file_error_text, file_is_terminal, file_kind, file_open, file_open_beside, file_open_locked
+   public :: file_read_tail
    public :: file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, file_target
    public :: file_truncate, file_write, file_write_at, prepare_process
 
@@ -41,6 +42,12 @@ module nutate_file_calls
          integer(c_long_long), intent(in), value :: keep
          integer(c_int), intent(out) :: descriptor
       end function file_open_locked
+      integer(c_int) function file_open_beside(path, size, descriptor) bind(c, name='nutate_file_open_beside')
+         import :: c_char, c_int, c_long_long
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_long_long), intent(in), value :: size
+         integer(c_int), intent(out) :: descriptor
+      end function file_open_beside
       integer(c_int) function file_write(descriptor, bytes, count, stop, written) bind(c, name='nutate_file_write')
          import :: c_char, c_int, c_long_long, c_ptr
          integer(c_int), intent(in), value :: descriptor

@@ -36,6 +36,7 @@ int nutate_file_same(const char *a, const char *b);
 int nutate_file_replaceable(const char *path);
 int nutate_file_open(const char *path, const volatile sig_atomic_t *stop, int *descriptor);
 int nutate_file_open_locked(const char *path, long long keep, int *descriptor);
+int nutate_file_open_beside(const char *path, long long size, int *descriptor);
 int nutate_file_write(int descriptor, const char *bytes, long long count, const volatile sig_atomic_t *stop,
                       long long *written);
 int nutate_file_write_at(int descriptor, const char *bytes, long long count, long long offset);
@@ -153,6 +154,22 @@ int nutate_file_open_locked(const char *path, long long keep, int *descriptor)
         *descriptor = -1;
     }
     if (*descriptor >= 0) close(*descriptor);
+    *descriptor = -1;
+    return error;
+}
+
+/* Opens a file that another process holds locked, to write to parts of it that are agreed upon. One without its size is
+ * not the one that the other process sees: ESTALE. */
+int nutate_file_open_beside(const char *path, long long size, int *descriptor)
+{
+    struct stat info;
+    *descriptor = open(path, O_WRONLY | O_NOCTTY | O_CLOEXEC);
+    if (*descriptor < 0) return errno;
+    int error = fstat(*descriptor, &info) == 0 ? 0 : errno;
+    if (!error && !S_ISREG(info.st_mode)) error = EEXIST;
+    if (!error && info.st_size < size) error = ESTALE;
+    if (!error) return 0;
+    close(*descriptor);
     *descriptor = -1;
     return error;
 }

@@ -10,9 +10,9 @@ module nutate_files
       c_ptr
    use nutate_archive, only: archive_t
    use nutate_checksum, only: checksum
-   use nutate_file_calls, only: file_close, file_is_terminal, file_kind, file_open, file_open_locked, &
-      file_read_tail, file_remove, file_rename, file_replace, file_replaceable, file_same, file_settle, file_sync, &
-      file_target, file_truncate, file_write, file_write_at, prepare_process
+   use nutate_file_calls, only: file_close, file_is_terminal, file_kind, file_open, file_open_beside, &
+      file_open_locked, file_read_tail, file_remove, file_rename, file_replace, file_replaceable, file_same, &
+      file_settle, file_sync, file_target, file_truncate, file_write, file_write_at, prepare_process
    use nutate_kinds, only: long
    use nutate_status, only: status_t, fail, NUTATE_IO
    use nutate_system_text, only: error_text, text_of
@@ -77,12 +77,14 @@ module nutate_files
       procedure :: reopen
       !> Goes on writing to any part of a file of a known size.
       procedure :: reopen_whole
+      !> Writes to parts of a file that another process has open.
+      procedure :: open_beside
       !> Gives the file a size.
       procedure :: resize
       !> Writes bytes at a place, past all buffers.
       procedure :: put_at
-      !> Writes numbers at a place, and a mark at another when they are on the disk; for several threads at once too.
-      procedure :: put_marked
+      !> Writes numbers at a place and brings them to the disk; for several threads at once too.
+      procedure :: put_safely
       !> Brings what was written to the disk.
       procedure :: sync
       !> Brings everything to the disk, and says how far that is.
@@ -108,7 +110,6 @@ contains
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
       integer :: i, error
-
       call begin(self, name)
       do i = 1, size(descriptors)
          if (name == descriptor_names(i)) then
@@ -149,7 +150,6 @@ contains
       type(status_t), intent(out) :: status
       integer(long) :: tail
       integer :: error, ignored
-
       call begin(self, name)
       self%bytes = mark%bytes
       self%whole_bytes = mark%bytes
@@ -179,6 +179,22 @@ contains
       call open_partial(self, status)
    end subroutine reopen_whole
 
+   !> Writes by `put_safely` to parts of the partial file that another process has open, and is to finish; `abandon`
+   !> closes it. Errors: `NUTATE_IO` where it is not there, or is shorter.
+   subroutine open_beside(self, name, bytes, status)
+      class(output_file_t), intent(inout) :: self
+      !> What the other process has given to `open`.
+      character(len=*), intent(in) :: name
+      !> Its size.
+      integer(long), intent(in) :: bytes
+      type(status_t), intent(out) :: status
+      integer :: error
+      call begin(self, name)
+      self%partial = partial_name(name)
+      error = file_open_beside(self%partial//c_null_char, bytes, self%descriptor)
+      if (error /= 0) status = fail(NUTATE_IO, error_text(error))
+   end subroutine open_beside
+
    !> Gives the file a size: cuts it, or fills it with zeros. Errors: `NUTATE_IO`.
    subroutine resize(self, bytes, status)
       class(output_file_t), intent(inout) :: self
@@ -202,19 +218,17 @@ contains
       if (error /= 0) status = fail(NUTATE_IO, error_text(error))
    end subroutine put_at
 
-   !> Writes numbers at a place, and a mark at another when they are on the disk.
-   subroutine put_marked(self, offset, words, mark_offset, mark, error)
+   !> Writes numbers at a place and brings them to the disk.
+   subroutine put_safely(self, offset, words, error)
       class(output_file_t), intent(in) :: self
-      integer(long), intent(in) :: offset, mark_offset
+      integer(long), intent(in) :: offset
       !> Of 8 bytes.
       integer(long), intent(in), contiguous, target :: words(:, :)
-      character, intent(in), target :: mark
       !> Of the system, for `error_text`; 0: none.
       integer, intent(out) :: error
       error = file_write_at(self%descriptor, c_loc(words), 8*size(words, kind=c_long_long), offset)
       if (error == 0) error = file_sync(self%descriptor)
-      if (error == 0) error = file_write_at(self%descriptor, c_loc(mark), 1_c_long_long, mark_offset)
-   end subroutine put_marked
+   end subroutine put_safely
 
    !> Brings what was written to the disk. Errors: `NUTATE_IO`.
    subroutine sync(self, status)
@@ -268,7 +282,6 @@ contains
       type(status_t), intent(out) :: status
       character(len=:), allocatable :: partial
       integer :: error
-
       call find_target(self%name, partial_suffix, self%target, partial, error)
       if (error == 0) then
          if (file_kind(self%target//c_null_char) == KIND_REGULAR) error = file_replaceable(self%target//c_null_char)
@@ -330,7 +343,6 @@ contains
       !> Without its line end.
       character(len=*), intent(in) :: line
       type(status_t), intent(out) :: status
-
       if (self%used + len(line) + 1 > buffer_size) then
          call self%flush(status)
          if (.not. status%ok()) return
@@ -362,7 +374,6 @@ contains
       type(status_t), intent(out) :: status
       integer(c_long_long) :: written
       integer :: error
-
       error = file_write(self%descriptor, block, len(block, c_long_long), self%stop_flag, written)
       self%bytes = self%bytes + written
       self%whole_bytes = self%whole_bytes + index(block(1:written), new_line('a'), back=.true.)
@@ -377,7 +388,6 @@ contains
       class(output_file_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       integer :: error
-
       call self%flush(status)
       if (status%ok() .and. allocated(self%partial)) then
          ! Renamed while the lock is held: otherwise another run could empty it in between.

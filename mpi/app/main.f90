@@ -1,0 +1,66 @@
+!> `nutate-mpi sweep SCENE`: a sweep by the processes of MPI. Rank 0 says what there is to say.
+program main
+   use nutate_cli, only: argument_t, command_t, get_arguments, parse_arguments
+   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
+   use nutate_contraction, only: arithmetic_in_words
+   use nutate_files, only: prepare_process, STANDARD_ERROR, STANDARD_OUTPUT
+   use nutate_mpi_help, only: mpi_help, objection_to
+   use nutate_rank_crew, only: follow, rank_crew_t
+   use nutate_ranks, only: ranks_t
+   use nutate_run_signals, only: caught_signal, end_by_signal
+   use nutate_sweep_command, only: sweep_command
+   use nutate_version, only: version
+   implicit none
+   type(ranks_t) :: ranks
+   type(argument_t), allocatable :: arguments(:)
+   type(command_t) :: command
+   integer :: exit_code
+
+   call prepare_process()
+   call ranks%start()
+   call get_arguments(arguments)
+   call parse_arguments(arguments, command)
+   if (.not. allocated(command%error)) command%error = objection_to(command)
+   exit_code = 0
+   if (ranks%rank == 0) then
+      call lead(exit_code)
+   else if (command%error == '' .and. command%verb == 'sweep') then
+      call follow(ranks, command)
+      if (caught_signal() /= 0) exit_code = EXIT_SIGNAL + caught_signal()
+   end if
+   ! Of one that a signal ends MPI ends the others.
+   if (exit_code > EXIT_SIGNAL) call end_by_signal(exit_code - EXIT_SIGNAL)
+   call ranks%finish()
+   if (exit_code /= 0) stop exit_code, quiet=.true.
+
+contains
+
+   !> What rank 0 does: what the arguments ask for.
+   subroutine lead(exit_code)
+      integer, intent(inout) :: exit_code
+      type(rank_crew_t) :: crew
+      type(page_t) :: page
+      if (command%error /= '') then
+         call say_error('nutate-mpi: '//command%error)
+         exit_code = EXIT_INPUT
+         return
+      end if
+      select case (command%verb)
+      case ('sweep')
+         crew%program = 'nutate-mpi'
+         crew%ranks = ranks
+         call sweep_command(command, crew, exit_code)
+         call crew%dismiss()
+      case ('help')
+         call show_page(mpi_help(), STANDARD_OUTPUT, exit_code)
+      case ('version')
+         call page%line('nutate-mpi '//version)
+         call page%line(arithmetic_in_words()//'; '//ranks%library())
+         call show_page(page, STANDARD_OUTPUT, exit_code)
+      case default
+         call show_page(mpi_help(), STANDARD_ERROR, exit_code)
+         exit_code = EXIT_INPUT
+      end select
+   end subroutine lead
+
+end program main

@@ -1,0 +1,150 @@
+!> Where rank 0 hands out chunks and takes back what has been finished. It runs chunks itself as long as the others are
+!> few: then it looks for their requests whenever the members it runs ask whether to go on.
+module nutate_desk
+   use nutate_kinds, only: long
+   use nutate_member_run, only: member_run_t
+   use nutate_ranks, only: nap, ranks_t, request_t
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t, fail, NUTATE_STOPPED
+   use nutate_sweep, only: sweep_t
+   use nutate_sweep_watcher, only: sweep_watcher_t
+   implicit none
+   private
+
+   public :: desk_t
+
+   !> Where there are more ranks, rank 0 runs no chunks: nobody waits for an answer, and one more would not be noticed.
+   integer, parameter :: most_helped = 32
+
+   !> The sweep that is handed out, and how far that is.
+   type :: desk_t
+      type(ranks_t) :: ranks
+      type(sweep_t), pointer :: sweep => null()
+      !> Told how far the sweep is; asked whether to go on.
+      class(sweep_watcher_t), pointer :: watcher => null()
+      !> Ranks that have been told that there are no more chunks, or that cannot go on.
+      integer :: gone = 0
+      !> The first thing that went wrong.
+      type(status_t) :: failure
+   contains
+      !> Runs the whole sweep.
+      procedure :: run
+      !> Answers all requests that are there.
+      procedure :: serve
+   end type desk_t
+
+   !> Lets the desk look for requests while rank 0 runs members.
+   type, extends(sweep_watcher_t) :: bell_t
+      type(desk_t), pointer :: desk => null()
+   contains
+      procedure :: wants_end
+   end type bell_t
+
+contains
+
+   !> Runs the whole sweep. Errors: `NUTATE_STOPPED` where the watcher wants the end; `NUTATE_IO`; what another rank
+   !> could not do.
+   subroutine run(self, scene, status)
+      class(desk_t), intent(inout), target :: self
+      type(scene_t), intent(in) :: scene
+      type(status_t), intent(out) :: status
+      logical :: served
+      call show(self)
+      if (self%ranks%count <= most_helped) call help(self, scene)
+      do while (self%gone < self%ranks%count - 1 .and. self%failure%code /= NUTATE_STOPPED)
+         call self%serve(served)
+         if (self%watcher%wants_end()) self%failure = fail(NUTATE_STOPPED, 'the sweep was stopped')
+         if (.not. served) call nap()
+      end do
+      status = self%failure
+   end subroutine run
+
+   !> Runs chunks, as the other ranks do.
+   subroutine help(self, scene)
+      type(desk_t), intent(inout), target :: self
+      type(scene_t), intent(in) :: scene
+      type(bell_t), target :: bell
+      type(member_run_t) :: runner
+      type(status_t) :: status
+      integer(long), allocatable :: fields(:, :)
+      integer(long) :: chunk
+      bell%desk => self
+      call runner%prepare(scene, self%sweep%layout, status, bell)
+      do while (status%ok() .and. self%failure%ok())
+         call self%sweep%take_chunk(chunk)
+         if (chunk == 0) exit
+         call self%sweep%run_chunk(scene, runner, chunk, fields, status)
+         if (status%ok()) call self%sweep%finish_chunk(chunk, fields, status)
+         call show(self)
+      end do
+      if (self%failure%ok()) self%failure = status
+   end subroutine help
+
+   !> True if the members that rank 0 runs are to end. Answers requests meanwhile.
+   logical function wants_end(self)
+      class(bell_t), intent(in) :: self
+      logical :: served
+      call self%desk%serve(served)
+      wants_end = .not. self%desk%failure%ok()
+      if (.not. wants_end) wants_end = self%desk%watcher%wants_end()
+   end function wants_end
+
+   !> Answers all requests that are there.
+   subroutine serve(self, served)
+      class(desk_t), intent(inout) :: self
+      !> There were some.
+      logical, intent(out) :: served
+      type(request_t) :: request
+      integer(long), allocatable :: fields(:, :)
+      integer(long) :: chunk
+      logical :: there
+      served = .false.
+      do
+         call self%ranks%next_request(there, request)
+         if (.not. there) return
+         served = .true.
+         if (.not. request%status%ok()) then
+            self%gone = self%gone + 1
+            if (self%failure%ok()) self%failure = said_by(request)
+            cycle
+         end if
+         if (request%chunk > 0) call finish(self, request, fields)
+         chunk = 0
+         if (self%failure%ok()) call self%sweep%take_chunk(chunk)
+         if (chunk == 0) self%gone = self%gone + 1
+         call self%ranks%answer(request, chunk)
+      end do
+   end subroutine serve
+
+   !> Takes back a chunk.
+   subroutine finish(self, request, fields)
+      class(desk_t), intent(inout) :: self
+      type(request_t), intent(in) :: request
+      !> Its rows, where they are to be added up; on return not allocated.
+      integer(long), allocatable, intent(inout) :: fields(:, :)
+      type(status_t) :: status
+      if (.not. self%sweep%keeps_rows) then
+         allocate (fields(self%sweep%layout%width(), self%sweep%size_of(request%chunk)))
+         call self%ranks%take_rows(request, fields)
+      end if
+      call self%sweep%finish_chunk(request%chunk, fields, status)
+      if (self%failure%ok()) self%failure = status
+      call show(self)
+   end subroutine finish
+
+   !> What another rank could not do.
+   function said_by(request) result(status)
+      type(request_t), intent(in) :: request
+      type(status_t) :: status
+      character(len=12) :: rank
+      write (rank, '(i0)') request%rank
+      status = request%status
+      status%message = 'rank '//trim(rank)//': '//request%status%message
+   end function said_by
+
+   subroutine show(self)
+      class(desk_t), intent(inout) :: self
+      call self%watcher%show(self%sweep%members_done, self%sweep%last - self%sweep%first + 1)
+   end subroutine show
+
+end module nutate_desk

@@ -1,0 +1,153 @@
+!> The ranks as those who run the members of a sweep: rank 0 leads it, all others follow.
+module nutate_rank_crew
+   use nutate_cli, only: command_t
+   use nutate_desk, only: desk_t
+   use nutate_kinds, only: long
+   use nutate_member_run, only: member_run_t
+   use nutate_ranks, only: nap, ranks_t
+   use nutate_run_signals, only: caught_signal, watch_signals
+   use nutate_scene, only: scene_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_STOPPED
+   use nutate_sweep, only: sweep_t
+   use nutate_sweep_command, only: choose_members, read_ensemble
+   use nutate_sweep_crew, only: sweep_crew_t
+   use nutate_sweep_watcher, only: sweep_watcher_t
+   implicit none
+   private
+
+   public :: rank_crew_t, follow
+
+   !> Asks in vain before a rank lets others have its core.
+   integer, parameter :: patience = 100
+
+   !> The ranks.
+   type, extends(sweep_crew_t) :: rank_crew_t
+      type(ranks_t) :: ranks
+      !> The other ranks know what there is to do.
+      logical :: has_begun = .false.
+   contains
+      procedure :: workers
+      procedure :: go
+      !> Lets the other ranks go, if there was nothing to do for them.
+      procedure :: dismiss
+   end type rank_crew_t
+
+   !> Ends members when a signal asks for it.
+   type, extends(sweep_watcher_t) :: signal_watcher_t
+   contains
+      procedure :: wants_end => signal_came
+   end type signal_watcher_t
+
+contains
+
+   !> How many members are run at once.
+   integer function workers(self)
+      class(rank_crew_t), intent(in) :: self
+      workers = self%ranks%count
+   end function workers
+
+   !> Runs what is not done yet. Errors: those of `desk%run`.
+   subroutine go(self, sweep, scene, watcher, status)
+      !> Of rank 0.
+      class(rank_crew_t), intent(inout) :: self
+      type(sweep_t), intent(inout), target :: sweep
+      type(scene_t), intent(in) :: scene
+      class(sweep_watcher_t), intent(inout), target :: watcher
+      type(status_t), intent(out) :: status
+      type(desk_t), target :: desk
+      integer(long) :: numbers(2)
+      numbers = [sweep%chunk, sweep%identity]
+      call self%ranks%announce(numbers)
+      self%has_begun = .true.
+      desk%ranks = self%ranks
+      desk%sweep => sweep
+      desk%watcher => watcher
+      call desk%run(scene, status)
+   end subroutine go
+
+   !> Lets the other ranks go, if there was nothing to do for them.
+   subroutine dismiss(self)
+      !> Of rank 0.
+      class(rank_crew_t), intent(inout) :: self
+      integer(long) :: numbers(2)
+      numbers = 0
+      if (.not. self%has_begun) call self%ranks%announce(numbers)
+      self%has_begun = .true.
+   end subroutine dismiss
+
+   !> What every rank but rank 0 does: runs the chunks that it is given. What it cannot do rank 0 says.
+   subroutine follow(ranks, command)
+      type(ranks_t), intent(in) :: ranks
+      !> That of rank 0 too.
+      type(command_t), intent(in) :: command
+      type(scene_t) :: scene
+      type(sweep_t), target :: sweep
+      type(status_t) :: status, closing
+      character(len=:), allocatable :: name, message
+      integer(long), allocatable :: no_rows(:, :)
+      integer(long) :: first, last, numbers(2)
+      call ranks%announce(numbers)
+      if (numbers(1) == 0) return
+      call watch_signals()
+      call read_ensemble(command, scene, message)
+      if (message /= '') status = fail(NUTATE_BAD_SCENE, message)
+      if (status%ok()) then
+         call choose_members(command, scene, first, last, name)
+         call sweep%join(scene, first, last, name, numbers(1), numbers(2), status)
+      end if
+      if (status%ok()) then
+         call run_chunks(ranks, scene, sweep, status)
+         call sweep%abandon(closing)
+      end if
+      if (.not. status%ok() .and. status%code /= NUTATE_STOPPED) call ranks%ask(0_long, no_rows, status)
+   end subroutine follow
+
+   !> Runs chunks until there are no more. Errors: `NUTATE_STOPPED` where a signal has come; `NUTATE_IO`.
+   subroutine run_chunks(ranks, scene, sweep, status)
+      type(ranks_t), intent(in) :: ranks
+      type(scene_t), intent(in) :: scene
+      !> Joined.
+      type(sweep_t), intent(inout), target :: sweep
+      type(status_t), intent(out) :: status
+      type(signal_watcher_t), target :: watcher
+      type(member_run_t) :: runner
+      integer(long), allocatable :: fields(:, :)
+      integer(long) :: chunk
+      chunk = 0
+      call runner%prepare(scene, sweep%layout, status, watcher)
+      do while (status%ok())
+         if (allocated(fields) .and. sweep%keeps_rows) deallocate (fields)
+         call ranks%ask(chunk, fields, status)
+         call await_chunk(ranks, chunk, status)
+         if (chunk == 0 .or. .not. status%ok()) exit
+         call sweep%run_chunk(scene, runner, chunk, fields, status)
+      end do
+   end subroutine run_chunks
+
+   !> Waits for the next chunk. Errors: `NUTATE_STOPPED` where a signal has come.
+   subroutine await_chunk(ranks, chunk, status)
+      type(ranks_t), intent(in) :: ranks
+      !> 0: there are no more.
+      integer(long), intent(out) :: chunk
+      type(status_t), intent(inout) :: status
+      logical :: there
+      integer :: asked
+      asked = 0
+      do
+         call ranks%listen(there, chunk)
+         if (there) return
+         if (caught_signal() /= 0) then
+            status = fail(NUTATE_STOPPED, 'the sweep was stopped')
+            return
+         end if
+         asked = asked + 1
+         if (asked > patience) call nap()
+      end do
+   end subroutine await_chunk
+
+   logical function signal_came(self)
+      class(signal_watcher_t), intent(in) :: self
+      signal_came = caught_signal() /= 0
+   end function signal_came
+
+end module nutate_rank_crew

@@ -1,0 +1,90 @@
+"""nutate-mpi sweep goes on, to the bytes of nutate sweep, after processes are lost."""
+import os
+import random
+import re
+import signal
+import subprocess
+import time
+import unittest
+
+from rank_support import MEANS, PATIENCE, RankTest, mpirun
+
+
+class LostRanks(RankTest):
+    """Sweeps long enough for ranks to be lost on the way."""
+
+    LONG = ("--set", "integrator.end_time=200", "--set", "ensemble.chunk=3")
+
+    def start(self, ranks, *arguments):
+        return subprocess.Popen([*mpirun(ranks), self.ranks, "sweep", "tumble.nml", "--quiet", *arguments], cwd=self.folder,
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+    @staticmethod
+    def children(run):
+        """Process numbers of the ranks."""
+        found = subprocess.run(["ps", "--ppid", str(run.pid), "-o", "pid="], capture_output=True, text=True, check=False)
+        return [int(word) for word in found.stdout.split()]
+
+    def progress(self, name):
+        """What grows with every chunk that is finished: marks in the map, or the time of the sums."""
+        path = self.path(name + ".partial")
+        if not os.path.exists(path):
+            return 0
+        if name.endswith(".csv"):
+            return os.stat(path).st_mtime_ns
+        _, _, marks = self.bytes_of(name + ".partial").rpartition(b"nutate sweep map 1\n")
+        return marks[16:].count(b"x")
+
+    def lose(self, number, victims, ranks, dice, output, *arguments):
+        """Sends a signal to some of the ranks, or to mpirun, some chunks on; true if the sweep was not over."""
+        before = self.progress(output)
+        run = self.start(ranks, "--output", output, "--resume", *arguments)
+        while run.poll() is None and self.progress(output) < before + dice.randint(1, 6):
+            time.sleep(0.001)
+        time.sleep(dice.uniform(0, 0.03))
+        for process in ([run.pid] if victims is None else self.children(run)[victims]):
+            try:
+                os.kill(process, number)
+            except ProcessLookupError:
+                pass
+        run.communicate(timeout=PATIENCE)
+        return run.returncode != 0
+
+    def resumes(self, number, victims, seed, output, *settings):
+        """Ranks are lost again and again; in the end, by whatever ranks, the bytes are those of one process."""
+        whole = self.sweep(0, *settings, *self.LONG, output="whole" + output)
+        dice = random.Random(seed)
+        lost = sum(self.lose(number, victims, ranks, dice, output, *settings, *self.LONG) for ranks in (4, 2, 8))
+        self.assertGreater(lost, 1)
+        self.assertEqual(self.sweep(dice.choice((0, 2, 5)), "--resume", *settings, *self.LONG, output=output), whole)
+        self.assertNotIn(output + ".partial", self.names())
+
+    def test_one_rank_is_killed(self):
+        self.resumes(signal.SIGKILL, slice(-1, None), 1, "rows.npy")
+
+    def test_rank_0_is_killed(self):
+        self.resumes(signal.SIGKILL, slice(0, 1), 2, "rows.npy")
+
+    def test_all_are_killed(self):
+        self.resumes(signal.SIGKILL, slice(None), 3, "rows.npy")
+
+    def test_a_rank_is_killed_where_no_rows_are_kept(self):
+        self.resumes(signal.SIGKILL, slice(-1, None), 4, "mean.csv", *MEANS)
+
+    def test_ctrl_c(self):
+        self.resumes(signal.SIGINT, None, 5, "rows.npy")
+
+    def test_a_signal_is_answered_in_one_line(self):
+        # To rank 0: what ranks say after a signal to mpirun is not always passed on by it.
+        run = self.start(3, "--set", "integrator.end_time=3000", "--set", "ensemble.chunk=1")
+        self.wait_for("tumble.npy.partial", 1000)
+        time.sleep(0.5)
+        os.kill(self.children(run)[0], signal.SIGTERM)
+        _, said = run.communicate(timeout=PATIENCE)
+        self.assertEqual(len(re.findall(r"(?m)^nutate: tumble\.nml: stopped by SIGTERM; \d+ of 200 members are in "
+                                        r"tumble\.npy\.partial \(nutate-mpi sweep --resume goes on\)$", said)), 1, said)
+        self.assertNotEqual(run.returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
