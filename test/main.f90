@@ -78,6 +78,7 @@ program unit
    use test_rk8, only: collect_rk8
    use test_round_off, only: collect_round_off
    use test_run, only: collect_run
+   use test_saturation, only: collect_saturation
    use test_scene, only: collect_scene
    use test_scene_errors, only: collect_scene_errors
    use test_scene_notation, only: collect_scene_notation
@@ -280,6 +281,7 @@ contains
          new_testsuite("tables", collect_tables), &
          new_testsuite("torque_physics", collect_torque_physics), &
          new_testsuite("regulators", collect_regulators), &
+         new_testsuite("saturation", collect_saturation), &
          new_testsuite("wheel_limits", collect_wheel_limits), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels) &

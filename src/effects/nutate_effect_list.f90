@@ -7,7 +7,8 @@ module nutate_effect_list
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
-   use nutate_regulator, only: regulated_motor_t, regulator_t, BY_WHEELS
+   use nutate_regulated_motor, only: regulated_motor_t
+   use nutate_regulator, only: regulator_t, BY_WHEELS
    use nutate_orbit, only: orbit_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -266,7 +267,7 @@ contains
          call archive%transfer(self%wheels(i)%on)
          call archive%transfer(self%wheels(i)%at_limit)
          call archive%transfer(self%wheels(i)%command)
-         if (allocated(self%wheels(i)%motor)) call archive%transfer(self%wheels(i)%motor%on)
+         if (allocated(self%wheels(i)%motor)) call transfer_motor(self%wheels(i)%motor, archive)
       end do
       if (self%n_potentials + self%n_off == 0) return
       do place = 1, size(self%potentials)
@@ -277,15 +278,32 @@ contains
       if (archive%is_reading()) call sort_potentials(self)
    end subroutine transfer_switches
 
-   !> Shows to an archive what a regulator holds.
+   !> Shows to an archive whether a motor is on, and at what limits.
+   subroutine transfer_motor(motor, archive)
+      class(torque_t), intent(inout) :: motor
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(motor%on)
+      select type (motor)
+      class is (regulated_motor_t)
+         call archive%transfer(motor%cut)
+         call archive%transfer(motor%at_limit)
+         call archive%transfer(motor%blocked)
+      end select
+   end subroutine transfer_motor
+
+   !> Shows to an archive what a regulator holds, and what of it is at a limit.
    subroutine transfer_held(torque, archive)
       class(torque_t), intent(inout) :: torque
       class(archive_t), intent(inout) :: archive
+      integer :: i
       select type (torque)
       class is (regulator_t)
          call archive%transfer(torque%held)
          call archive%transfer(torque%held_by_wheels)
          call archive%transfer(torque%was_on)
+         do i = 1, 3
+            call archive%transfer(torque%cut(i))
+         end do
       end select
    end subroutine transfer_held
 

@@ -22,12 +22,13 @@ module nutate_regulator
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
+   use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
    use nutate_small_products, only: times_vector
    implicit none
    private
 
-   public :: regulator_t, regulated_motor_t
+   public :: regulator_t
 
    !> Laws, and what they act by.
    integer, parameter, public :: POINTING = 1, DETUMBLING = 2
@@ -37,8 +38,11 @@ module nutate_regulator
    type, extends(torque_t) :: regulator_t
       !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETS`: the last alone detumble.
       integer :: law = POINTING, by = BY_TORQUE
-      !> q_t, body→space, unit quaternion; shape (4).
+      !> q_t, body→space, unit quaternion; shape (4). Where `follows_orbit`, body→orbital axes, and those of the orbit
+      !> that the body is on take the place of the space axes (`follow_orbit`).
       real(wp) :: target(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      logical :: follows_orbit = .false.
+      type(orbit_t) :: orbit
       !> K, N m, and D, N m s, body axes; shape (3,3).
       real(wp) :: attitude_gain(3, 3) = 0.0_wp, rate_gain(3, 3) = 0.0_wp
       !> k, A m² s/T.
@@ -49,8 +53,11 @@ module nutate_regulator
       type(geomagnetic_field_t) :: earth
       !> From one sample to the next, s; 0: the law acts at all times.
       real(wp) :: sample = 0.0_wp
-      !> Of each component of what is held, N m or A m²; of motors see `wheel_t`.
+      !> Of each component of torque or moment, N m or A m²; of motors see `wheel_t`.
       real(wp) :: limit = huge(1.0_wp)
+      !> 1: a component that the law asks for at all times is above the limit; -1: below that under zero; 0: neither.
+      !> Found by runs, as events; shape (3).
+      integer :: cut(3) = 0
       !> s; samples are taken at whole periods behind the start, or behind t = 0 where there is none.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
       !> What is held: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
@@ -72,23 +79,16 @@ module nutate_regulator
       procedure :: is_moderate => regulator_is_moderate
       !> Takes the field of the Earth as that of its magnets.
       procedure :: follow
-      !> The torque that the law asks for.
+      !> Takes the axes of an orbit as those of its target.
+      procedure :: follow_orbit
+      !> The torque that the law asks for, and that or the moment, which have the limit.
       procedure :: wanted
+      procedure :: asked
       !> The next sample.
       procedure :: next_sample
       !> Holds from now on what the law asks for.
       procedure :: hold
    end type regulator_t
-
-   !> The motor of a wheel by which a regulator acts at all times: its torque is component 1.
-   type, extends(torque_t) :: regulated_motor_t
-      type(regulator_t) :: regulator = regulator_t()
-      !> Which wheel.
-      integer :: wheel = 1
-   contains
-      procedure :: torque => motor_torque
-      procedure :: window => motor_window
-   end type regulated_motor_t
 
 contains
 
@@ -102,6 +102,14 @@ contains
       self%moves = .true.
       self%pace = earth%pace()
    end subroutine follow
+
+   !> Takes the axes of an orbit as those of its target. Where they are the space axes nothing changes.
+   pure subroutine follow_orbit(self, orbit)
+      class(regulator_t), intent(inout) :: self
+      type(orbit_t), intent(in) :: orbit
+      self%follows_orbit = .not. orbit%is_frame
+      self%orbit = orbit
+   end subroutine follow_orbit
 
    !> B, body axes, T; shape (3).
    pure function field_at(self, t, q) result(b)
@@ -121,26 +129,72 @@ contains
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      real(wp) :: tau(3), e(4), b(3)
+      real(wp) :: tau(3), b(3)
       if (self%law == DETUMBLING) then
          b = field_at(self, t, q)
          tau = -self%gain*cross(cross(b, omega), b)
       else
-         e = error_of(self, q)
-         tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega)
+         tau = pointing_torque(self, t, q, omega)
          if (self%by == BY_MAGNETS) tau = across(field_at(self, t, q), tau)
       end if
    end function wanted
 
-   !> e with a scalar that is not negative; shape (4).
-   pure function error_of(self, q) result(e)
+   !> What has the limit: the torque, N m, or the moment of the magnets, A m²; body axes, shape (3).
+   pure function asked(self, t, q, omega)
       class(regulator_t), intent(in) :: self
-      !> Attitude, unit quaternion, body→space; shape (4).
-      real(wp), intent(in) :: q(4)
-      real(wp) :: e(4)
-      e = quat_product(quat_conjugate(self%target), q)
+      !> As in `wanted`.
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: asked(3), b(3)
+      if (self%by /= BY_MAGNETS) then
+         asked = self%wanted(t, q, omega)
+         return
+      end if
+      b = field_at(self, t, q)
+      if (self%law == DETUMBLING) then
+         asked = -self%gain*cross(b, omega)
+      else
+         asked = moment_for(b, self%wanted(t, q, omega))
+      end if
+   end function asked
+
+   !> B×τ/|B|²; nothing where there is no field.
+   pure function moment_for(b, tau) result(moment)
+      real(wp), intent(in) :: b(3), tau(3)
+      real(wp) :: moment(3), size
+      moment = 0.0_wp
+      size = maxval(abs(b))
+      if (size > 0.0_wp) moment = cross(b/size, tau)/(size*dot_product(b/size, b/size))
+   end function moment_for
+
+   !> -K sgn(e₀) e_v - D Ω, Ω against the axes of the target.
+   pure function pointing_torque(self, t, q, omega) result(tau)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3), e(4)
+      e = error_of(self, t, q)
+      tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega - rate_of_target(self, t, q))
+   end function pointing_torque
+
+   !> e with a scalar that is not negative; shape (4).
+   pure function error_of(self, t, q) result(e)
+      class(regulator_t), intent(in) :: self
+      !> s; attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: t, q(4)
+      real(wp) :: e(4), target(4)
+      target = self%target
+      if (self%follows_orbit) target = quat_product(self%orbit%axes(t), target)
+      e = quat_product(quat_conjugate(target), q)
       if (e(1) < 0.0_wp) e = -e
    end function error_of
+
+   !> Rate of the target against the space axes, body axes, rad/s; shape (3).
+   pure function rate_of_target(self, t, q) result(rate)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4)
+      real(wp) :: rate(3)
+      rate = 0.0_wp
+      if (self%follows_orbit) rate = rotate_to_body(q, self%orbit%axes_rate(t))
+   end function rate_of_target
 
    !> The part of a vector across b; nothing of it where there is no b.
    pure function across(b, v) result(part)
@@ -160,13 +214,27 @@ contains
       if (self%by == BY_WHEELS) then
          tau = 0.0_wp
       else if (.not. self%sample > 0.0_wp) then
-         tau = self%wanted(t, q, omega)
+         if (any(self%cut /= 0)) then
+            tau = cut_off(self, self%asked(t, q, omega))
+            if (self%by == BY_MAGNETS) tau = cross(tau, field_at(self, t, q))
+         else
+            tau = self%wanted(t, q, omega)
+         end if
       else if (self%by == BY_MAGNETS) then
          tau = cross(self%held, field_at(self, t, q))
       else
          tau = self%held
       end if
    end function regulating_torque
+
+   !> Torque or moment with the components that are at the limit there; shape (3).
+   pure function cut_off(self, amount) result(cut)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: amount(3)
+      real(wp) :: cut(3)
+      cut = amount
+      where (self%cut /= 0) cut = self%cut*self%limit
+   end function cut_off
 
    !> A small rotation θ of the body changes e_v by ½(e₀θ + e_v×θ), and B by B×θ.
    pure subroutine regulating_derivatives(self, t, q, omega, by_rotation, by_rate)
@@ -183,7 +251,9 @@ contains
       do i = 1, 3
          theta = 0.0_wp
          theta(i) = 1.0_wp
-         if (self%sample > 0.0_wp) then
+         if (any(self%cut /= 0)) then
+            call differentiate_cut(self, t, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
+         else if (self%sample > 0.0_wp) then
             if (self%by == BY_MAGNETS) by_rotation(:, i) = cross(self%held, cross(b, theta))
          else if (self%law == DETUMBLING) then
             associate (change => cross(b, theta))
@@ -192,20 +262,19 @@ contains
                by_rate(:, i) = -self%gain*cross(change, b)
             end associate
          else
-            call differentiate_pointing(self, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
+            call differentiate_pointing(self, t, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
          end if
       end do
    end subroutine regulating_derivatives
 
    !> The derivatives of the quaternion law by one small rotation, and by one component of Ω.
-   pure subroutine differentiate_pointing(self, q, omega, b, theta, by_rotation, by_rate)
+   pure subroutine differentiate_pointing(self, t, q, omega, b, theta, by_rotation, by_rate)
       class(regulator_t), intent(in) :: self
       !> B, body axes, T; shape (3); a unit vector.
-      real(wp), intent(in) :: q(4), omega(3), b(3), theta(3)
+      real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
-      real(wp) :: e(4), tau(3), unit(3), change(3)
-      e = error_of(self, q)
-      by_rotation = -0.5_wp*times_vector(self%attitude_gain, e(1)*theta + cross(e(2:4), theta))
+      real(wp) :: tau(3), unit(3), change(3)
+      by_rotation = change_by_rotation(self, t, q, theta)
       by_rate = -times_vector(self%rate_gain, theta)
       if (self%by /= BY_MAGNETS) return
       by_rotation = across(b, by_rotation)
@@ -214,9 +283,51 @@ contains
       unit = b/maxval(abs(b))
       unit = unit/norm2(unit)
       change = cross(unit, theta)
-      tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega)
+      tau = pointing_torque(self, t, q, omega)
       by_rotation = by_rotation - dot_product(unit, tau)*change - dot_product(change, tau)*unit
    end subroutine differentiate_pointing
+
+   !> That of `pointing_torque` by a small rotation; the rate of the target, r, changes by r×θ.
+   pure function change_by_rotation(self, t, q, theta) result(change)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), theta(3)
+      real(wp) :: change(3), e(4)
+      e = error_of(self, t, q)
+      change = -0.5_wp*times_vector(self%attitude_gain, e(1)*theta + cross(e(2:4), theta))
+      if (self%follows_orbit) &
+         change = change + times_vector(self%rate_gain, cross(rate_of_target(self, t, q), theta))
+   end function change_by_rotation
+
+   !> The same of a torque, or of m×B, where components of it, or of m, stand at the limit and do not change.
+   pure subroutine differentiate_cut(self, t, q, omega, b, theta, by_rotation, by_rate)
+      class(regulator_t), intent(in) :: self
+      !> B, body axes, T; shape (3); a unit vector.
+      real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
+      real(wp), intent(out) :: by_rotation(3), by_rate(3)
+      real(wp) :: turned(3)
+      turned = cross(b, theta)
+      if (self%law == DETUMBLING) then
+         by_rotation = -self%gain*cross(turned, omega)
+         by_rate = -self%gain*turned
+      else
+         by_rotation = change_by_rotation(self, t, q, theta)
+         by_rate = -times_vector(self%rate_gain, theta)
+         if (self%by == BY_MAGNETS) then
+            ! |B| stays: of B×τ/|B|² either factor changes.
+            by_rotation = moment_for(b, by_rotation)
+            if (maxval(abs(b)) > 0.0_wp) by_rotation = by_rotation + &
+               cross(turned/norm2(b), pointing_torque(self, t, q, omega)/norm2(b))
+            by_rate = moment_for(b, by_rate)
+         end if
+      end if
+      where (self%cut /= 0)
+         by_rotation = 0.0_wp
+         by_rate = 0.0_wp
+      end where
+      if (self%by /= BY_MAGNETS) return
+      by_rotation = cross(by_rotation, b) + cross(cut_off(self, self%asked(t, q, omega)), turned)
+      by_rate = cross(by_rate, b)
+   end subroutine differentiate_cut
 
    !> From start to stop; by wheels never, since the motors act then.
    pure subroutine regulating_window(self, start, stop)
@@ -269,25 +380,15 @@ contains
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      real(wp) :: b(3), tau(3), square
       self%was_on = self%on
       self%held = 0.0_wp
       self%held_by_wheels = 0.0_wp
       if (.not. (self%on .and. t >= self%start .and. t <= self%stop)) return
-      b = 0.0_wp
-      if (self%by == BY_MAGNETS) b = field_at(self, t, q)
       if (self%by == BY_WHEELS) then
          self%held_by_wheels = matmul(self%wanted(t, q, omega), self%share)
          return
-      else if (self%by == BY_TORQUE) then
-         self%held = self%wanted(t, q, omega)
-      else if (self%law == DETUMBLING) then
-         self%held = -self%gain*cross(b, omega)
-      else
-         tau = self%wanted(t, q, omega)
-         square = maxval(abs(b))
-         if (square > 0.0_wp) self%held = cross(b/square, tau)/(square*dot_product(b/square, b/square))
       end if
+      self%held = self%asked(t, q, omega)
       self%held = max(-self%limit, min(self%limit, self%held))
    end subroutine hold
 
@@ -341,26 +442,12 @@ contains
                     all(is_moderate(self%rate_gain(:, i)))
       end do
       if (moderate .and. self%follows_earth) moderate = self%earth%is_moderate()
+      if (moderate .and. self%follows_orbit) moderate = self%orbit%is_moderate()
       if (.not. moderate .or. self%law /= DETUMBLING) return
       strongest = maxval(abs(self%field))
       if (self%follows_earth) strongest = self%earth%greatest()
       moderate = strongest <= 1e50_wp
       if (moderate) moderate = is_moderate(self%gain*strongest**2)
    end function regulator_is_moderate
-
-   pure function motor_torque(self, t, q, omega) result(tau)
-      class(regulated_motor_t), intent(in) :: self
-      real(wp), intent(in) :: t, q(4), omega(3)
-      real(wp) :: tau(3)
-      tau = 0.0_wp
-      tau(1) = dot_product(self%regulator%share(:, self%wheel), self%regulator%wanted(t, q, omega))
-   end function motor_torque
-
-   pure subroutine motor_window(self, start, stop)
-      class(regulated_motor_t), intent(in) :: self
-      real(wp), intent(out) :: start, stop
-      start = self%regulator%start
-      stop = self%regulator%stop
-   end subroutine motor_window
 
 end module nutate_regulator

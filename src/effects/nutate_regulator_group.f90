@@ -15,10 +15,11 @@ module nutate_regulator_group
    public :: regulator_keys, build_regulator
 
    !> Keys of the scene group `&regulator`.
-   type(key_t), parameter :: regulator_keys(12) = [ &
+   type(key_t), parameter :: regulator_keys(13) = [ &
       key_t(name='law', kind=KEY_TEXT, choices='quaternion,bdot', required=.true.), &
       key_t(name='by', kind=KEY_TEXT, choices='torque,wheels,magnets'), &
       key_t(name='target', least=4, most=4), &
+      key_t(name='target_from', kind=KEY_TEXT, choices='space,orbit'), &
       key_t(name='attitude_gain', range=NON_NEGATIVE), &
       key_t(name='rate_gain', range=NON_NEGATIVE), &
       key_t(name='gains', kind=KEY_TEXT, choices='inertia,scalar'), &
@@ -87,6 +88,7 @@ contains
          return
       end if
       regulator%target = quat_normalized(regulator%target)
+      regulator%follows_orbit = group%text('target_from', 'space') == 'orbit'
       unit = body%inertia
       if (group%text('gains', 'inertia') == 'scalar') unit = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
       regulator%attitude_gain = group%number('attitude_gain', 0.0_wp)*unit
@@ -97,8 +99,8 @@ contains
    subroutine check_keys(group, status)
       type(group_t), intent(in) :: group
       type(status_t), intent(out) :: status
-      character(len=13), parameter :: of_pointing(5) = [character(len=13) :: &
-                                                        'by', 'target', 'attitude_gain', 'rate_gain', 'gains']
+      character(len=13), parameter :: of_pointing(6) = [character(len=13) :: &
+                                                        'by', 'target', 'target_from', 'attitude_gain', 'rate_gain', 'gains']
       integer :: i
       if (group%text('law', '') == 'bdot') then
          do i = 1, size(of_pointing)
@@ -113,8 +115,6 @@ contains
          if (group%text('by', 'torque') /= 'magnets' .and. group%has('field')) &
             call refuse('field', " without magnets (expected by = 'magnets' with it)")
       end if
-      if (group%has('limit') .and. .not. group%has('sample')) &
-         call refuse('limit', ' without sample (expected sample with it)')
       if (group%has('limit') .and. group%text('by', '') == 'wheels') &
          call refuse('limit', ' with wheels (expected torque_limit in &wheel)')
 

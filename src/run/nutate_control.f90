@@ -1,26 +1,46 @@
-!> What a run watches over beside events: regulators take their samples at the ends of steps, wheels have limits of
-!> speed.
+!> What a run watches over beside events: regulators take their samples at the ends of steps; wheels have limits of
+!> speed, and regulators of what they give.
 module nutate_control
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
+   use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
    use nutate_regulator, only: regulator_t
-   use nutate_speed_limits, only: has_limits
+   use nutate_saturation, only: add_saturations, can_saturate, take_saturations
+   use nutate_speed_limits, only: add_speed_limits, has_speed_limits, take_speed_limits
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: needs_control, next_sample, take_samples
+   public :: limit_events, needs_control, next_sample, take_limits, take_samples
 
 contains
 
-   !> True where only a run knows what acts: wheels with limits of their speed, regulators that take samples.
+   !> True where only a run knows what acts: wheels with limits of their speed, regulators that take samples or have
+   !> limits.
    pure logical function needs_control(effects)
       type(effect_list_t), intent(in) :: effects
-      needs_control = has_limits(effects) .or. has_samples(effects)
+      needs_control = has_speed_limits(effects) .or. can_saturate(effects) .or. has_samples(effects)
    end function needs_control
+
+   !> The events of all limits.
+   function limit_events(effects) result(events)
+      type(effect_list_t), intent(in) :: effects
+      type(limit_slot_t), allocatable :: events(:)
+      allocate (events(0))
+      call add_speed_limits(effects, events)
+      call add_saturations(effects, events)
+   end function limit_events
+
+   !> Finds out what is at, or beyond, its limit.
+   pure subroutine take_limits(system, state)
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
+      call take_speed_limits(system, state)
+      call take_saturations(system, state)
+   end subroutine take_limits
 
    pure logical function has_samples(effects)
       type(effect_list_t), intent(in) :: effects

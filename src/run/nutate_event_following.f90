@@ -6,10 +6,10 @@ module nutate_event_following
    use nutate_event_tracker, only: event_tracker_t, watched_t
    use nutate_hamiltonian, only: potential_energy
    use nutate_kinds, only: wp, eps, long
+   use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, total_work, way_t
-   use nutate_speed_limits, only: limit_event_t, SWITCH_LIMIT
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t
@@ -426,7 +426,7 @@ contains
                case (SWITCH_OFF)
                   call system%effects%switch(event%effect, .false.)
                case (SWITCH_LIMIT)
-                  call limit_motor(system, event)
+                  call settle(event, system, progress%state)
                case default
                   call system%effects%switch(event%effect)
                end select
@@ -445,14 +445,15 @@ contains
       end if
    end subroutine make_switches
 
-   !> A wheel has come to its limit, or left it.
-   subroutine limit_motor(system, event)
-      type(system_t), intent(inout) :: system
+   !> Something has come to its limit, or left it.
+   subroutine settle(event, system, state)
       class(event_t), intent(in) :: event
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
       select type (event)
-      type is (limit_event_t)
-         system%effects%wheels(event%wheel)%at_limit = event%becomes
+      class is (limit_event_t)
+         call event%settle(system, state)
       end select
-   end subroutine limit_motor
+   end subroutine settle
 
 end module nutate_event_following

@@ -2,13 +2,14 @@
 !> often it happened, and when.
 module nutate_event_tracker
    use nutate_archive, only: archive_t
+   use nutate_control, only: limit_events, take_limits
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, event_t, second_rate
    use nutate_event_roots, only: node_t
    use nutate_kinds, only: wp, eps, long
+   use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_motion_bounds, only: bound_motion, motion_bounds_t
-   use nutate_speed_limits, only: limit_event_t, limit_events, take_limits
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -62,7 +63,7 @@ module nutate_event_tracker
 
    !> All events of a run.
    type :: event_tracker_t
-      !> Those that were asked for, and behind them the limits of wheels.
+      !> Those that were asked for, and behind them those of limits.
       type(watched_t), allocatable :: watched(:)
       integer :: n_asked = 0
       !> The run is over.
@@ -135,13 +136,13 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(status_t), intent(inout) :: status
-      type(limit_event_t), allocatable :: limits(:)
+      type(limit_slot_t), allocatable :: limits(:)
       integer :: i
       limits = limit_events(system%effects)
       self%n_asked = events%count()
       allocate (self%watched(self%n_asked + size(limits)), self%due(self%n_asked + size(limits)))
       do i = 1, size(limits)
-         allocate (self%watched(self%n_asked + i)%event, source=limits(i))
+         allocate (self%watched(self%n_asked + i)%event, source=limits(i)%item)
       end do
       allocate (self%acts(system%effects%n_torques + system%effects%n_wheels), source=.false.)
       do i = 1, events%count()

@@ -1,96 +1,136 @@
 !> Limits of the speed of wheels, as events of a run: where a wheel comes to its limit its motor stops pushing, and
-!> where it has fallen by a hundredth of it the motor may push again. Each ends a step, so that methods keep their
-!> order.
+!> where it has fallen by a hundredth of it the motor may push again.
 module nutate_speed_limits
    use nutate_effect_list, only: effect_list_t
-   use nutate_event, only: event_t
    use nutate_kinds, only: wp
+   use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
+   use nutate_quaternion, only: quat_normalized
+   use nutate_regulated_motor, only: regulated_motor_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_wheel, only: released_at, wheel_t
    implicit none
    private
 
-   public :: limit_event_t, limit_events, has_limits, take_limits
-
-   !> What becomes of a motor.
-   integer, parameter, public :: SWITCH_LIMIT = 4
+   public :: add_speed_limits, has_speed_limits, take_speed_limits
 
    !> The speed of a wheel comes to a limit, or leaves it.
-   type, extends(event_t) :: limit_event_t
+   type, extends(limit_event_t) :: speed_event_t
       !> Which wheel, and what becomes of its `at_limit`.
       integer :: wheel = 0, becomes = 0
    contains
       procedure :: value => speed
       procedure :: rate => speed_rate
-   end type limit_event_t
+      procedure :: settle => settle_speed
+   end type speed_event_t
 
 contains
 
    !> True if a wheel has a limit of its speed.
-   pure logical function has_limits(effects)
+   pure logical function has_speed_limits(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
-      has_limits = .false.
+      has_speed_limits = .false.
       do i = 1, effects%n_wheels
-         has_limits = has_limits .or. is_limited(effects%wheels(i))
+         has_speed_limits = has_speed_limits .or. is_limited(effects%wheels(i))
       end do
-   end function has_limits
+   end function has_speed_limits
 
    pure logical function is_limited(wheel)
       type(wheel_t), intent(in) :: wheel
       is_limited = wheel%speed_limit < huge(wheel%speed_limit)
    end function is_limited
 
-   !> The events of all wheels that have a limit: both limits come to, both left.
-   function limit_events(effects) result(events)
+   !> Adds the events of all wheels that have a limit to a list: both limits come to, both left.
+   subroutine add_speed_limits(effects, events)
       type(effect_list_t), intent(in) :: effects
-      type(limit_event_t), allocatable :: events(:)
+      type(limit_slot_t), allocatable, intent(inout) :: events(:)
+      type(limit_slot_t), allocatable :: grown(:)
+      type(speed_event_t) :: reached, left
       integer :: i, side, n
       n = 0
       do i = 1, effects%n_wheels
          if (is_limited(effects%wheels(i))) n = n + 4
       end do
-      allocate (events(n))
-      n = 0
+      allocate (grown(size(events) + n))
+      do i = 1, size(events)
+         call move_alloc(events(i)%item, grown(i)%item)
+      end do
+      n = size(events)
       do i = 1, effects%n_wheels
          if (.not. is_limited(effects%wheels(i))) cycle
          do side = -1, 1, 2
-            associate (reached => events(n + 1), left => events(n + 2))
-               reached%level = side*effects%wheels(i)%speed_limit
-               reached%becomes = side
-               reached%direction = side
-               write (reached%name, '("limit of wheel ",i0)') i
-               left%level = released_at*reached%level
-               left%direction = -side
-            end associate
-            events(n + 1:n + 2)%wheel = i
-            events(n + 1:n + 2)%action = SWITCH_LIMIT
+            reached = speed_event_t(wheel=i, becomes=side, direction=side, action=SWITCH_LIMIT, &
+                                    level=side*effects%wheels(i)%speed_limit)
+            write (reached%name, '("limit of wheel ",i0)') i
+            left = speed_event_t(wheel=i, direction=-side, action=SWITCH_LIMIT, level=released_at*reached%level)
+            allocate (grown(n + 1)%item, source=reached)
+            allocate (grown(n + 2)%item, source=left)
             n = n + 2
          end do
       end do
-   end function limit_events
+      call move_alloc(grown, events)
+   end subroutine add_speed_limits
 
    !> Finds out which wheels are at, or beyond, their limits.
-   pure subroutine take_limits(system, state)
+   pure subroutine take_speed_limits(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
       type(motion_t) :: motion
       real(wp) :: speed
-      integer :: i
+      integer :: i, side
       call find_motion(system, state, motion)
       do i = 1, system%effects%n_wheels
          associate (wheel => system%effects%wheels(i))
             speed = wheel%speed_of(state%wheel_momentum(i), motion%omega)
-            wheel%at_limit = 0
-            if (abs(speed) >= wheel%speed_limit) wheel%at_limit = nint(sign(1.0_wp, speed))
+            side = 0
+            if (abs(speed) >= wheel%speed_limit) side = nint(sign(1.0_wp, speed))
+            call put_at_limit(wheel, side)
          end associate
       end do
-   end subroutine take_limits
+   end subroutine take_speed_limits
+
+   !> A motor that a law drives at all times minds the limit itself.
+   pure subroutine settle_speed(self, system, state)
+      class(speed_event_t), intent(in) :: self
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
+      call put_at_limit(system%effects%wheels(self%wheel), self%becomes)
+      call block_motor(system, self%wheel, state)
+   end subroutine settle_speed
+
+   pure subroutine put_at_limit(wheel, side)
+      type(wheel_t), intent(inout) :: wheel
+      !> 1: at the limit; -1: at that below zero; 0: at neither.
+      integer, intent(in) :: side
+      if (allocated(wheel%motor)) then
+         select type (motor => wheel%motor)
+         class is (regulated_motor_t)
+            motor%at_limit = side
+            return
+         end select
+      end if
+      wheel%at_limit = side
+   end subroutine put_at_limit
+
+   !> Finds out whether a law asks to push a wheel beyond its limit.
+   pure subroutine block_motor(system, i, state)
+      type(system_t), intent(inout) :: system
+      !> Which wheel.
+      integer, intent(in) :: i
+      type(state_t), intent(in) :: state
+      type(motion_t) :: motion
+      if (.not. allocated(system%effects%wheels(i)%motor)) return
+      call find_motion(system, state, motion)
+      select type (motor => system%effects%wheels(i)%motor)
+      class is (regulated_motor_t)
+         motor%blocked = motor%at_limit*motor%asked(state%t, quat_normalized(state%q), motion%relative) > 0.0_wp
+      end select
+   end subroutine block_motor
 
    pure real(wp) function speed(self, system, motion)
-      class(limit_event_t), intent(in) :: self
+      class(speed_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       speed = system%effects%wheels(self%wheel)%speed_of(motion%state%wheel_momentum(self%wheel), motion%omega)
@@ -98,7 +138,7 @@ contains
 
    !> ḣ/Jw - s·Ω̇
    pure real(wp) function speed_rate(self, system, motion)
-      class(limit_event_t), intent(in) :: self
+      class(speed_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       speed_rate = system%effects%wheels(self%wheel)%speed_of(motion%wheel_rate(self%wheel), motion%acceleration)

@@ -2,7 +2,8 @@
 module nutate_regulator_mounting
    use nutate_kinds, only: wp
    use nutate_lapack, only: symmetric_eigen
-   use nutate_regulator, only: regulated_motor_t, regulator_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
+   use nutate_regulated_motor, only: regulated_motor_t
+   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
@@ -19,8 +20,7 @@ contains
    !> they get motors.
    !>
    !> Errors, with the system as it was: `NUTATE_BAD_ARGUMENT` for one that is none; one by wheels where there are none,
-   !> or one with a motor of its own; one by wheels, not sampled, that have limits; one that follows the field of the
-   !> Earth where there is none.
+   !> or one with a motor of its own; one that follows the field of the Earth, or an orbit, where there is none.
    subroutine add_regulator(system, regulator, status)
       type(system_t), intent(inout) :: system
       type(regulator_t), intent(in) :: regulator
@@ -36,6 +36,14 @@ contains
          end if
          call mounted%follow(system%effects%earth_field)
       end if
+      if (regulator%follows_orbit) then
+         if (.not. system%effects%on_orbit) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the target is seen from an orbit, and there is none (expected &orbit)', &
+                          'target_from')
+            return
+         end if
+         call mounted%follow_orbit(system%effects%orbit)
+      end if
       if (.not. mounted%is_moderate() .or. (regulator%law == DETUMBLING .and. regulator%by /= BY_MAGNETS)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the regulator is none (expected a unit quaternion as its target, '// &
                        'finite gains up to 1e100 in SI units, magnets to detumble)', 'regulator')
@@ -50,7 +58,8 @@ contains
       do i = 1, system%effects%n_wheels
          allocate (system%effects%wheels(i)%motor, &
                    source=regulated_motor_t(name='regulator', label=regulator%label, on=regulator%on, &
-                                            regulator=mounted, wheel=i))
+                                            regulator=mounted, wheel=i, &
+                                            limit=system%effects%wheels(i)%torque_limit))
       end do
    end subroutine add_regulator
 
@@ -70,10 +79,6 @@ contains
                status = fail(NUTATE_BAD_ARGUMENT, 'a regulator by wheels, and one has a motor of its own (expected '// &
                              'neither torque nor table in &wheel, nor another regulator by wheels without '// &
                              'sample)', 'by')
-            else if (min(wheel%torque_limit, wheel%speed_limit) < huge(1.0_wp) .and. &
-                     .not. regulator%sample > 0.0_wp) then
-               status = fail(NUTATE_BAD_ARGUMENT, 'a regulator by wheels with limits (expected sample in it, or '// &
-                             'neither torque_limit nor speed_limit in &wheel)', 'by')
             end if
          end associate
       end do

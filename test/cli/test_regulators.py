@@ -59,7 +59,7 @@ class Regulators(CommandLineTest):
         self.fail_with(2, "run", "all_times.nml", "--set", "integrator.method=taylor", says=("expected sample",))
         self.assertIn("dop853", self.succeed("check", "all_times.nml", "--set", "integrator.accuracy=1e-6").stdout)
         self.write("sampled.nml", LAW + ", sample = 0.5 /\n" + BODY)
-        self.fail_with(2, "cost", "sampled.nml", says=("no sample in &regulator",))
+        self.fail_with(2, "cost", "sampled.nml", says=("no sample and no limits in &regulator",))
         free = WHEELS.replace(", torque_limit = 0.3, speed_limit = 90.0", "")
         self.write("by_wheels.nml", free + LAW + ", by = 'wheels' /\n" + BODY)
         self.fail_with(2, "run", "by_wheels.nml", says=("expected sample", "dop853"))

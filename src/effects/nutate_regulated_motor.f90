@@ -1,0 +1,66 @@
+!> The motor of a wheel by which a regulator acts at all times: it gives its share of what the law asks for.
+!>
+!> Where that has come to the limit of the motor's torque, the torque stays there until the law asks for less; where the
+!> wheel has come to the limit of its speed, the motor brakes but does not push. Runs locate these moments.
+module nutate_regulated_motor
+   use nutate_effect, only: torque_t
+   use nutate_kinds, only: wp
+   use nutate_regulator, only: regulator_t
+   implicit none
+   private
+
+   public :: regulated_motor_t
+
+   !> A motor; its torque is component 1.
+   type, extends(torque_t) :: regulated_motor_t
+      type(regulator_t) :: regulator = regulator_t()
+      !> Which wheel.
+      integer :: wheel = 1
+      !> Limit of its torque, N m.
+      real(wp) :: limit = huge(1.0_wp)
+      !> 1: what the law asks for is above the limit; -1: below that under zero; 0: neither.
+      integer :: cut = 0
+      !> 1: the wheel has come to the limit of its speed; -1: to that below zero; 0: neither. The law asks to push it
+      !> further, and the motor gives nothing.
+      integer :: at_limit = 0
+      logical :: blocked = .false.
+   contains
+      procedure :: torque => motor_torque
+      procedure :: window => motor_window
+      !> What the law asks for.
+      procedure :: asked
+   end type regulated_motor_t
+
+contains
+
+   !> Torque, N m.
+   pure real(wp) function asked(self, t, q, omega)
+      class(regulated_motor_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t
+      !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
+      real(wp), intent(in) :: q(4), omega(3)
+      asked = dot_product(self%regulator%share(:, self%wheel), self%regulator%wanted(t, q, omega))
+   end function asked
+
+   pure function motor_torque(self, t, q, omega) result(tau)
+      class(regulated_motor_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4), omega(3)
+      real(wp) :: tau(3)
+      tau = 0.0_wp
+      if (self%blocked) return
+      if (self%cut /= 0) then
+         tau(1) = self%cut*self%limit
+      else
+         tau(1) = self%asked(t, q, omega)
+      end if
+   end function motor_torque
+
+   pure subroutine motor_window(self, start, stop)
+      class(regulated_motor_t), intent(in) :: self
+      real(wp), intent(out) :: start, stop
+      start = self%regulator%start
+      stop = self%regulator%stop
+   end subroutine motor_window
+
+end module nutate_regulated_motor

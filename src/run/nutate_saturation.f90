@@ -1,0 +1,247 @@
+!> Limits of what regulators ask for at all times, as events of a run: of the torque, of the moment of magnets, of the
+!> torque of motors. At its limit a component stays there until the law asks for less. A motor whose wheel is at the
+!> limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further.
+module nutate_saturation
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
+   use nutate_motion, only: find_motion, motion_t
+   use nutate_quaternion, only: quat_normalized
+   use nutate_regulated_motor, only: regulated_motor_t
+   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: add_saturations, can_saturate, take_saturations
+
+   !> What is farther from its limit than this part of it was not found there: it has jumped with the sign of the
+   !> error's scalar.
+   real(wp), parameter :: near = 1e-3_wp
+
+   !> What a law asks for comes to a limit or leaves it, or changes its sign.
+   type, extends(limit_event_t) :: saturation_event_t
+      !> Which torque of the system, and which component; or 0, and which wheel.
+      integer :: torque = 0, place = 0
+      !> 1: to the limit or from it; -1: to that below zero or from it; 0: through zero.
+      integer :: side = 0
+   contains
+      procedure :: value => asked_amount
+      procedure :: settle => settle_saturation
+   end type saturation_event_t
+
+contains
+
+   !> True if a regulator that acts at all times has a limit.
+   pure logical function can_saturate(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      can_saturate = .false.
+      do i = 1, effects%n_torques
+         can_saturate = can_saturate .or. limit_of_torque(effects, i) < huge(1.0_wp)
+      end do
+      do i = 1, effects%n_wheels
+         can_saturate = can_saturate .or. limit_of_motor(effects, i) < huge(1.0_wp)
+      end do
+   end function can_saturate
+
+   !> Limit of the components of a torque that a law gives at all times; huge for others.
+   pure real(wp) function limit_of_torque(effects, i) result(limit)
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      limit = huge(limit)
+      select type (regulator => effects%torques(i)%item)
+      class is (regulator_t)
+         if (.not. regulator%sample > 0.0_wp .and. regulator%by /= BY_WHEELS) limit = regulator%limit
+      end select
+   end function limit_of_torque
+
+   !> Limit of the torque of a motor that a law drives at all times; huge for others.
+   pure real(wp) function limit_of_motor(effects, i) result(limit)
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      limit = huge(limit)
+      if (.not. allocated(effects%wheels(i)%motor)) return
+      select type (motor => effects%wheels(i)%motor)
+      class is (regulated_motor_t)
+         limit = motor%limit
+      end select
+   end function limit_of_motor
+
+   !> Adds the events of all such limits to a list: both limits come to, both left; of a wheel with a limit of its
+   !> speed what the law asks for passes zero.
+   subroutine add_saturations(effects, events)
+      type(effect_list_t), intent(in) :: effects
+      type(limit_slot_t), allocatable, intent(inout) :: events(:)
+      integer :: i, k
+      do i = 1, effects%n_torques
+         if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
+         do k = 1, 3
+            call add_sides(saturation_event_t(name=name_of(effects, i), torque=i, place=k, action=SWITCH_LIMIT), &
+                           limit_of_torque(effects, i), events)
+         end do
+      end do
+      do i = 1, effects%n_wheels
+         if (limit_of_motor(effects, i) < huge(1.0_wp)) &
+            call add_sides(saturation_event_t(name='limit of motor', place=i, action=SWITCH_LIMIT), &
+                           limit_of_motor(effects, i), events)
+         if (.not. feeds_back(effects, i) .or. .not. effects%wheels(i)%speed_limit < huge(1.0_wp)) cycle
+         do k = -1, 1, 2
+            call add_one(saturation_event_t(place=i, action=SWITCH_LIMIT, direction=k), events)
+         end do
+      end do
+   end subroutine add_saturations
+
+   !> What the limit of a regulator is one of.
+   pure function name_of(effects, i) result(name)
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      character(len=15) :: name
+      name = 'limit of torque'
+      select type (regulator => effects%torques(i)%item)
+      class is (regulator_t)
+         if (regulator%by == BY_MAGNETS) name = 'limit of moment'
+      end select
+   end function name_of
+
+   !> True for a wheel whose motor a law drives at all times.
+   pure logical function feeds_back(effects, i)
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      feeds_back = .false.
+      if (.not. allocated(effects%wheels(i)%motor)) return
+      select type (motor => effects%wheels(i)%motor)
+      class is (regulated_motor_t)
+         feeds_back = .true.
+      end select
+   end function feeds_back
+
+   !> Adds the events of a limit and of that below zero: what is asked for comes to it, with a name, or leaves it.
+   subroutine add_sides(form, limit, events)
+      type(saturation_event_t), intent(in) :: form
+      real(wp), intent(in) :: limit
+      type(limit_slot_t), allocatable, intent(inout) :: events(:)
+      type(saturation_event_t) :: event
+      integer :: side
+      do side = -1, 1, 2
+         event = form
+         event%side = side
+         event%level = side*limit
+         event%direction = side
+         write (event%name, '(a,i0)') trim(form%name)//' ', form%place
+         call add_one(event, events)
+         event%direction = -side
+         event%name = ''
+         call add_one(event, events)
+      end do
+   end subroutine add_sides
+
+   subroutine add_one(event, events)
+      type(saturation_event_t), intent(in) :: event
+      type(limit_slot_t), allocatable, intent(inout) :: events(:)
+      type(limit_slot_t), allocatable :: grown(:)
+      integer :: i
+      allocate (grown(size(events) + 1))
+      do i = 1, size(events)
+         call move_alloc(events(i)%item, grown(i)%item)
+      end do
+      allocate (grown(size(grown))%item, source=event)
+      call move_alloc(grown, events)
+   end subroutine add_one
+
+   !> What the law asks for.
+   pure real(wp) function asked_amount(self, system, motion) result(amount)
+      class(saturation_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: amounts(3)
+      amount = 0.0_wp
+      if (self%torque > 0) then
+         select type (regulator => system%effects%torques(self%torque)%item)
+         class is (regulator_t)
+            amounts = regulator%asked(motion%state%t, quat_normalized(motion%state%q), motion%relative)
+            amount = amounts(self%place)
+         end select
+      else
+         select type (motor => system%effects%wheels(self%place)%motor)
+         class is (regulated_motor_t)
+            amount = motor%asked(motion%state%t, quat_normalized(motion%state%q), motion%relative)
+         end select
+      end if
+   end function asked_amount
+
+   !> Finds out what is at its limit, whichever side of it round-off has put the event on.
+   pure subroutine settle_saturation(self, system, state)
+      class(saturation_event_t), intent(in) :: self
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
+      type(motion_t) :: motion
+      real(wp) :: amount
+      call find_motion(system, state, motion)
+      amount = self%value(system, motion)
+      if (self%torque > 0) then
+         select type (regulator => system%effects%torques(self%torque)%item)
+         class is (regulator_t)
+            regulator%cut(self%place) = cut_behind(self, amount, regulator%limit)
+         end select
+      else
+         select type (motor => system%effects%wheels(self%place)%motor)
+         class is (regulated_motor_t)
+            if (self%side == 0) then
+               motor%blocked = motor%at_limit*self%direction > 0
+            else
+               motor%cut = cut_behind(self, amount, motor%limit)
+            end if
+         end select
+      end if
+   end subroutine settle_saturation
+
+   !> The side on which an amount is cut off behind an event.
+   pure integer function cut_behind(event, amount, limit) result(cut)
+      class(saturation_event_t), intent(in) :: event
+      real(wp), intent(in) :: amount, limit
+      if (abs(amount - event%level) <= near*limit) then
+         cut = merge(event%side, 0, event%direction == event%side)
+      else
+         cut = side_of(amount, limit)
+      end if
+   end function cut_behind
+
+   pure integer function side_of(amount, limit) result(side)
+      real(wp), intent(in) :: amount, limit
+      side = 0
+      if (abs(amount) >= limit) side = nint(sign(1.0_wp, amount))
+   end function side_of
+
+   !> Finds out what is at, or beyond, its limit. The limits of wheels are known.
+   pure subroutine take_saturations(system, state)
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
+      type(motion_t) :: motion
+      real(wp) :: q(4), asked(3), amount
+      integer :: i, k
+      call find_motion(system, state, motion)
+      q = quat_normalized(state%q)
+      do i = 1, system%effects%n_torques
+         if (.not. limit_of_torque(system%effects, i) < huge(1.0_wp)) cycle
+         select type (regulator => system%effects%torques(i)%item)
+         class is (regulator_t)
+            asked = regulator%asked(state%t, q, motion%relative)
+            do k = 1, 3
+               regulator%cut(k) = side_of(asked(k), regulator%limit)
+            end do
+         end select
+      end do
+      do i = 1, system%effects%n_wheels
+         if (.not. feeds_back(system%effects, i)) cycle
+         select type (motor => system%effects%wheels(i)%motor)
+         class is (regulated_motor_t)
+            amount = motor%asked(state%t, q, motion%relative)
+            motor%cut = side_of(amount, motor%limit)
+            motor%blocked = motor%at_limit*amount > 0.0_wp
+         end select
+      end do
+   end subroutine take_saturations
+
+end module nutate_saturation
