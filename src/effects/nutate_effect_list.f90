@@ -286,6 +286,7 @@ contains
       select type (motor)
       class is (regulated_motor_t)
          call archive%transfer(motor%cut)
+         call archive%transfer(motor%regulator%sense)
          call archive%transfer(motor%at_limit)
          call archive%transfer(motor%blocked)
       end select
@@ -304,6 +305,7 @@ contains
          do i = 1, 3
             call archive%transfer(torque%cut(i))
          end do
+         call archive%transfer(torque%sense)
       end select
    end subroutine transfer_held
 

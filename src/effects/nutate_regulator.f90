@@ -58,6 +58,8 @@ module nutate_regulator
       !> 1: a component that the law asks for at all times is above the limit; -1: below that under zero; 0: neither.
       !> Found by runs, as events; shape (3).
       integer :: cut(3) = 0
+      !> sgn(e₀) as runs that watch over limits hold it between the zeros of e₀; 0: it follows e₀.
+      integer :: sense = 0
       !> s; samples are taken at whole periods behind the start, or behind t = 0 where there is none.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
       !> What is held: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
@@ -84,6 +86,8 @@ module nutate_regulator
       !> The torque that the law asks for, and that or the moment, which have the limit.
       procedure :: wanted
       procedure :: asked
+      !> e₀, before its sign is looked at.
+      procedure :: error_scalar
       !> The next sample.
       procedure :: next_sample
       !> Holds from now on what the law asks for.
@@ -175,16 +179,37 @@ contains
       tau = -times_vector(self%attitude_gain, e(2:4)) - times_vector(self%rate_gain, omega - rate_of_target(self, t, q))
    end function pointing_torque
 
-   !> e with a scalar that is not negative; shape (4).
-   pure function error_of(self, t, q) result(e)
+   !> e₀, before its sign is looked at.
+   pure real(wp) function error_scalar(self, t, q)
       class(regulator_t), intent(in) :: self
       !> s; attitude, unit quaternion, body→space; shape (4).
+      real(wp), intent(in) :: t, q(4)
+      real(wp) :: e(4)
+      e = seen_from_target(self, t, q)
+      error_scalar = e(1)
+   end function error_scalar
+
+   !> q_t*∘q; shape (4).
+   pure function seen_from_target(self, t, q) result(e)
+      class(regulator_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4)
       real(wp) :: e(4), target(4)
       target = self%target
       if (self%follows_orbit) target = quat_product(self%orbit%axes(t), target)
       e = quat_product(quat_conjugate(target), q)
-      if (e(1) < 0.0_wp) e = -e
+   end function seen_from_target
+
+   !> sgn(e₀) e; shape (4).
+   pure function error_of(self, t, q) result(e)
+      class(regulator_t), intent(in) :: self
+      real(wp), intent(in) :: t, q(4)
+      real(wp) :: e(4)
+      e = seen_from_target(self, t, q)
+      if (self%sense /= 0) then
+         e = self%sense*e
+      else if (e(1) < 0.0_wp) then
+         e = -e
+      end if
    end function error_of
 
    !> Rate of the target against the space axes, body axes, rad/s; shape (3).

@@ -10,9 +10,13 @@
 !> * where not all of l is conserved, a change ΔL of the momentum: `dH = Ω⊥·ΔL`, Ω⊥ = Ω, or Ω without its component
 !>   along γ = Rᵀn where l·n is conserved.
 !>
+!> * of wheels with friction, or driven by what the body does, a change Δh of their momenta at fixed L: `dH = Σ ω Δh`,
+!>   ω their speeds.
+!>
 !> The smallest in `|δ|² + |ΔL|²/S²`, `S = 2T/|Ω|`, is `δ = cL̇`, `ΔL = -cS²Ω⊥`, `c = ΔH/(|L̇|² + S²|Ω⊥|²)`. Newton's
-!> iteration repeats it. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing,
-!> where only its momentum can make up for an error of the energy.
+!> iteration repeats it. With wheels |Δh|²/Sw² is added, Sw² = (Σ Jw ω²)²/Σω², and Sw²Σω² to the denominator of c: Δh =
+!> -cSw²ω. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing, where only its
+!> momentum can make up for an error of the energy.
 !>
 !> **Space axes that turn** at ω. H - ω·l takes the place of H, Ω - Rᵀω that of Ω in ΔL; of l only the component along ω
 !> can be conserved. That of a free body turns by -ω in these axes: it is turned, exactly, not restored.
@@ -370,8 +374,10 @@ contains
          excess = excess/slope%steepness
          if (square <= negligible*slope%steepness) then
             call move_little(self, excess, slope, point)
+            if (self%plan%moves_wheels) call self%plan%move_wheels(effects, excess, slope)
             return
          end if
+         if (self%plan%moves_wheels) call self%plan%move_wheels(effects, excess, slope)
          call move(self, excess, slope, point)
       end do
       reached = .false.

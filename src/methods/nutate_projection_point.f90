@@ -3,6 +3,7 @@
 !> What a system needs for that is sorted once: components are written out, and what is absent is not asked. Energies
 !> are those of `nutate_hamiltonian`, to round-off.
 module nutate_projection_point
+   use nutate_effect, only: NO_SERIES
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
@@ -46,10 +47,16 @@ module nutate_projection_point
       !> energy, J.
       logical :: has_wheels = .false.
       real(wp) :: wheels(most_wheels) = 0.0_wp, wheel_energy = 0.0_wp
+      !> Momenta of wheels have errors, and take part in moves; of each: it does, 1/Jw, kg⁻¹ m⁻², shape (most_wheels), and
+      !> its axis, body axes, shape (3, most_wheels).
+      logical :: moves_wheels = .false., moves_wheel(most_wheels) = .false.
+      real(wp) :: inverse_wheels(most_wheels) = 0.0_wp, wheel_axes(3, most_wheels) = 0.0_wp
    contains
       procedure :: prepare
       !> Takes the wheels of a state.
       procedure :: take_wheels
+      !> Moves the wheels down a slope.
+      procedure :: move_wheels
    end type projection_plan_t
 
    !> A state as the projection sees it.
@@ -75,7 +82,9 @@ module nutate_projection_point
       real(wp) :: rotation(3)
       !> Ω⊥, rad/s, and what it is multiplied by, kg m²: ΔL = -c·inertia·Ω⊥; shape (3).
       real(wp) :: omega(3), inertia
-      !> |L̇|² + S²|Ω⊥|².
+      !> Change of the momentum of each wheel for c = -1; shape (most_wheels).
+      real(wp) :: wheels(most_wheels)
+      !> |L̇|² + S²|Ω⊥|² + Sw²Σω².
       real(wp) :: steepness
    end type slope_t
 
@@ -101,12 +110,43 @@ contains
                                      self%inverse_inertia(2, 3)]) > 0.0_wp)
       self%has_rotor = system%effects%n_rotors > 0
       self%has_wheels = system%effects%n_wheels > 0
+      if (self%has_wheels) call sort_wheels(self, system%effects)
       self%moves = system%effects%moves
       self%wheel_energy = 0.0_wp
       self%rotor = system%effects%rotor_momentum
       self%rotor_length = norm2(self%rotor)
       call sort_potentials(self, system%effects)
    end subroutine prepare
+
+   !> Finds out which wheels have momenta with errors: those with friction, and those that follow what the body does.
+   !> That of others is the integral of a torque that is known.
+   pure subroutine sort_wheels(self, effects)
+      class(projection_plan_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      do i = 1, effects%n_wheels
+         associate (wheel => effects%wheels(i))
+            self%moves_wheel(i) = wheel%friction > 0.0_wp .or. wheel%series_kind() == NO_SERIES
+            self%inverse_wheels(i) = 1/wheel%inertia
+            self%wheel_axes(:, i) = wheel%axis
+         end associate
+      end do
+      self%moves_wheels = any(self%moves_wheel(:effects%n_wheels))
+   end subroutine sort_wheels
+
+   !> Moves the wheels down a slope.
+   pure subroutine move_wheels(self, effects, c, slope)
+      class(projection_plan_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(in) :: c
+      type(slope_t), intent(in) :: slope
+      integer :: n
+      n = effects%n_wheels
+      self%wheels(:n) = self%wheels(:n) - c*slope%wheels(:n)
+      self%rotor = effects%inner_momentum(self%wheels)
+      self%rotor_length = norm2(self%rotor)
+      self%wheel_energy = effects%wheel_energy(self%wheels)
+   end subroutine move_wheels
 
    !> Takes the wheels of a state, before a point is made of it.
    pure subroutine take_wheels(self, effects, state)
@@ -313,6 +353,7 @@ contains
       end associate
       slope%inertia = 0.0_wp
       slope%omega = point%omega
+      if (self%moves_wheels) call add_wheels(self, to_order_one, point, slope)
       if (.not. self%pushes) return
       associate (w => slope%omega, gamma => point%gamma)
          square = w(1)*w(1) + w(2)*w(2) + w(3)*w(3)
@@ -333,6 +374,35 @@ contains
       end associate
    end subroutine get_slope
 
+   !> With the speeds ω = h/Jw - s·Ω, at fixed L `dH = ω dh`: Δh = -cSw²ω, Sw² = (Σ Jw ω²)²/Σω² over the wheels that
+   !> move.
+   pure subroutine add_wheels(self, to_order_one, point, slope)
+      class(projection_plan_t), intent(in) :: self
+      real(wp), intent(in) :: to_order_one
+      type(projection_point_t), intent(in) :: point
+      !> Its steepness that of the rotation.
+      type(slope_t), intent(inout) :: slope
+      real(wp) :: speed, square, energy
+      integer :: i
+      square = 0.0_wp
+      energy = 0.0_wp
+      slope%wheels = 0.0_wp
+      do i = 1, most_wheels
+         if (.not. self%moves_wheel(i)) cycle
+         speed = self%inverse_wheels(i)*self%wheels(i) - dot_product(self%wheel_axes(:, i), point%omega)
+         slope%wheels(i) = speed
+         square = square + speed*speed
+         energy = energy + speed*speed/self%inverse_wheels(i)
+      end do
+      if (square <= tiny(1.0_wp)/eps) then
+         slope%wheels = 0.0_wp
+         return
+      end if
+      energy = to_order_one*energy
+      slope%wheels = (energy*(energy/(to_order_one*square)))*slope%wheels
+      slope%steepness = slope%steepness + energy*energy
+   end subroutine add_wheels
+
    !> q, and p = 2 q∘[0, L].
    pure subroutine write_state(self, point, state)
       class(projection_plan_t), intent(in) :: self
@@ -340,6 +410,10 @@ contains
       type(state_t), intent(inout) :: state
       if (self%attitude) state%q = point%q
       state%p = times(state%q, 2*point%momentum)
+      if (self%moves_wheels) then
+         state%wheel_momentum = self%wheels
+         state%wheel_compensation = 0.0_wp
+      end if
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp
    end subroutine write_state

@@ -427,6 +427,8 @@ contains
                   call system%effects%switch(event%effect, .false.)
                case (SWITCH_LIMIT)
                   call settle(event, system, progress%state)
+                  ! What others ask for may have jumped with it.
+                  events%watched(events%n_asked + 1:)%side = 0
                case default
                   call system%effects%switch(event%effect)
                end select

@@ -1,6 +1,7 @@
 !> Limits of what regulators ask for at all times, as events of a run: of the torque, of the moment of magnets, of the
 !> torque of motors. At its limit a component stays there until the law asks for less. A motor whose wheel is at the
-!> limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further.
+!> limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further. And where e₀
+!> passes zero such a law jumps: between its zeros its sign is held.
 module nutate_saturation
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
@@ -8,7 +9,7 @@ module nutate_saturation
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
    use nutate_regulated_motor, only: regulated_motor_t
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS
+   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, POINTING
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -16,8 +17,7 @@ module nutate_saturation
 
    public :: add_saturations, can_saturate, take_saturations
 
-   !> What is farther from its limit than this part of it was not found there: it has jumped with the sign of the
-   !> error's scalar.
+   !> What is farther from its limit than this part of it was not found there: it has jumped.
    real(wp), parameter :: near = 1e-3_wp
 
    !> What a law asks for comes to a limit or leaves it, or changes its sign.
@@ -30,6 +30,15 @@ module nutate_saturation
       procedure :: value => asked_amount
       procedure :: settle => settle_saturation
    end type saturation_event_t
+
+   !> e₀ of a regulator passes zero.
+   type, extends(limit_event_t) :: turnover_event_t
+      !> Which torque of the system.
+      integer :: torque = 0
+   contains
+      procedure :: value => error_scalar
+      procedure :: settle => settle_turnover
+   end type turnover_event_t
 
 contains
 
@@ -76,6 +85,11 @@ contains
       type(limit_slot_t), allocatable, intent(inout) :: events(:)
       integer :: i, k
       do i = 1, effects%n_torques
+         if (turns_over(effects, i)) then
+            do k = -1, 1, 2
+               call add_one(turnover_event_t(torque=i, action=SWITCH_LIMIT, direction=k), events)
+            end do
+         end if
          if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
          do k = 1, 3
             call add_sides(saturation_event_t(name=name_of(effects, i), torque=i, place=k, action=SWITCH_LIMIT), &
@@ -92,6 +106,24 @@ contains
          end do
       end do
    end subroutine add_saturations
+
+   !> True for a regulator whose law, with a limit at all times, jumps with the sign of e₀.
+   pure logical function turns_over(effects, i)
+      type(effect_list_t), intent(in) :: effects
+      integer, intent(in) :: i
+      integer :: k
+      turns_over = .false.
+      select type (regulator => effects%torques(i)%item)
+      class is (regulator_t)
+         if (regulator%law /= POINTING .or. regulator%sample > 0.0_wp) return
+         turns_over = limit_of_torque(effects, i) < huge(1.0_wp)
+         if (regulator%by /= BY_WHEELS) return
+         do k = 1, effects%n_wheels
+            turns_over = turns_over .or. limit_of_motor(effects, k) < huge(1.0_wp)
+            if (feeds_back(effects, k)) turns_over = turns_over .or. effects%wheels(k)%speed_limit < huge(1.0_wp)
+         end do
+      end select
+   end function turns_over
 
    !> What the limit of a regulator is one of.
    pure function name_of(effects, i) result(name)
@@ -138,7 +170,7 @@ contains
    end subroutine add_sides
 
    subroutine add_one(event, events)
-      type(saturation_event_t), intent(in) :: event
+      class(limit_event_t), intent(in) :: event
       type(limit_slot_t), allocatable, intent(inout) :: events(:)
       type(limit_slot_t), allocatable :: grown(:)
       integer :: i
@@ -170,6 +202,51 @@ contains
          end select
       end if
    end function asked_amount
+
+   pure real(wp) function error_scalar(self, system, motion) result(scalar)
+      class(turnover_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      scalar = 0.0_wp
+      select type (regulator => system%effects%torques(self%torque)%item)
+      class is (regulator_t)
+         scalar = regulator%error_scalar(motion%state%t, quat_normalized(motion%state%q))
+      end select
+   end function error_scalar
+
+   !> The law has jumped: what is at a limit is found anew.
+   pure subroutine settle_turnover(self, system, state)
+      class(turnover_event_t), intent(in) :: self
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
+      call hold_sense(system%effects, self%torque, self%direction)
+      call find_saturations(system, state)
+   end subroutine settle_turnover
+
+   !> Gives a regulator, and the motors that it drives, the sign of e₀.
+   pure subroutine hold_sense(effects, torque, sense)
+      type(effect_list_t), intent(inout) :: effects
+      !> Which one.
+      integer, intent(in) :: torque
+      !> 1 or -1.
+      integer, intent(in) :: sense
+      logical :: drives
+      integer :: i
+      drives = .false.
+      select type (regulator => effects%torques(torque)%item)
+      class is (regulator_t)
+         regulator%sense = sense
+         drives = regulator%by == BY_WHEELS
+      end select
+      if (.not. drives) return
+      do i = 1, effects%n_wheels
+         if (.not. allocated(effects%wheels(i)%motor)) cycle
+         select type (motor => effects%wheels(i)%motor)
+         class is (regulated_motor_t)
+            motor%regulator%sense = sense
+         end select
+      end do
+   end subroutine hold_sense
 
    !> Finds out what is at its limit, whichever side of it round-off has put the event on.
    pure subroutine settle_saturation(self, system, state)
@@ -214,8 +291,24 @@ contains
       if (abs(amount) >= limit) side = nint(sign(1.0_wp, amount))
    end function side_of
 
-   !> Finds out what is at, or beyond, its limit. The limits of wheels are known.
+   !> Finds out on which side of zero each e₀ is, and what is at, or beyond, its limit. The limits of wheels are known.
    pure subroutine take_saturations(system, state)
+      type(system_t), intent(inout) :: system
+      type(state_t), intent(in) :: state
+      type(turnover_event_t) :: turnover
+      type(motion_t) :: motion
+      integer :: i
+      motion%state = state
+      do i = 1, system%effects%n_torques
+         if (.not. turns_over(system%effects, i)) cycle
+         turnover%torque = i
+         call hold_sense(system%effects, i, merge(-1, 1, turnover%value(system, motion) < 0.0_wp))
+      end do
+      call find_saturations(system, state)
+   end subroutine take_saturations
+
+   !> Finds out what is at, or beyond, its limit.
+   pure subroutine find_saturations(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
       type(motion_t) :: motion
@@ -242,6 +335,6 @@ contains
             motor%blocked = motor%at_limit*amount > 0.0_wp
          end select
       end do
-   end subroutine take_saturations
+   end subroutine find_saturations
 
 end module nutate_saturation

@@ -350,7 +350,7 @@ def wheel(dice, scales):
 
 def regulator(dice, scales):
     lines = [f"sample = {scales.text(time=1, signed=False)}"] if dice.random() < 0.5 else []
-    if lines and dice.random() < 0.3:
+    if dice.random() < 0.3:
         lines.append(f"limit = {scales.text(length=2, mass=1, time=-2, signed=False)}")
     if dice.random() < 0.3:
         lines += ["law = 'bdot'", f"gain = {scales.text(signed=False)}"]
@@ -359,6 +359,7 @@ def regulator(dice, scales):
         lines += ["law = 'quaternion'", f"attitude_gain = {scales.text(time=-2, signed=False)}",
                   f"rate_gain = {scales.text(time=-1, signed=False)}", f"gains = '{dice.choice(('inertia', 'scalar'))}'"]
         lines += dice.choice(([], ["target = 0.0, 0.6, 0.0, -0.8"]))
+        lines += dice.choice(([], [], ["target_from = 'orbit'"]))
         lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnets'", f"field = {scales.text(3)}"]))
     lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
     return group("regulator", lines)
