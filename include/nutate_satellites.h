@@ -67,13 +67,13 @@ int nutate_system_add_motor_table(nutate_system *system, size_t wheel, size_t n,
  *   ==>  by          "torque", "wheels" or "magnets"
  *   ==>  target      [4], attitude, body to space; or NULL: 1
  *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia, 1/s2 and 1/s, else as they are, N m and N m s
- *   ==>  field       [3], space axes, T, for magnets; else NULL
+ *   ==>  field       [3], space axes, T, for magnets; or NULL: with magnets that of the Earth
  *   ==>  sample      s, from one sample to the next; 0: it acts at all times
- *   ==>  limit       of each component of the torque, N m, or of the moment of the magnets, A m2, with sample */
+ *   ==>  limit       of each component of the torque, N m, or of the moment of the magnets, A m2; INFINITY: none */
 int nutate_system_add_pointing(nutate_system *system, const char *by, const double *target, double attitude_gain,
                                double rate_gain, int by_inertia, const double *field, double sample, double limit);
 /* One that stops its tumbling by magnets: law = 'bdot'.
- *   ==>  gain, A m2 s/T; field [3], space axes, T; sample, limit: as above */
+ *   ==>  gain, A m2 s/T; field [3], space axes, T, or NULL: that of the Earth; sample, limit: as above */
 int nutate_system_add_detumbling(nutate_system *system, double gain, const double field[3], double sample, double limit);
 
 /* ---- Steppers --------------------------------------------------------------------------------------------------- */

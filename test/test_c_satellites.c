@@ -375,7 +375,7 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_pointing(system, "wishes", NULL, 1.0, 1.0, 1, NULL, 0.0, INFINITY));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_pointing(system, "torque", NULL, 1.0, 1.0, 1, field, 0.0, INFINITY));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_detumbling(system, 1.0, NULL, 0.0, INFINITY));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_detumbling(system, 1.0, field, 0.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_detumbling(system, 1.0, field, 0.0, -1.0));
     line = start_stepper(system, &stepper);
     CHECK(line == 0);
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_step(stepper, 0.1));

@@ -182,7 +182,7 @@ contains
       call put_text(group, 'law', 'bdot')
       call put_numbers(group, 'gain', [gain])
       call put_held(group, field, sample, limit)
-      code = add(system, 'regulator', group, .not. present(field))
+      code = add(system, 'regulator', group, .false.)
    end function nutate_system_add_detumbling
 
    !> What regulators share: the field, if there is one, samples and limits.
