@@ -134,7 +134,9 @@ contains
          end do
          if (status%code == 0) call take_in_turn()
          if (status%code == 0) call keep_ends()
-         if (status%code == 0) call events%fall_asleep(progress%state%t, length)
+         ! Where the length of the next step is known, before it.
+         if (status%code == 0 .and. .not. policy%longest_step < huge(length)) &
+            call events%fall_asleep(progress%state%t, length)
       end associate
 
    contains

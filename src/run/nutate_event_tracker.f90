@@ -21,9 +21,9 @@ module nutate_event_tracker
    !> Steps in which the variation of a function is not known yet.
    integer, parameter :: young = 32
 
-   !> Steps for which it is worth while not to look, and for which that is decided at a time: so few that what a motion
-   !> that does not keep its energy exactly gains in them is within the margins.
-   integer, parameter :: fewest_asleep = 2, most_asleep = 1024
+   !> Steps for which it is decided at a time that nothing can happen: so few that what a motion that does not keep its
+   !> energy exactly gains in them is within the margins.
+   integer, parameter :: most_asleep = 1024
 
    !> Holds one event.
    type :: event_slot_t
@@ -56,7 +56,7 @@ module nutate_event_tracker
       real(wp) :: near = 0.0_wp
       !> The function there, and its derivative by time.
       real(wp) :: f = 0.0_wp, slope = 0.0_wp
-      !> Its range over the ends of steps so far, and their number.
+      !> Its range over the ends of steps that were looked at so far, and their number.
       real(wp) :: lowest = huge(1.0_wp), highest = -huge(1.0_wp)
       integer :: seen = 0
    end type watched_t
@@ -195,32 +195,35 @@ contains
       if (self%asleep) sleeps_until = sense*(self%wakes - t) >= 0.0_wp
    end function sleeps_until
 
-   !> Finds out, at the end of a step, for how long nothing can happen, if that is worth while.
+   !> Finds out, between two steps, for how long nothing can happen.
    subroutine fall_asleep(self, t, step)
+      !> Functions and slopes known.
       class(event_tracker_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: t
       !> Length of the steps, s.
       real(wp), intent(in) :: step
+      real(wp) :: room
       integer :: steps, longer
       self%asleep = .false.
       if (.not. self%known) return
       if (.not. self%bounds%known) return
+      room = self%bounds%room(self%system, self%motion)
       ! A time that was right once may be so again.
-      steps = max(self%steps_asleep, fewest_asleep)
-      if (all_stay_away(self, steps*abs(step))) then
+      steps = max(self%steps_asleep, 1)
+      if (all_stay_away(self, room, steps*abs(step))) then
          longer = min(2*steps, most_asleep)
          if (longer > steps) then
-            if (all_stay_away(self, longer*abs(step))) steps = longer
+            if (all_stay_away(self, room, longer*abs(step))) steps = longer
          end if
       else
          steps = (2*steps)/3
-         if (steps >= fewest_asleep) then
-            if (.not. all_stay_away(self, steps*abs(step))) steps = steps/2
+         if (steps > 0) then
+            if (.not. all_stay_away(self, room, steps*abs(step))) steps = steps/2
          end if
          self%steps_asleep = steps
-         if (steps < fewest_asleep) return
-         if (.not. all_stay_away(self, steps*abs(step))) return
+         if (steps == 0) return
+         if (.not. all_stay_away(self, room, steps*abs(step))) return
       end if
       self%steps_asleep = steps
       self%wakes = t + steps*step
@@ -230,16 +233,24 @@ contains
    end subroutine fall_asleep
 
    !> True if no event can happen for a time.
-   pure logical function all_stay_away(self, time)
+   pure logical function all_stay_away(self, room, time)
       class(event_tracker_t), intent(in) :: self
+      !> What potentials can give to the motion, J.
+      real(wp), intent(in) :: room
       !> s.
       real(wp), intent(in) :: time
+      real(wp) :: distance
       integer :: i
       all_stay_away = .false.
-      associate (speeds => self%bounds%within(self%motion, time))
+      associate (speeds => self%bounds%within(self%motion, room, time))
          if (.not. speeds%known) return
          do i = 1, size(self%watched)
-            if (.not. self%watched(i)%event%stays_away(speeds, self%watched(i)%f, time)) return
+            associate (event => self%watched(i)%event)
+               distance = self%watched(i)%f
+               if (event%period > 0.0_wp .and. event%kind == CROSSING) &
+                  distance = distance - event%period*anint(distance/event%period)
+               if (.not. event%stays_away(speeds, distance, time)) return
+            end associate
          end do
       end associate
       all_stay_away = .true.

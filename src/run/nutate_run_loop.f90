@@ -176,10 +176,12 @@ contains
          if (looks .and. abs(step) < huge(step)) then
             sense = sign(1.0_wp, step)
             looks = .not. events%sleeps_until(state%t + step, sense)
-            if (looks .and. .not. events%known) then
-               seen = state
-               call policy%show(system, seen)
-               call events%open_step(system, seen, state%t + 0.5_wp*step)
+            if (looks) then
+               if (.not. events%known) then
+                  seen = state
+                  call policy%show(system, seen)
+                  call events%open_step(system, seen, state%t + 0.5_wp*step)
+               end if
                call events%fall_asleep(state%t, step)
                looks = .not. events%sleeps_until(state%t + step, sense)
             end if

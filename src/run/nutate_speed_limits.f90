@@ -5,6 +5,7 @@ module nutate_speed_limits
    use nutate_kinds, only: wp
    use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
+   use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quaternion, only: quat_normalized
    use nutate_regulated_motor, only: regulated_motor_t
    use nutate_state, only: state_t
@@ -23,6 +24,7 @@ module nutate_speed_limits
       procedure :: value => speed
       procedure :: rate => speed_rate
       procedure :: settle => settle_speed
+      procedure :: stays_away => speed_stays_away
    end type speed_event_t
 
 contains
@@ -143,5 +145,15 @@ contains
       type(motion_t), intent(in) :: motion
       speed_rate = system%effects%wheels(self%wheel)%speed_of(motion%wheel_rate(self%wheel), motion%acceleration)
    end function speed_rate
+
+   !> As far as motors and the body's own acceleration can change it, with a quarter more for the errors of a computed
+   !> motion.
+   pure logical function speed_stays_away(self, speeds, f, time) result(stays)
+      class(speed_event_t), intent(in) :: self
+      type(speed_bounds_t), intent(in) :: speeds
+      real(wp), intent(in) :: f, time
+      real(wp), parameter :: margin = 1.25_wp
+      stays = abs(f) > margin*speeds%wheel_rates(self%wheel)*time
+   end function speed_stays_away
 
 end module nutate_speed_limits

@@ -1,13 +1,19 @@
 !> Bounds of a motion over a time: how fast a body can turn and be turned, whatever its attitude.
 !>
-!> With S² = 2T = ΩᵀJΩ the torques τ change S by no more than |τ|/√J₁, J₁ the least moment; and S bounds Ω and all that
-!> Euler's equations make of it. They hold for the exact motion: whoever relies on them for a computed one leaves a
-!> margin for its errors.
+!> With S² = 2T = ΩᵀJΩ the torques τ change S by no more than |τ|/√J₁, J₁ the least moment; what potentials that stand
+!> still do to S² is no more than twice their range. S bounds Ω and all that Euler's equations make of it. In principal
+!> axes S and |L| leave the polhodes a range about each axis, and what turns a body about one is the product of the
+!> speeds about the other two: nothing where their moments are equal, and the spin of a symmetric top is no part of what
+!> tilts its axis. All hold for the exact motion: whoever relies on them for a computed one leaves a margin for its
+!> errors.
 module nutate_motion_bounds
-   use nutate_effect_bounds, only: effect_bounds_t, map_of
-   use nutate_kinds, only: wp
+   use nutate_effect, only: LINEAR_SERIES, potential_t
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of
+   use nutate_kinds, only: wp, pi
+   use nutate_limits, only: most_wheels
    use nutate_motion, only: motion_t
-   use nutate_small_products, only: vector_length
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_small_products, only: is_symmetric_about, lies_along, times_vector, vector_length
    use nutate_system, only: system_t
    implicit none
    private
@@ -16,19 +22,43 @@ module nutate_motion_bounds
 
    !> What is known of a system.
    type :: motion_bounds_t
-      !> All of its effects have bounds, and there are no wheels; the others are without meaning else.
+      !> All of its effects have bounds; the others are without meaning else.
       logical :: known = .false.
-      !> Greatest torque of the potentials and of all effects but drag, N m; and drag over |Ω|, N m s.
-      real(wp) :: potential_torque = 0.0_wp, torque = 0.0_wp, drag = 0.0_wp
-      !> Rate of change of the torque that changes fastest with time, 1/s.
-      real(wp) :: frequency = 0.0_wp
+      !> Greatest torque of the potentials, of all effects but drag, and of those but potentials, N m; and drag over |Ω|,
+      !> N m s.
+      real(wp) :: potential_torque = 0.0_wp, torque = 0.0_wp, applied_torque = 0.0_wp, drag = 0.0_wp
+      !> That of the potentials that are not linear, N m.
+      real(wp) :: curved_torque = 0.0_wp
+      !> The potentials depend on the attitude alone; and that against axes that stand still.
+      logical :: potentials_stand = .true., energy_stands = .true.
+      !> Rate of change of the torque that changes fastest with time, 1/s; how fast the space axes turn, rad/s.
+      real(wp) :: frequency = 0.0_wp, frame_speed = 0.0_wp
       !> Roots of the least and the greatest moment, √(kg m²).
       real(wp) :: least_root = 1.0_wp, greatest_root = 1.0_wp
-      !> h, body axes, N m s, and its length; shape (3).
-      real(wp) :: rotor(3) = 0.0_wp, rotor_size = 0.0_wp
+      !> J, body axes, kg m², shape (3,3); h of the rotors, body axes, N m s, shape (3).
+      real(wp) :: inertia(3, 3) = 0.0_wp, rotor(3) = 0.0_wp
+      !> Wheels; u of each, N m, and 1/Jw; shape (most_wheels). Their sum about each body axis, N m; shape (3).
+      integer :: n_wheels = 0
+      real(wp), dimension(most_wheels) :: drives = 0.0_wp, inverse_wheels = 0.0_wp
+      real(wp) :: wheel_torques(3) = 0.0_wp
       !> |JΩ×Ω| over S²; √(J⁻¹)ᵢᵢ, and the lengths of the rows of J⁻¹, shape (3).
       real(wp) :: gyration = 0.0_wp, root_inverse(3) = 0.0_wp, rows(3) = 0.0_wp
+      !> Torque of all effects but drag about each axis of the space, N m; shape (3).
+      real(wp) :: space_torques(3) = 0.0_wp
+      !> The body axes are principal axes, and the moments not too far from each other; what follows is without meaning
+      !> else.
+      logical :: by_axes = .false.
+      !> Moments, kg m²; torques about each body axis: of all effects but drag, of the potentials, N m, and of drag over
+      !> |Ω|, N m s; shape (3).
+      real(wp), dimension(3) :: moments = 1.0_wp, axis_torques = 0.0_wp, axis_potentials = 0.0_wp, axis_drags = 0.0_wp
+      !> |Jⱼ - Jₖ|/Jᵢ; G/(G - Jᵢ) and K/(Jᵢ - K) with G the greatest and K the least moment, 0 where that is not a number
+      !> to compute with; shape (3).
+      real(wp), dimension(3) :: products = 0.0_wp, below_greatest = 0.0_wp, above_least = 0.0_wp
+      !> Axis of a symmetric body, with its rotor along it, without wheels; 0: none.
+      integer :: axis = 0
    contains
+      !> What potentials can give to S².
+      procedure :: room
       !> What holds over a time.
       procedure :: within
    end type motion_bounds_t
@@ -37,15 +67,31 @@ module nutate_motion_bounds
    type :: speed_bounds_t
       !> The numbers are of a size that can be computed with; they are without meaning else.
       logical :: known = .false.
-      !> S, √J; |Ω|, rad/s; the torque of the potentials and of all effects, N m; |L|, N m s, and |L̇|, body axes, N m.
-      real(wp) :: root_energy = 0.0_wp, speed = 0.0_wp, potential_torque = 0.0_wp, torque = 0.0_wp, &
-         momentum = 0.0_wp, momentum_rate = 0.0_wp
-      !> |Ω| about each axis, rad/s; lengths of the rows of J⁻¹, kg⁻¹ m⁻²; shape (3).
-      real(wp) :: axis_speeds(3) = 0.0_wp, rows(3) = 0.0_wp
+      !> S, √J; |Ω|, rad/s; |L|, N m s, and |L̇|, body axes, N m.
+      real(wp) :: root_energy = 0.0_wp, speed = 0.0_wp, momentum = 0.0_wp, momentum_rate = 0.0_wp
+      !> The torque of all effects, N m. Rates of the kinetic, of the potential and of the total energy and of the Jacobi
+      !> integral, W; negative: not known.
+      real(wp) :: torque = 0.0_wp, kinetic_rate = 0.0_wp, potential_rate = 0.0_wp, total_rate = 0.0_wp, &
+         jacobi_rate = 0.0_wp
+      !> |Ω| about each axis, rad/s, and across axis 3; |Ω̇|, rad/s², of each component and in all; |L| and |L̇| about each
+      !> body axis, N m s and N m, and |l̇| about each of the space; shape (3).
+      real(wp), dimension(3) :: axis_speeds = 0.0_wp, accelerations = 0.0_wp, axis_momenta = 0.0_wp, &
+         axis_momentum_rates = 0.0_wp, space_torques = 0.0_wp
+      real(wp) :: tilting = 0.0_wp, acceleration = 0.0_wp
+      !> How fast the space axes turn, rad/s; what is seen from them moves as much faster.
+      real(wp) :: frame_speed = 0.0_wp
+      !> Of each wheel |ḣ|, N m, and that of its speed, rad/s²; shape (most_wheels).
+      real(wp), dimension(most_wheels) :: drives = 0.0_wp, wheel_rates = 0.0_wp
    end type speed_bounds_t
 
-   !> Squares of what is greater may not be numbers.
-   real(wp), parameter :: most = 1e60_wp
+   !> Squares of what is greater may not be numbers; nor may products with ratios that are.
+   real(wp), parameter :: most = 1e60_wp, most_ratio = 1e6_wp
+   !> What the errors of a computed motion may add: to S² and |L|² where their difference counts, and to the speed across
+   !> an axis in parts of the whole.
+   real(wp), parameter :: slack_of_squares = 0.02_wp, slack_of_speed = 1e-3_wp
+
+   !> Bounds are asked for in the step of length zero, at every attitude.
+   real(wp), parameter :: at_once = 0.0_wp, any_attitude = 2.0_wp
 
 contains
 
@@ -53,33 +99,34 @@ contains
    pure function bound_motion(system) result(bounds)
       type(system_t), intent(in) :: system
       type(motion_bounds_t) :: bounds
-      real(wp), parameter :: unit(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
-                                                   0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
-      !> In the step of length zero, at every attitude.
-      real(wp), parameter :: radius = 0.0_wp, slack = 2.0_wp
       type(effect_bounds_t) :: bound, total
+      type(linear_map_t) :: whole
       integer :: i
       associate (effects => system%effects, body => system%body)
+         whole = map_of(onto([1, 2, 3]), body%axes)
          do i = 1, effects%n_potentials
-            associate (potential => effects%potentials(i)%item)
-               call potential%bound(map_of(unit, body%axes), radius, potential%direction, slack, bound)
-            end associate
-            call total%add(bound)
+            call add_potential(effects%potentials(i)%item, whole, bounds, total)
          end do
          bounds%potential_torque = total%force
          do i = 1, effects%n_torques
             if (.not. effects%torques(i)%item%on) cycle
-            call effects%torques(i)%item%bound(map_of(unit, body%axes), radius, unit(:, 1), slack, bound)
+            call effects%torques(i)%item%bound(whole, at_once, whole%matrix(:, 1), any_attitude, bound)
             call total%add(bound)
+            bounds%space_torques = bounds%space_torques + bound%force
             if (bound%force > 1/most .and. bound%change_rate < most) &
                bounds%frequency = max(bounds%frequency, sqrt(bound%change_rate/bound%force))
          end do
-         ! What is seen from space axes that turn moves with them.
-         bounds%known = total%known .and. effects%n_wheels == 0 .and. .not. effects%frame_turns
-         bounds%torque = total%force
+         call add_wheels(system, whole, bounds, total)
+         bounds%known = total%known
+         if (effects%frame_turns) bounds%frame_speed = vector_length(effects%frame_rate)
+         bounds%energy_stands = bounds%potentials_stand .and. .not. effects%frame_turns
          bounds%drag = total%drag_slope
+         ! What resists the rotation against axes that turn pushes as fast as they do.
+         bounds%torque = total%force + bounds%drag*bounds%frame_speed
+         bounds%applied_torque = max(bounds%torque - bounds%potential_torque, 0.0_wp)
+         bounds%inertia = body%inertia
          bounds%rotor = effects%rotor_momentum
-         bounds%rotor_size = vector_length(bounds%rotor)
+         bounds%moments = body%moments
          bounds%least_root = sqrt(minval(body%moments))
          bounds%greatest_root = sqrt(maxval(body%moments))
          bounds%gyration = gyration_of(body%moments)
@@ -87,8 +134,104 @@ contains
             bounds%root_inverse(i) = sqrt(body%inverse_inertia(i, i))
             bounds%rows(i) = vector_length(body%inverse_inertia(:, i))
          end do
+         if (bounds%known) call bound_axes(system, bounds)
       end associate
    end function bound_motion
+
+   !> Takes what wheels do to the body: their motors' torques, and nothing to the momentum of all. Friction, which depends
+   !> on their speeds, has no bound here.
+   pure subroutine add_wheels(system, whole, bounds, total)
+      type(system_t), intent(in) :: system
+      type(linear_map_t), intent(in) :: whole
+      type(motion_bounds_t), intent(inout) :: bounds
+      type(effect_bounds_t), intent(inout) :: total
+      type(effect_bounds_t) :: bound
+      integer :: i
+      bounds%n_wheels = system%effects%n_wheels
+      do i = 1, bounds%n_wheels
+         associate (wheel => system%effects%wheels(i))
+            bound = effect_bounds_t(force=abs(wheel%command), known=.not. wheel%friction > 0.0_wp)
+            if (allocated(wheel%motor)) call wheel%motor%bound(whole, at_once, wheel%axis, any_attitude, bound)
+            bound%known = bound%known .and. .not. wheel%friction > 0.0_wp .and. .not. bound%drag_slope > 0.0_wp
+            call total%add(bound)
+            bounds%drives(i) = bound%force
+            bounds%inverse_wheels(i) = 1/wheel%inertia
+            bounds%wheel_torques = bounds%wheel_torques + bound%force*abs(wheel%axis)
+         end associate
+      end do
+   end subroutine add_wheels
+
+   !> Takes a potential: it turns about no axis that lies along its direction.
+   pure subroutine add_potential(potential, whole, bounds, total)
+      class(potential_t), intent(in) :: potential
+      type(linear_map_t), intent(in) :: whole
+      type(motion_bounds_t), intent(inout) :: bounds
+      type(effect_bounds_t), intent(inout) :: total
+      type(effect_bounds_t) :: bound
+      integer :: k
+      call potential%bound(whole, at_once, potential%direction, any_attitude, bound)
+      call total%add(bound)
+      bounds%potentials_stand = bounds%potentials_stand .and. .not. potential%moves
+      if (potential%series_kind() /= LINEAR_SERIES) bounds%curved_torque = bounds%curved_torque + bound%force
+      do k = 1, 3
+         if (potential%moves .or. .not. lies_along(potential%direction, k)) &
+            bounds%space_torques(k) = bounds%space_torques(k) + bound%force
+      end do
+   end subroutine add_potential
+
+   !> What is known about each axis of a body whose body axes are principal axes.
+   pure subroutine bound_axes(system, bounds)
+      type(system_t), intent(in) :: system
+      type(motion_bounds_t), intent(inout) :: bounds
+      type(effect_bounds_t) :: bound
+      type(linear_map_t) :: part
+      real(wp) :: greatest, least
+      integer :: i, k
+      associate (body => system%body, effects => system%effects, moments => system%body%moments)
+         greatest = maxval(moments)
+         least = minval(moments)
+         bounds%by_axes = greatest <= most_ratio*least
+         do i = 1, 3
+            bounds%by_axes = bounds%by_axes .and. lies_along(body%inertia(:, i), i)
+         end do
+         if (.not. bounds%by_axes) return
+         do i = 1, 3
+            part = map_of(onto([i]), body%axes)
+            do k = 1, effects%n_potentials
+               associate (potential => effects%potentials(k)%item)
+                  if (potential%has_axis(i)) cycle
+                  call potential%bound(part, at_once, potential%direction, any_attitude, bound)
+               end associate
+               bounds%axis_potentials(i) = bounds%axis_potentials(i) + bound%force
+            end do
+            bounds%axis_torques(i) = bounds%axis_potentials(i)
+            do k = 1, effects%n_torques
+               if (.not. effects%torques(k)%item%on) cycle
+               call effects%torques(k)%item%bound(part, at_once, part%matrix(:, i), any_attitude, bound)
+               bounds%axis_torques(i) = bounds%axis_torques(i) + bound%force
+               bounds%axis_drags(i) = bounds%axis_drags(i) + bound%drag_slope
+            end do
+            bounds%axis_torques(i) = bounds%axis_torques(i) + bounds%wheel_torques(i) + &
+                                     bounds%axis_drags(i)*bounds%frame_speed
+            bounds%products(i) = abs(moments(1 + modulo(i, 3)) - moments(1 + modulo(i + 1, 3)))/moments(i)
+            if (greatest - moments(i) > greatest/most_ratio) bounds%below_greatest(i) = greatest/(greatest - moments(i))
+            if (moments(i) - least > least/most_ratio) bounds%above_least(i) = least/(moments(i) - least)
+            if (is_symmetric_about(body%inertia, i) .and. lies_along(bounds%rotor, i) .and. &
+                effects%n_wheels == 0 .and. bounds%axis == 0) bounds%axis = i
+         end do
+      end associate
+   end subroutine bound_axes
+
+   !> The projection onto some of the axes; shape (3,3).
+   pure function onto(axes) result(matrix)
+      integer, intent(in) :: axes(:)
+      real(wp) :: matrix(3, 3)
+      integer :: i
+      matrix = 0.0_wp
+      do i = 1, size(axes)
+         matrix(axes(i), axes(i)) = 1.0_wp
+      end do
+   end function onto
 
    !> Greatest |JΩ×Ω| where ΩᵀJΩ = 1: with the shares x, y, z of that one in the three axes, its component about the
    !> first is 2c√(yz), c = |J₂ - J₃|/(2√(J₂J₃)); the sum of the squares is no more than 4/3 of the greatest c².
@@ -105,28 +248,192 @@ contains
       greatest = sqrt(4.0_wp/3)*greatest
    end function gyration_of
 
+   !> What the potentials can give to S² from a motion on, J: twice their energy above the least that they can have. That
+   !> of a linear one is known; of others the range is no more than half a turn against the greatest torque.
+   pure real(wp) function room(self, system, motion)
+      class(motion_bounds_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      real(wp) :: moment(3), scale
+      integer :: i
+      room = huge(room)
+      if (.not. (self%known .and. self%energy_stands)) return
+      room = 2*pi*self%curved_torque
+      associate (effects => system%effects, q => motion%state%q)
+         if (effects%n_potentials > 0) scale = 1/(q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4))
+         do i = 1, effects%n_potentials
+            associate (potential => effects%potentials(i)%item)
+               if (potential%series_kind() /= LINEAR_SERIES) cycle
+               moment = potential%series_moment()
+               room = room + 2*max(vector_length(moment)*vector_length(potential%direction) - &
+                                   scale*dot_product(moment, rotate_to_body(q, potential%direction)), 0.0_wp)
+            end associate
+         end do
+      end associate
+   end function room
+
    !> What holds from a motion on, for a time.
-   pure function within(self, motion, time) result(speeds)
+   pure function within(self, motion, room, time) result(speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
+      !> As `room` has it, J.
+      real(wp), intent(in) :: room
       !> s, not negative.
       real(wp), intent(in) :: time
       type(speed_bounds_t) :: speeds
+      real(wp) :: start, growth, spin(3), inner(3)
       associate (s => speeds%root_energy, speed => speeds%speed)
-         s = sqrt(max(dot_product(motion%omega, motion%momentum - self%rotor), 0.0_wp))
-         if (self%torque > 0.0_wp) s = s + self%torque*time/self%least_root
-         if (self%drag > 0.0_wp) s = s*exp(min(self%drag*time/self%least_root**2, 100.0_wp))
+         spin = times_vector(self%inertia, motion%omega)
+         start = sqrt(max(dot_product(motion%omega, spin), 0.0_wp))
+         growth = 1.0_wp
+         if (self%drag > 0.0_wp) growth = exp(min(self%drag*time/self%least_root**2, 100.0_wp))
+         s = growth*reached(self, start, time, room)
          speeds%known = self%known .and. s < most .and. s < most*self%least_root
          if (.not. speeds%known) return
          speed = s/self%least_root
-         speeds%potential_torque = self%potential_torque
          speeds%torque = self%torque + self%drag*speed
-         speeds%momentum = min(s*self%greatest_root + self%rotor_size, &
+         inner = abs(self%rotor)
+         if (self%n_wheels > 0) inner = abs(motion%momentum - spin) + self%wheel_torques*time
+         speeds%momentum = min(s*self%greatest_root + vector_length(inner), &
                                vector_length(motion%momentum) + speeds%torque*time)
-         speeds%momentum_rate = self%gyration*s*s + self%rotor_size*speed + speeds%torque
-         speeds%axis_speeds = s*self%root_inverse
-         speeds%rows = self%rows
+         if (self%by_axes) then
+            call bound_by_axes(self, motion, inner, room, time, start, growth, speeds)
+         else
+            call bound_at_large(self, inner, speeds)
+         end if
+         speeds%frame_speed = self%frame_speed
+         speeds%space_torques = self%space_torques + self%drag*(speed + self%frame_speed)
+         if (self%n_wheels == 0) then
+            call bound_energies(self, speeds)
+         else
+            speeds%drives = self%drives
+            speeds%wheel_rates = self%inverse_wheels*self%drives + speeds%acceleration
+            speeds%kinetic_rate = -1.0_wp
+            speeds%total_rate = -1.0_wp
+            speeds%jacobi_rate = -1.0_wp
+         end if
+         speeds%potential_rate = speeds%potential_rate + self%frame_speed*self%potential_torque
+         if (.not. self%potentials_stand) speeds%potential_rate = -1.0_wp
       end associate
    end function within
+
+   !> Rates of the energy and of the Jacobi integral, to which potentials that stand add nothing.
+   pure subroutine bound_energies(self, speeds)
+      class(motion_bounds_t), intent(in) :: self
+      type(speed_bounds_t), intent(inout) :: speeds
+      real(wp) :: applied
+      applied = self%applied_torque + self%drag*speeds%speed
+      speeds%total_rate = speeds%speed*applied + self%frame_speed*self%potential_torque
+      speeds%jacobi_rate = (speeds%speed + self%frame_speed)*applied
+      if (self%potentials_stand) return
+      speeds%total_rate = -1.0_wp
+      speeds%jacobi_rate = -1.0_wp
+   end subroutine bound_energies
+
+   !> No more can √(2E) be, E a kinetic energy, after a time: what the potentials add to it has a bound of its own.
+   pure real(wp) function reached(self, start, time, room) result(root)
+      class(motion_bounds_t), intent(in) :: self
+      !> At first, √J.
+      real(wp), intent(in) :: start
+      !> s.
+      real(wp), intent(in) :: time
+      !> What potentials can add to 2E, J; huge: as much as their torques can.
+      real(wp), intent(in) :: room
+      root = start
+      if (self%torque > 0.0_wp) root = start + self%torque*time/self%least_root
+      if (room < most) root = min(root, sqrt(start*start + room) + self%applied_torque*time/self%least_root)
+   end function reached
+
+   !> What follows from S for any axes.
+   pure subroutine bound_at_large(self, inner, speeds)
+      class(motion_bounds_t), intent(in) :: self
+      !> |h| of rotors and wheels, N m s; shape (3).
+      real(wp), intent(in) :: inner(3)
+      !> Its S, speed, torque and momentum known.
+      type(speed_bounds_t), intent(inout) :: speeds
+      associate (s => speeds%root_energy, speed => speeds%speed)
+         speeds%momentum_rate = self%gyration*s*s + vector_length(inner)*speed + speeds%torque
+         speeds%axis_speeds = s*self%root_inverse
+         speeds%tilting = sqrt(speeds%axis_speeds(1)**2 + speeds%axis_speeds(2)**2)
+         speeds%accelerations = self%rows*speeds%momentum_rate
+         ! A matrix is no more than √3 times the longest of its rows.
+         speeds%acceleration = 2*maxval(self%rows)*speeds%momentum_rate
+         speeds%axis_momenta = speeds%momentum
+         speeds%axis_momentum_rates = speeds%momentum_rate
+         speeds%kinetic_rate = speed*speeds%torque
+         speeds%potential_rate = speed*self%potential_torque
+      end associate
+   end subroutine bound_at_large
+
+   !> What follows in principal axes: JᵢΩ̇ᵢ = (Jⱼ - Jₖ)ΩⱼΩₖ + (h×Ω)ᵢ + τᵢ.
+   pure subroutine bound_by_axes(self, motion, inner, room, time, start, growth, speeds)
+      class(motion_bounds_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      !> |h| of rotors and wheels, N m s; shape (3).
+      real(wp), intent(in) :: inner(3)
+      !> What potentials can add to S², J.
+      real(wp), intent(in) :: room
+      !> s; S at first; its growth by drag.
+      real(wp), intent(in) :: time, start, growth
+      !> Its S, speed, torque and momentum known.
+      type(speed_bounds_t), intent(inout) :: speeds
+      real(wp) :: across
+      integer :: i, j, k
+      associate (s => speeds%root_energy, w => speeds%axis_speeds, rate => speeds%accelerations, axis => self%axis)
+         w = s*self%root_inverse
+         if (.not. any(inner > 0.0_wp)) call bound_polhode(self, motion, time, start, growth, speeds)
+         across = huge(across)
+         if (axis > 0) then
+            j = 1 + modulo(axis, 3)
+            k = 1 + modulo(axis + 1, 3)
+            across = growth*reached(self, sqrt(self%moments(j)*(motion%omega(j)**2 + motion%omega(k)**2)), time, &
+                                    merge(huge(room), room, self%axis_potentials(axis) > 0.0_wp))*self%root_inverse(j)
+            across = across + slack_of_speed*speeds%speed
+            w(j) = min(w(j), across)
+            w(k) = min(w(k), across)
+         end if
+         do i = 1, 3
+            j = 1 + modulo(i, 3)
+            k = 1 + modulo(i + 1, 3)
+            rate(i) = self%products(i)*min(w(j)*w(k), 0.5_wp*(s*self%root_inverse(j))*(s*self%root_inverse(k))) + &
+                      (inner(j)*w(k) + inner(k)*w(j) + &
+                       self%axis_torques(i) + self%axis_drags(i)*speeds%speed)/self%moments(i)
+         end do
+         w = min(w, abs(motion%omega) + rate*time + slack_of_speed*speeds%speed)
+         speeds%speed = min(speeds%speed, sqrt(w(1)*w(1) + w(2)*w(2) + w(3)*w(3)))
+         speeds%tilting = sqrt(w(1)*w(1) + w(2)*w(2))
+         if (axis == 3) speeds%tilting = min(speeds%tilting, across)
+         speeds%acceleration = sqrt(rate(1)*rate(1) + rate(2)*rate(2) + rate(3)*rate(3))
+         speeds%axis_momenta = min(speeds%momentum, self%moments*w + inner)
+         speeds%axis_momentum_rates = self%moments*rate + self%wheel_torques
+         speeds%kinetic_rate = min(speeds%speed*speeds%torque, &
+                                   dot_product(w, self%axis_torques + self%axis_drags*speeds%speed))
+         speeds%potential_rate = min(speeds%speed*self%potential_torque, dot_product(w, self%axis_potentials))
+      end associate
+   end subroutine bound_by_axes
+
+   !> The range about each axis that S and |L| leave: Σ Jᵢ(c - Jᵢ)Ωᵢ² = cS² - |L|² has terms of one sign where c is the
+   !> greatest moment, and where it is the least.
+   pure subroutine bound_polhode(self, motion, time, start, growth, speeds)
+      class(motion_bounds_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      !> s; S at first; its growth by drag.
+      real(wp), intent(in) :: time, start, growth
+      !> Its S, speed, torque, momentum and speeds about the axes known.
+      type(speed_bounds_t), intent(inout) :: speeds
+      real(wp) :: least_s, least_l, high, low
+      integer :: i
+      associate (s => speeds%root_energy, w => speeds%axis_speeds)
+         least_s = max(start - self%torque*time/self%least_root, 0.0_wp)/growth
+         least_l = max(vector_length(motion%momentum) - speeds%torque*time, 0.0_wp)
+         ! The sums over the greatest moment, and over the least.
+         high = max((1 + slack_of_squares)*s*s - (least_l/self%greatest_root)**2, 0.0_wp)
+         low = max((1 + slack_of_squares)*(speeds%momentum/self%least_root)**2 - least_s*least_s, 0.0_wp)
+         do i = 1, 3
+            if (self%below_greatest(i) > 0.0_wp) w(i) = min(w(i), self%root_inverse(i)*sqrt(self%below_greatest(i)*high))
+            if (self%above_least(i) > 0.0_wp) w(i) = min(w(i), self%root_inverse(i)*sqrt(self%above_least(i)*low))
+         end do
+      end associate
+   end subroutine bound_polhode
 
 end module nutate_motion_bounds

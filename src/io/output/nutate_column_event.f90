@@ -315,14 +315,13 @@ contains
       if (system%effects%moves) power = world_power(system%effects, unit(motion%state%q), motion%state%t)
    end function world_power_of
 
-   !> A quarter more than what the rates of the columns admit, and a hundredth more than their range, is left for the
-   !> errors of a computed motion.
+   !> A quarter more than what the rates of the columns admit is left for the errors of a computed motion.
    pure logical function sum_stays_away(self, speeds, f, time) result(stays)
       class(column_event_t), intent(in) :: self
       type(speed_bounds_t), intent(in) :: speeds
       real(wp), intent(in) :: f, time
-      real(wp), parameter :: margin = 1.25_wp, margin_of_range = 1.01_wp
-      real(wp) :: fastest, range, rate
+      real(wp), parameter :: margin = 1.25_wp
+      real(wp) :: fastest, range, rate, value
       integer :: i
       stays = .false.
       if (self%kind /= CROSSING) return
@@ -334,9 +333,14 @@ contains
          fastest = fastest + abs(self%weights(i))*rate
       end do
       stays = abs(f) > margin*fastest*time
-      if (stays .or. self%n /= 1 .or. self%period > 0.0_wp) return
-      range = greatest_value(self%places(1), speeds)
-      stays = range >= 0.0_wp .and. abs(self%level) > margin_of_range*abs(self%weights(1))*range
+      if (stays .or. self%period > 0.0_wp) return
+      range = 0.0_wp
+      do i = 1, self%n
+         value = greatest_value(self%places(i), speeds)
+         if (value < 0.0_wp) return
+         range = range + abs(self%weights(i))*value
+      end do
+      stays = abs(self%level) > range
    end function sum_stays_away
 
    !> No column changes faster; negative where that is not known.
@@ -346,49 +350,61 @@ contains
       type(speed_bounds_t), intent(in) :: speeds
       select case (column)
       case (AT_Q0:AT_Q0 + 3)
-         rate = 0.5_wp*speeds%speed
+         rate = 0.5_wp*(speeds%speed + speeds%frame_speed)
       case (AT_P0:AT_P0 + 3)
-         rate = 2*(speeds%momentum*speeds%speed + speeds%torque)
+         rate = 2*(speeds%momentum*(speeds%speed + 2*speeds%frame_speed) + speeds%torque)
       case (AT_OMEGA1:AT_OMEGA1 + 2)
-         rate = speeds%rows(column - AT_OMEGA1 + 1)*speeds%momentum_rate
+         rate = speeds%accelerations(column - AT_OMEGA1 + 1)
       case (AT_OMEGA_X:AT_OMEGA_X + 2)
-         rate = maxval(speeds%rows)*2*speeds%momentum_rate
+         rate = speeds%acceleration + speeds%speed*speeds%frame_speed
       case (AT_L1:AT_L1 + 2)
-         rate = speeds%momentum_rate
+         rate = speeds%axis_momentum_rates(column - AT_L1 + 1)
       case (AT_L_X:AT_L_X + 2)
-         rate = speeds%torque
+         rate = speeds%space_torques(column - AT_L_X + 1) + speeds%momentum*speeds%frame_speed
       case (AT_THETA)
          ! About the line of nodes, which lies across axis 3.
-         rate = sqrt(speeds%axis_speeds(1)**2 + speeds%axis_speeds(2)**2)
+         rate = speeds%tilting + speeds%frame_speed
       case (AT_KINETIC)
-         rate = speeds%speed*speeds%torque
+         rate = speeds%kinetic_rate
       case (AT_POTENTIAL)
-         rate = speeds%speed*speeds%potential_torque
-      case (AT_POTENTIAL + 1)
-         rate = speeds%speed*speeds%torque
+         rate = speeds%potential_rate
+      case (AT_TOTAL)
+         rate = speeds%total_rate
+      case (AT_JACOBI)
+         rate = speeds%jacobi_rate
+      case (AT_WHEEL:)
+         rate = speeds%wheel_rates(1 + (column - AT_WHEEL)/2)
+         if (mod(column - AT_WHEEL, 2) == 1) rate = speeds%drives(1 + (column - AT_WHEEL)/2)
       case default
          rate = -1.0_wp
       end select
    end function fastest_rate
 
-   !> No column is greater; negative where that is not known.
+   !> No column is greater, with a hundredth for the errors of a computed motion where they count; negative where that is
+   !> not known.
    pure real(wp) function greatest_value(column, speeds) result(value)
       !> Place in the list.
       integer, intent(in) :: column
       type(speed_bounds_t), intent(in) :: speeds
+      real(wp), parameter :: margin = 1.01_wp, longest_quaternion = 1.001_wp, half_turn = pi*(1 + 4*eps)
       select case (column)
       case (AT_Q0:AT_Q0 + 3)
-         value = 1.0_wp
+         value = longest_quaternion
       case (AT_P0:AT_P0 + 3)
-         value = 2*speeds%momentum
+         value = 2*margin*speeds%momentum
       case (AT_OMEGA1:AT_OMEGA1 + 2)
-         value = speeds%axis_speeds(column - AT_OMEGA1 + 1)
+         value = margin*speeds%axis_speeds(column - AT_OMEGA1 + 1)
       case (AT_OMEGA_X:AT_OMEGA_X + 2)
-         value = speeds%speed
-      case (AT_L1:AT_L1 + 2, AT_L_X:AT_L_X + 2)
-         value = speeds%momentum
+         value = margin*speeds%speed
+      case (AT_L1:AT_L1 + 2)
+         value = margin*speeds%axis_momenta(column - AT_L1 + 1)
+      case (AT_L_X:AT_L_X + 2)
+         value = margin*speeds%momentum
       case (AT_THETA)
-         value = pi
+         value = half_turn
+      case (AT_KINETIC)
+         value = -1.0_wp
+         if (speeds%kinetic_rate >= 0.0_wp) value = 0.5_wp*margin*speeds%root_energy**2
       case default
          value = -1.0_wp
       end select
