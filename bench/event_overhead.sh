@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What an event that never happens costs a run: instructions per step with it over those without, in per cent more, by callgrind
 # from runs of two lengths, so that start and end cancel. The events are within reach: of energy, or of what keeps them away.
-#    bench/event_overhead.sh PROGRAM FOLDER [METHOD]...
+#    bench/event_overhead.sh PROGRAM FOLDER [METHOD]...   CASES: scenes, time steps, columns and values, a line each
 set -eu
 program=$1
 shift 2
@@ -24,10 +24,10 @@ short=300 long=1300
 cases=${CASES:-'fast_top 0.001 theta 0.5
 fast_top 0.001 q0 1.01
 fast_top 0.001 omega3 201
-heavy_top 0.001 theta 3.0
+heavy_top 0.001 omega1 8
 heavy_top 0.001 omega1 80
 box 0.01 omega1 9
-compass 0.02 omega3 4
+compass 0.02 omega3 4.8
 spring_gyroscope 0.0005 theta 0.2
 slowing_plate 0.005 omega1 12
 all_effects 0.02 omega2 8
@@ -46,6 +46,7 @@ while read -r scene step column value; do
          b=$(instructions "$folder/$which.nml" "$method" $long "$step")
          [ $which = without ] && bare=$((b - a)) || more=$((b - a - bare))
       done
+      [ "$(wc -l <"$folder/rows.events.csv")" -eq 1 ] || { printf '\n%s: it happens\n' "$method"; exit 1; }
       awk -v b="$bare" -v m="$more" -v n=$((long - short)) 'BEGIN {printf "%8.0f %6.1f%%", b/n, 100*m/b}'
    done
    echo

@@ -70,6 +70,7 @@ program unit
    use test_resume, only: collect_resume
    use test_root_proof, only: collect_root_proof
    use test_moving_fields, only: collect_moving_fields
+   use test_motion_bounds, only: collect_motion_bounds
    use test_moving_world, only: collect_moving_world
    use test_orbit, only: collect_orbit
    use test_orbit_fields, only: collect_orbit_fields
@@ -293,6 +294,7 @@ contains
       type(testsuite_type), allocatable :: suites(:)
       suites = [ &
          new_testsuite("attack", collect_attack), &
+        new_testsuite("motion_bounds", collect_motion_bounds), &
          new_testsuite("event_attack", collect_event_attack), &
          new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &

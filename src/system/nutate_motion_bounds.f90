@@ -67,8 +67,8 @@ module nutate_motion_bounds
    type :: speed_bounds_t
       !> The numbers are of a size that can be computed with; they are without meaning else.
       logical :: known = .false.
-      !> S, √J; |Ω|, rad/s; |L|, N m s, and |L̇|, body axes, N m.
-      real(wp) :: root_energy = 0.0_wp, speed = 0.0_wp, momentum = 0.0_wp, momentum_rate = 0.0_wp
+      !> S, √J; |Ω|, rad/s; |L|, N m s.
+      real(wp) :: root_energy = 0.0_wp, speed = 0.0_wp, momentum = 0.0_wp
       !> The torque of all effects, N m. Rates of the kinetic, of the potential and of the total energy and of the Jacobi
       !> integral, W; negative: not known.
       real(wp) :: torque = 0.0_wp, kinetic_rate = 0.0_wp, potential_rate = 0.0_wp, total_rate = 0.0_wp, &
@@ -85,7 +85,7 @@ module nutate_motion_bounds
    end type speed_bounds_t
 
    !> Squares of what is greater may not be numbers; nor may products with ratios that are.
-   real(wp), parameter :: most = 1e60_wp, most_ratio = 1e6_wp
+   real(wp), parameter :: most = 1e60_wp, most_ratio = 1e6_wp, most_exponent = 100.0_wp
    !> What the errors of a computed motion may add: to S² and |L|² where their difference counts, and to the speed across
    !> an axis in parts of the whole.
    real(wp), parameter :: slack_of_squares = 0.02_wp, slack_of_speed = 1e-3_wp
@@ -99,31 +99,31 @@ contains
    pure function bound_motion(system) result(bounds)
       type(system_t), intent(in) :: system
       type(motion_bounds_t) :: bounds
-      type(effect_bounds_t) :: bound, total
+      type(effect_bounds_t) :: bound, potentials, others
       type(linear_map_t) :: whole
       integer :: i
       associate (effects => system%effects, body => system%body)
          whole = map_of(onto([1, 2, 3]), body%axes)
          do i = 1, effects%n_potentials
-            call add_potential(effects%potentials(i)%item, whole, bounds, total)
+            call add_potential(effects%potentials(i)%item, whole, bounds, potentials)
          end do
-         bounds%potential_torque = total%force
          do i = 1, effects%n_torques
             if (.not. effects%torques(i)%item%on) cycle
             call effects%torques(i)%item%bound(whole, at_once, whole%matrix(:, 1), any_attitude, bound)
-            call total%add(bound)
+            call others%add(bound)
             bounds%space_torques = bounds%space_torques + bound%force
             if (bound%force > 1/most .and. bound%change_rate < most) &
                bounds%frequency = max(bounds%frequency, sqrt(bound%change_rate/bound%force))
          end do
-         call add_wheels(system, whole, bounds, total)
-         bounds%known = total%known
+         call add_wheels(system, whole, bounds, others)
+         bounds%known = potentials%known .and. others%known
          if (effects%frame_turns) bounds%frame_speed = vector_length(effects%frame_rate)
          bounds%energy_stands = bounds%potentials_stand .and. .not. effects%frame_turns
-         bounds%drag = total%drag_slope
+         bounds%drag = others%drag_slope
+         bounds%potential_torque = potentials%force
          ! What resists the rotation against axes that turn pushes as fast as they do.
-         bounds%torque = total%force + bounds%drag*bounds%frame_speed
-         bounds%applied_torque = max(bounds%torque - bounds%potential_torque, 0.0_wp)
+         bounds%applied_torque = others%force + bounds%drag*bounds%frame_speed
+         bounds%torque = bounds%potential_torque + bounds%applied_torque
          bounds%inertia = body%inertia
          bounds%rotor = effects%rotor_momentum
          bounds%moments = body%moments
@@ -272,7 +272,9 @@ contains
       end associate
    end function room
 
-   !> What holds from a motion on, for a time.
+   !> What holds from a motion on, for a time, forward or backward: with the drag d over the speed the torques F are
+   !> F + d|Ω|, and |Ω| ≤ S/√J₁, so that S grows by no more than the factor e^(dt/J₁) after Ft/√J₁ were added to it
+   !> (Grönwall); |L| is no more than √J₃ S + |h|, and changes by no more than the torques.
    pure function within(self, motion, room, time) result(speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -281,14 +283,17 @@ contains
       !> s, not negative.
       real(wp), intent(in) :: time
       type(speed_bounds_t) :: speeds
-      real(wp) :: start, growth, spin(3), inner(3)
+      real(wp) :: start, growth, exponent, spin(3), inner(3)
       associate (s => speeds%root_energy, speed => speeds%speed)
          spin = times_vector(self%inertia, motion%omega)
          start = sqrt(max(dot_product(motion%omega, spin), 0.0_wp))
+         exponent = self%drag*time/self%least_root**2
+         speeds%known = self%known .and. exponent < most_exponent
+         if (.not. speeds%known) return
          growth = 1.0_wp
-         if (self%drag > 0.0_wp) growth = exp(min(self%drag*time/self%least_root**2, 100.0_wp))
+         if (exponent > 0.0_wp) growth = exp(exponent)
          s = growth*reached(self, start, time, room)
-         speeds%known = self%known .and. s < most .and. s < most*self%least_root
+         speeds%known = s < most .and. s < most*self%least_root
          if (.not. speeds%known) return
          speed = s/self%least_root
          speeds%torque = self%torque + self%drag*speed
@@ -317,7 +322,8 @@ contains
       end associate
    end function within
 
-   !> Rates of the energy and of the Jacobi integral, to which potentials that stand add nothing.
+   !> Rates of the energy and of the Jacobi integral H - ω·l, to which potentials that stand add nothing: the torques'
+   !> power Ω·τ and what the axes' turning ω takes from the potentials, ω·τ; and (Ω - ω)·τ.
    pure subroutine bound_energies(self, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(speed_bounds_t), intent(inout) :: speeds
@@ -330,7 +336,9 @@ contains
       speeds%jacobi_rate = -1.0_wp
    end subroutine bound_energies
 
-   !> No more can √(2E) be, E a kinetic energy, after a time: what the potentials add to it has a bound of its own.
+   !> No more can √(2E) be after a time, E a kinetic energy: it changes by no more than |τ|/√J₁. Nor can √(2E + 2U), U
+   !> the potentials above their least value, change by more than what the other torques do, and 2U is no more than
+   !> `room` at first.
    pure real(wp) function reached(self, start, time, room) result(root)
       class(motion_bounds_t), intent(in) :: self
       !> At first, √J.
@@ -344,28 +352,31 @@ contains
       if (room < most) root = min(root, sqrt(start*start + room) + self%applied_torque*time/self%least_root)
    end function reached
 
-   !> What follows from S for any axes.
+   !> What follows from S for any axes: Ωᵢ = eᵢ·√J⁻¹(√JΩ), and JΩ̇ = L×Ω + τ with a part JΩ×Ω of L×Ω.
    pure subroutine bound_at_large(self, inner, speeds)
       class(motion_bounds_t), intent(in) :: self
       !> |h| of rotors and wheels, N m s; shape (3).
       real(wp), intent(in) :: inner(3)
       !> Its S, speed, torque and momentum known.
       type(speed_bounds_t), intent(inout) :: speeds
+      real(wp) :: momentum_rate
       associate (s => speeds%root_energy, speed => speeds%speed)
-         speeds%momentum_rate = self%gyration*s*s + vector_length(inner)*speed + speeds%torque
+         momentum_rate = self%gyration*s*s + vector_length(inner)*speed + speeds%torque
          speeds%axis_speeds = s*self%root_inverse
          speeds%tilting = sqrt(speeds%axis_speeds(1)**2 + speeds%axis_speeds(2)**2)
-         speeds%accelerations = self%rows*speeds%momentum_rate
+         speeds%accelerations = self%rows*momentum_rate
          ! A matrix is no more than √3 times the longest of its rows.
-         speeds%acceleration = 2*maxval(self%rows)*speeds%momentum_rate
+         speeds%acceleration = 2*maxval(self%rows)*momentum_rate
          speeds%axis_momenta = speeds%momentum
-         speeds%axis_momentum_rates = speeds%momentum_rate
+         speeds%axis_momentum_rates = momentum_rate
          speeds%kinetic_rate = speed*speeds%torque
          speeds%potential_rate = speed*self%potential_torque
       end associate
    end subroutine bound_at_large
 
-   !> What follows in principal axes: JᵢΩ̇ᵢ = (Jⱼ - Jₖ)ΩⱼΩₖ + (h×Ω)ᵢ + τᵢ.
+   !> What follows in principal axes: JᵢΩ̇ᵢ = (Jⱼ - Jₖ)ΩⱼΩₖ + (h×Ω)ᵢ + τᵢ, and 2√(JⱼJₖ)|ΩⱼΩₖ| ≤ S². About the axis of a
+   !> symmetric body no gyroscopic torque does work on the rotation across it, whose energy has the bound of `reached`;
+   !> with potentials that do not turn about the axis, or else with all that their torques can do.
    pure subroutine bound_by_axes(self, motion, inner, room, time, start, growth, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -386,9 +397,11 @@ contains
          if (axis > 0) then
             j = 1 + modulo(axis, 3)
             k = 1 + modulo(axis + 1, 3)
-            across = growth*reached(self, sqrt(self%moments(j)*(motion%omega(j)**2 + motion%omega(k)**2)), time, &
-                                    merge(huge(room), room, self%axis_potentials(axis) > 0.0_wp))*self%root_inverse(j)
-            across = across + slack_of_speed*speeds%speed
+            across = reached(self, sqrt(self%moments(j)*(motion%omega(j)**2 + motion%omega(k)**2)), time, &
+                             merge(huge(room), room, self%axis_potentials(axis) > 0.0_wp))
+            ! Drag against the spin may push across the axis.
+            if (self%drag > 0.0_wp) across = across + self%drag*speeds%speed*time/self%least_root
+            across = across*self%root_inverse(j) + slack_of_speed*speeds%speed
             w(j) = min(w(j), across)
             w(k) = min(w(k), across)
          end if
@@ -413,7 +426,8 @@ contains
    end subroutine bound_by_axes
 
    !> The range about each axis that S and |L| leave: Σ Jᵢ(c - Jᵢ)Ωᵢ² = cS² - |L|² has terms of one sign where c is the
-   !> greatest moment, and where it is the least.
+   !> greatest moment, and where it is the least, so that none is more than the sum. It takes the least S, which falls by
+   !> no more than e^(-dt/J₁) and then Ft/√J₁, and the least |L|.
    pure subroutine bound_polhode(self, motion, time, start, growth, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -424,7 +438,7 @@ contains
       real(wp) :: least_s, least_l, high, low
       integer :: i
       associate (s => speeds%root_energy, w => speeds%axis_speeds)
-         least_s = max(start - self%torque*time/self%least_root, 0.0_wp)/growth
+         least_s = max(start/growth - self%torque*time/self%least_root, 0.0_wp)
          least_l = max(vector_length(motion%momentum) - speeds%torque*time, 0.0_wp)
          ! The sums over the greatest moment, and over the least.
          high = max((1 + slack_of_squares)*s*s - (least_l/self%greatest_root)**2, 0.0_wp)

@@ -352,7 +352,8 @@ contains
       case (AT_Q0:AT_Q0 + 3)
          rate = 0.5_wp*(speeds%speed + speeds%frame_speed)
       case (AT_P0:AT_P0 + 3)
-         rate = 2*(speeds%momentum*(speeds%speed + 2*speeds%frame_speed) + speeds%torque)
+         ! p = 2 [0, l]∘q with l in the space axes, which turn, and |q̇| half of the speed against them.
+         rate = speeds%momentum*(speeds%speed + 3*speeds%frame_speed) + 2*speeds%torque
       case (AT_OMEGA1:AT_OMEGA1 + 2)
          rate = speeds%accelerations(column - AT_OMEGA1 + 1)
       case (AT_OMEGA_X:AT_OMEGA_X + 2)
