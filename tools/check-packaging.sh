@@ -39,12 +39,14 @@ as_fpm_dependency() {
       fpm run --directory "$project" --flag -O0
 }
 
-# The package that pip builds from a checkout, tested as that of `make install` is.
+# The package that pip builds from a checkout: what finds its library, program and page. `make install` has the same
+# modules, all tested there.
 as_pip_package() {
    [ -x "$program" ] || bash tools/build.sh || return 1
    python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --disable-pip-version-check . scipy &&
       [ -f "$scratch"/venv/lib/python*/site-packages/nutate/page.js ] &&
-      (cd "$scratch" && NUTATE=$program venv/bin/python "$top/tools/run_python_tests.py" "$top/python/tests")
+      (cd "$scratch" && NUTATE=$program venv/bin/python "$top/tools/run_python_tests.py" "$top/python/tests" \
+         test_nutate test_sweeps test_view)
 }
 
 # What type checkers say of the package.

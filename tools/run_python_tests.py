@@ -1,4 +1,5 @@
-"""Runs the tests of a folder, FOLDER/test_*.py, against the program that $NUTATE names.   run_python_tests.py FOLDER [MODULE]
+"""Runs the tests of a folder, FOLDER/test_*.py, against the program that $NUTATE names, or those of the modules named.
+   run_python_tests.py FOLDER [MODULE]...
 
 Each module in a process of its own, as many at a time as there are cores. Reports failures only and ends with a line
 `N passed, N failed, N skipped`, where a test with several failing parts counts once, and a module that breaks off too.
@@ -12,6 +13,8 @@ import subprocess
 import sys
 import unittest
 
+# Runs one module in this process.
+HERE = "--here"
 TOTAL = re.compile(r"(\d+) passed, (\d+) failed, (\d+) skipped")
 
 
@@ -40,7 +43,7 @@ def run_module(folder, name):
 
 def start_module(folder, name):
     """Runs one module in a process of its own: its report, and what its tests came to."""
-    done = subprocess.run([sys.executable, __file__, folder, name], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+    done = subprocess.run([sys.executable, __file__, HERE, folder, name], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
     lines = done.stdout.splitlines()
     total = TOTAL.fullmatch(lines[-1]) if lines else None
@@ -52,9 +55,12 @@ def start_module(folder, name):
 def main():
     if not os.access(os.environ.get("NUTATE", ""), os.X_OK):
         sys.exit("NUTATE does not name a program")
-    if len(sys.argv) > 2:
-        sys.exit(run_module(sys.argv[1], sys.argv[2]))
+    if sys.argv[1] == HERE:
+        sys.exit(run_module(*sys.argv[2:]))
     modules = sorted(path.stem for path in pathlib.Path(sys.argv[1]).glob("test_*.py"))
+    if unknown := set(sys.argv[2:]).difference(modules):
+        sys.exit(f"{sys.argv[1]} has no {', '.join(sorted(unknown))}")
+    modules = sys.argv[2:] or modules
     if not modules:
         sys.exit(f"{sys.argv[1]} has no tests (expected test_*.py)")
     counts = [0, 0, 0]

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Tests the Python package of an installed tree in a fresh virtual environment; the last line is the total.
-#    tools/test-python.sh PREFIX
+#    tools/test-python.sh PREFIX [MODULE]...      all modules of python/tests unless named
 set -u
 . "$(dirname "$0")/environment.sh"
 
 prefix=${1:?where nutate is installed}
+shift
 scratch=$(mktemp -d) || exit 1
 trap 'rm -rf "$scratch"' EXIT
 quietly python-venv python3 -m venv "$scratch/venv" || exit 1
@@ -12,4 +13,4 @@ package=$prefix/share/nutate/python
 # What the package can do without is tested where it is to be had.
 quietly python-pip "$scratch/venv/bin/pip" install --disable-pip-version-check "$package[view,tables,rotation]" ||
    quietly python-pip "$scratch/venv/bin/pip" install --disable-pip-version-check "$package" || exit 1
-NUTATE=$prefix/bin/nutate "$scratch/venv/bin/python" tools/run_python_tests.py python/tests
+NUTATE=$prefix/bin/nutate "$scratch/venv/bin/python" tools/run_python_tests.py python/tests "$@"
