@@ -9,9 +9,10 @@ scratch=$(mktemp -d) || exit 1
 trap 'rm -rf "$scratch"' EXIT
 source=$top/src/batch/nutate_lane_step.f90
 # Each loop in the procedure where it stands. With gfortran alone: other compilers say what they do in other words.
-cd "$scratch" && gfortran -c "$top/src/core/nutate_kinds.f90" || exit 1
+bash tools/build.sh nutate_objects && cd "$scratch" || exit 1
 # shellcheck disable=SC2086
-gfortran -O3 ${unfused/ -fopenmp/} -fno-inline -fopt-info-vec-optimized -c "$source" 2>"$scratch/report" || exit 1
+gfortran -O3 ${unfused/ -fopenmp/} -fno-inline -fopt-info-vec-optimized -I "$cmake_folder/modules" -c "$source" \
+   2>"$scratch/report" || exit 1
 
 passed=0 failed=0
 while IFS=: read -r line loop; do

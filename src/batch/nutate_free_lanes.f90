@@ -11,10 +11,12 @@
 !> stepper from its start.
 module nutate_free_lanes
    use nutate_composition, only: compositions
+   use nutate_implicit_step, only: kept_after_surprise
    use nutate_kinds, only: wp
-   use nutate_lane_step, only: coarse, correct_lanes, explicit_lanes, finish_lanes, invert_lanes, lanes, &
-      most_steps, predict_lanes, start_lanes, take_residuals
-   use nutate_predictor, only: weights
+   use nutate_lane_step, only: correct_lanes, explicit_lanes, finish_lanes, invert_lanes, lanes, predict_lanes, &
+      start_lanes, take_residuals
+   use nutate_predictor, only: most_steps, weights
+   use nutate_reduced, only: coarse, slow
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -22,9 +24,8 @@ module nutate_free_lanes
 
    public :: free_lanes_t, lanes
 
-   !> Iterations after which a lane that is not done is given up; from which on the scalar stepper predicts with fewer
-   !> steps, if it knows more than so many.
-   integer, parameter :: most_iterations = 8, slow = 4, kept_after_surprise = 3
+   !> Iterations after which a lane that is not done is given up.
+   integer, parameter :: most_iterations = 8
    !> Numbers of a body that a lane takes: products of several stay in the range of numbers.
    real(wp), parameter :: least = 1e-40_wp, greatest = 1e40_wp
 

@@ -5,7 +5,11 @@
 !> have no branches, masks are nested merges: gfortran makes vector instructions of them, two lanes at once by SSE2.
 !> Lanes that are done, or given up, hold finite values and are only not taken.
 module nutate_lane_step
+   use nutate_implicit_step, only: attitude_noise
    use nutate_kinds, only: wp, eps
+   use nutate_newton_increment, only: round_off, usual_cancellation
+   use nutate_predictor, only: most_steps
+   use nutate_reduced, only: coarse, curvature
    implicit none
    private
 
@@ -13,19 +17,10 @@ module nutate_lane_step
 
    !> Bodies at once: two registers of AVX-512, eight of SSE2.
    integer, parameter, public :: lanes = 8
-   !> Steps that a prediction goes through.
-   integer, parameter, public :: most_steps = 6
    !> Momenta in the units of the step above belong to no step that a lane takes, and |q|² farther from 1 neither.
    real(wp), parameter :: greatest_momentum = 10.0_wp, near_manifold = 1e-9_wp
    !> Determinants below are not divided by.
    real(wp), parameter :: least_determinant = 1e-12_wp
-   !> As in the scalar stepper: increment above which the Jacobian is taken anew, bound of F'' and adjugate.
-   real(wp), parameter, public :: coarse = 1e-6_wp
-   real(wp), parameter :: curvature = 200.0_wp
-   !> Increments that count as converged, and as round-off, over the unknowns.
-   real(wp), parameter :: round_off = 2*eps, usual_cancellation = 1e4_wp
-   !> Increments of an attitude that are noise, of which the scalar stepper counts how many there are.
-   real(wp), parameter :: attitude_noise = 16*eps
    !> |b| of a root above this is left to the scalar stepper: below 0.41 one of a free body with a positive determinant
    !> is that of the true motion.
    real(wp), parameter :: longest = 0.4_wp

@@ -26,21 +26,21 @@ module nutate_lane_run
    integer(long), parameter :: most_steps = 10000000_long
 
    !> One member under way.
-   type :: passenger_t
+   type :: lane_member_t
       type(system_t) :: system
       type(state_t) :: state
       type(columns_t) :: columns
       type(invariants_t) :: invariants
       !> The numbers in which it differs; shape (targets).
       real(wp), allocatable :: values(:)
-   end type passenger_t
+   end type lane_member_t
 
    !> Members that are run together.
    type :: lane_run_t
       !> Those of the scene can be.
       logical :: possible = .false.
       !> Of each lane; shape (lanes).
-      type(passenger_t), allocatable, private :: passengers(:)
+      type(lane_member_t), allocatable, private :: members(:)
       type(free_lanes_t), private :: bodies
       integer(long), private :: steps = 0
    contains
@@ -70,7 +70,7 @@ contains
                       scene%events%count() == 0 .and. .not. any(scene%output%columns == 'solver')
       if (.not. self%possible) return
       self%steps = count_steps(scene%initial%t, scene%plan)
-      if (.not. allocated(self%passengers)) allocate (self%passengers(lanes))
+      if (.not. allocated(self%members)) allocate (self%members(lanes))
    end subroutine prepare
 
    !> True if nothing acts on the body.
@@ -122,7 +122,7 @@ contains
       if (abs(member%initial%t) > 0.0_wp) return
       call self%bodies%put(lane, member%system, member%initial)
       if (.not. self%bodies%taken(lane)) return
-      associate (own => self%passengers(lane), j0 => member%integrator%inverse_auxiliary_inertia)
+      associate (own => self%members(lane), j0 => member%integrator%inverse_auxiliary_inertia)
          own%system = member%system
          own%state = member%initial
          own%values = values
@@ -146,7 +146,7 @@ contains
          if (.not. any(self%bodies%taken)) return
          if (mod(k, scene%plan%every) == 0 .or. k == self%steps) then
             do i = 1, lanes
-               if (self%bodies%taken(i)) call measure(self%passengers(i), self%bodies, i)
+               if (self%bodies%taken(i)) call measure(self%members(i), self%bodies, i)
             end do
          end if
          if (mod(k, poll_every) /= 0 .or. .not. associated(sweep)) cycle
@@ -158,7 +158,7 @@ contains
 
    !> Looks where a member is.
    subroutine measure(own, bodies, lane)
-      type(passenger_t), intent(inout) :: own
+      type(lane_member_t), intent(inout) :: own
       type(free_lanes_t), intent(in) :: bodies
       integer, intent(in) :: lane
       call bodies%get(lane, own%state)
@@ -186,7 +186,7 @@ contains
       integer(long), intent(out) :: fields(:)
       real(wp) :: columns(layout%columns - layout%values)
       type(run_record_t) :: record
-      associate (own => self%passengers(lane))
+      associate (own => self%members(lane))
          own%state%t = end_time
          call own%columns%evaluate(own%system, own%state, record, columns)
          fields(1) = number
