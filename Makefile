@@ -12,8 +12,10 @@ ATTACK ?=
 CASE ?=
 # 1: with threads, which run the members of an ensemble: make OPENMP=1
 OPENMP ?=
+# native: the members of an ensemble are moved by all vector instructions of this machine, with the same results
+LANES ?=
 
-export FFLAGS OPENMP
+export FFLAGS OPENMP LANES
 
 .DEFAULT_GOAL := build
 .PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs wheel install uninstall clean

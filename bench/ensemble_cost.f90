@@ -1,13 +1,16 @@
-!> What many bodies cost: a step of a lane over one of the scalar stepper, in the same process, and whole sweeps by
-!> their number of members and of threads.
+!> What many bodies cost: a step of a lane over one of the scalar stepper, in the same process, how well it conserves, whole
+!> sweeps by their number of members and of threads, and files of rows.
 program bench_ensemble
    use, intrinsic :: iso_fortran_env, only: int64
    use, intrinsic :: iso_c_binding, only: c_double
-   use nutate, only: integrator_settings_t, make_shape_body, make_state, make_stepper, parse_scene, scene_t, state_t, &
-      status_t, stepper_t, system_t, wp
-   use nutate_free_lanes, only: free_lanes_t, lanes
+   use nutate, only: gravity_t, integrator_settings_t, kinetic_energy, make_body, make_shape_body, make_state, &
+      make_stepper, parse_scene, rotor_t, scene_t, space_momentum, state_t, status_t, stepper_t, system_t, total_energy, wp
    use nutate_member_rows, only: fill_rows, has_threads
+   use nutate_npy, only: npy_header
+   use nutate_reduced_lanes, only: lanes, reduced_lanes_t
    use nutate_row_layout, only: make_layout, row_layout_t
+   use nutate_sweep_csv, only: write_csv
+   use nutate_sweep_file, only: sweep_file_t
    use nutate_sweep_watcher, only: sweep_watcher_t
    implicit none
 
@@ -17,51 +20,87 @@ program bench_ensemble
       end function bench_thread_seconds
    end interface
 
-   integer, parameter :: repeats = 15, orders(4) = [2, 4, 6, 8]
-   integer :: i
+   !> Bodies: the paper's box, a gyrostat, and a heavy top; with the steps that they are moved by, s.
+   integer, parameter :: repeats = 25, orders(4) = [2, 4, 6, 8]
+   character(len=*), parameter :: kinds(3) = [character(len=8) :: 'free box', 'gyrostat', 'top']
+   real(wp), parameter :: dt(3) = [0.01_wp, 0.01_wp, 0.0005_wp]
+   integer :: i, k
 
-   write (*, '(a)') 'ns a body-step of a free box: alone, in a lane, and the ratio'
-   do i = 1, size(orders)
-      call compare(orders(i), 20000/orders(i)**2)
+   write (*, '(a)') 'ns a body-step: alone, in a lane, and the ratio'
+   do k = 1, size(kinds)
+      do i = 1, size(orders)
+         call compare(k, orders(i), 20000/orders(i)**2)
+      end do
+   end do
+   write (*, '(/,a)') 'largest error of energy and of what is conserved of momentum, bodies in lanes, 1e6 steps of order 2'
+   do k = 1, size(kinds)
+      call drift(k, 1000000)
    end do
    write (*, '(/,a)') 'us a member of 100 steps of order 2 (one thread: CPU time; two: wall time)'
    write (*, '(a)') '  members threads alone together'
-   do i = 2, 5
+   do i = 2, 6
       call sweep(10_int64**i, 1)
       if (has_threads()) call sweep(10_int64**i, 2)
    end do
+   call files()
 
 contains
 
+   !> Body k and the start of the n-th of its kind.
+   subroutine take(k, n, system, state)
+      integer, intent(in) :: k, n
+      type(system_t), intent(out) :: system
+      type(state_t), intent(out) :: state
+      type(status_t) :: status
+      real(wp), parameter :: upright(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      if (k < 3) then
+         call make_shape_body('box', [4.0_wp, 1.0_wp, 2.0_wp], system%body, status, mass=12.0_wp)
+         if (k == 2) call system%effects%add(rotor_t(name='rotor', momentum=[2.0_wp, 1.0_wp, 5.0_wp]))
+         state = make_state(system, upright, [0.1_wp, 0.1_wp*n, 10.0_wp])
+      else
+         call make_body(reshape([15.234375_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.46875_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+                                 15.234375_wp], [3, 3]), system%body, status, mass=15.0_wp, &
+                        center_of_mass=[0.0_wp, 1.0_wp, 0.0_wp])
+         call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+         state = make_state(system, upright, [0.0_wp, 150.0_wp, -4.6_wp - 0.01_wp*n])
+      end if
+   end subroutine take
+
+   !> Fills all lanes.
+   subroutine fill(k, order, bodies)
+      integer, intent(in) :: k, order
+      type(reduced_lanes_t), intent(out) :: bodies
+      type(system_t) :: system
+      type(state_t) :: state
+      integer :: n
+      call bodies%set_up(order, dt(k), merge(1, 0, k == 3))
+      do n = 1, lanes
+         call take(k, n, system, state)
+         call bodies%put(n, system, state)
+      end do
+   end subroutine fill
+
    !> Least times of interleaved repeats.
-   subroutine compare(order, steps)
-      integer, intent(in) :: order, steps
-      type(integrator_settings_t) :: settings
-      type(free_lanes_t) :: bodies
+   subroutine compare(k, order, steps)
+      integer, intent(in) :: k, order, steps
+      type(reduced_lanes_t) :: bodies
       type(system_t) :: system
       type(state_t) :: state
       type(status_t) :: status
       class(stepper_t), allocatable :: stepper
       real(wp) :: alone, together, start
-      integer :: k, n
-      settings%order = order
-      settings%linear_solver = 'reduced'
-      call make_shape_body('box', [4.0_wp, 1.0_wp, 2.0_wp], system%body, status, mass=12.0_wp)
+      integer :: i, n
       alone = huge(alone)
       together = huge(together)
-      do k = 1, repeats
-         call make_stepper(system, settings, stepper, status)
-         state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 0.1_wp, 10.0_wp])
+      do i = 1, repeats
+         call take(k, 1, system, state)
+         call make_stepper(system, integrator_settings_t(order=order, linear_solver='reduced'), stepper, status)
          start = bench_thread_seconds()
          do n = 1, steps
-            call stepper%step(system, state, 0.01_wp, status)
+            call stepper%step(system, state, dt(k), status)
          end do
          alone = min(alone, 1e9_wp*(bench_thread_seconds() - start)/steps)
-         call bodies%set_up(order, 0.01_wp)
-         do n = 1, lanes
-            state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 0.1_wp*n, 10.0_wp])
-            call bodies%put(n, system, state)
-         end do
+         call fill(k, order, bodies)
          start = bench_thread_seconds()
          do n = 1, steps
             call bodies%step()
@@ -69,8 +108,86 @@ contains
          together = min(together, 1e9_wp*(bench_thread_seconds() - start)/(real(steps, wp)*lanes))
          if (.not. all(bodies%taken)) error stop 'a body of the benchmark was given up'
       end do
-      write (*, '(3x,"order ",i0,3f10.2)') order, alone, together, together/alone
+      write (*, '(3x,a,", order ",i0,3f10.2)') kinds(k), order, alone, together, together/alone
    end subroutine compare
+
+   !> Energy over that of the rotation, momentum over its length; of a top that about the vertical.
+   subroutine drift(k, steps)
+      integer, intent(in) :: k, steps
+      type(reduced_lanes_t) :: bodies
+      type(system_t) :: system
+      type(state_t) :: first, last
+      real(wp) :: errors(2), change(3)
+      integer :: n
+      call fill(k, 2, bodies)
+      do n = 1, steps
+         call bodies%step()
+      end do
+      errors = 0.0_wp
+      do n = 1, lanes
+         if (.not. bodies%taken(n)) error stop 'a body of the benchmark was given up'
+         call take(k, n, system, first)
+         last = first
+         call bodies%get(n, last)
+         change = space_momentum(last) - space_momentum(first)
+         if (k == 3) change(1:2) = 0.0_wp
+         errors = max(errors, [abs(total_energy(system, last) - total_energy(system, first))/ &
+                               kinetic_energy(system, first), norm2(change)/norm2(space_momentum(first))])
+      end do
+      write (*, '(3x,a,2es9.1)') kinds(k), errors
+   end subroutine drift
+
+   !> Rows a second that go into a file of NumPy, each chunk on the disk before the next, and from it into CSV.
+   subroutine files()
+      integer(int64), parameter :: members = 200000, chunk = 4096
+      character(len=*), parameter :: name = 'bench_rows'
+      type(sweep_file_t) :: file
+      type(scene_t) :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      integer(int64), allocatable :: rows(:, :)
+      integer(int64) :: begun, written, ended, rate, k, first, last
+      integer :: error, unit
+      call make_scene("'quaternion'", members, scene, layout)
+      allocate (rows(layout%width(), chunk))
+      rows = transfer(1.0_wp/3, rows(1, 1))
+      call system_clock(begun, rate)
+      call file%open(name//'.npy', npy_header(layout, members), layout%width(), members, chunk, 1_int64, .false., status)
+      do k = 1, (members + chunk - 1)/chunk
+         call file%bounds(k, first, last)
+         call file%put_chunk(k, rows(:, 1:last - first + 1), error)
+      end do
+      call file%finish(status)
+      call system_clock(written)
+      call write_csv(name//'.npy', layout, members, name//'.csv', status)
+      call system_clock(ended)
+      if (.not. status%ok()) error stop 'the files of the benchmark cannot be written'
+      write (*, '(/,a,i0,a,2es9.1)') 'rows of ', layout%width(), ' fields a second, .npy and CSV: ', &
+         real(members, wp)*real(rate, wp)/real(written - begun, wp), &
+         real(members, wp)*real(rate, wp)/real(ended - written, wp)
+      open (newunit=unit, file=name//'.npy')
+      close (unit, status='delete')
+      open (newunit=unit, file=name//'.csv')
+      close (unit, status='delete')
+   end subroutine files
+
+   !> Members of 100 steps.
+   subroutine make_scene(columns, members, scene, layout)
+      character(len=*), intent(in) :: columns
+      integer(int64), intent(in) :: members
+      type(scene_t), intent(out) :: scene
+      type(row_layout_t), intent(out) :: layout
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      character(len=12) :: digits
+      write (digits, '(i0)') members
+      call parse_scene("&body inertia = 5, 20, 17 / &initial angular_velocity = 0.1, 0, 10 / &integrator time_step "// &
+                       "= 0.01, end_time = 1, linear_solver = 'reduced' / &output every = 100, columns = "// &
+                       columns//" / &ensemble members = "//digits//" / &vary key = 'initial.angular_velocity', "// &
+                       "distribution = 'normal', sigma = 0.1, 0.1, 0.1 /", 'bench', scene, status, message)
+      if (.not. status%ok()) error stop 'the scene of the benchmark is refused'
+      call make_layout(scene, layout, status)
+   end subroutine make_scene
 
    !> A sweep in memory, with what lanes take and with a column that they do not.
    subroutine sweep(members, threads)
@@ -89,22 +206,14 @@ contains
       type(scene_t) :: scene
       type(row_layout_t) :: layout
       type(status_t) :: status
-      character(len=:), allocatable :: message
-      character(len=12) :: digits
       integer(int64), allocatable :: rows(:, :)
       integer(int64) :: begun, ended, rate
       real(wp) :: start, spent
       integer :: k
-      write (digits, '(i0)') members
-      call parse_scene("&body inertia = 5, 20, 17 / &initial angular_velocity = 0.1, 0, 10 / &integrator time_step "// &
-                       "= 0.01, end_time = 1, linear_solver = 'reduced' / &output every = 100, columns = "// &
-                       columns//" / &ensemble members = "//digits//" / &vary key = 'initial.angular_velocity', "// &
-                       "distribution = 'normal', sigma = 0.1, 0.1, 0.1 /", 'bench', scene, status, message)
-      if (.not. status%ok()) error stop 'the scene of the benchmark is refused'
-      call make_layout(scene, layout, status)
+      call make_scene(columns, members, scene, layout)
       allocate (rows(layout%width(), members))
       cost = huge(cost)
-      do k = 1, merge(3, 1, members < 100000)
+      do k = 1, merge(5, 1, members < 100000)
          call system_clock(begun, rate)
          start = bench_thread_seconds()
          call fill_rows(scene, layout, 1_int64, members, threads, nobody, rows, status)

@@ -3,9 +3,10 @@
 module test_ensemble
    use nutate_kinds, only: wp, eps, long
    use nutate_member, only: member_t
-   use nutate_member_rows, only: run_members
+   use nutate_member_rows, only: run_members, take_rows
    use nutate_member_run, only: member_run_t
    use nutate_quaternion, only: rotation_matrix
+   use nutate_reduced_lanes, only: lanes
    use nutate_row_layout, only: make_layout, real_of, row_layout_t
    use nutate_sampling, only: draw_values
    use nutate_scene, only: parse_scene, scene_t
@@ -42,6 +43,7 @@ contains
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("members run together have the rows of members run alone", together_and_alone), &
+                  new_unittest("so have tops and gyrostats", loaded_together), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
 
@@ -330,7 +332,6 @@ contains
       end do
    end subroutine members_are_alone
 
-   !> Each method with events and a torque, Euler angles and an accuracy: rows of runs that reach their end.
    !> Free bodies that lanes take, that they give up and that the scene refuses, at several orders and ways to look.
    subroutine together_and_alone(error)
       type(error_type), allocatable, intent(out) :: error
@@ -341,6 +342,53 @@ contains
          "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &
          "order = 8, end_time = 0.1 / &output columns = 'angular_velocity_space', every = 100 /", &
          "order = 6, end_time = 0.1 / &output columns = 'quaternion', every = 2 /"]
+      integer(long), allocatable :: status_of(:)
+      integer :: i
+      do i = 1, size(tail)
+         call compare_rows(head//trim(tail(i))//"&ensemble members = 61, seed = 2 / &vary key = 'body.inertia.2', "// &
+                           "distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
+                           "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 25.0 / "// &
+                           "&vary key = 'initial.quaternion', distribution = 'rotation' /", status_of, error)
+         if (allocated(error)) return
+         call check(error, count(status_of == 0) > 40 .and. count(status_of == NUTATE_BAD_BODY) > 3, 'statuses')
+         if (allocated(error)) return
+      end do
+   end subroutine together_and_alone
+
+   !> Tops, gyrostats and dipoles, whose potentials differ from member to member; some turn too fast for the step.
+   subroutine loaded_together(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: head(3) = [character(len=140) :: &
+         "&gravity acceleration = 0, 0, -9.8 / &vary key = 'gravity.acceleration.1', "// &
+         "distribution = 'normal', sigma = 2 /", &
+         "&rotor momentum = 0.2, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 0.2 /", &
+         "&gravity / &rotor momentum = 0, 0.1, 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 /"]
+      character(len=*), parameter :: tail(3) = [character(len=100) :: &
+         "end_time = 1.0 / &output columns = 'quaternion', 'energy', every = 7 /", &
+         "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &
+         "order = 8, end_time = 0.2 / &output columns = 'angular_velocity_space', every = 100 /"]
+      integer(long), allocatable :: status_of(:)
+      integer :: i
+      do i = 1, 9
+         call compare_rows("&body inertia = 0.35, 0.3, 0.1, mass = 1, center_of_mass = 0, 0, 0.3 / "//line_feed// &
+                           "&initial angular_velocity = 0, 0.5, 10 / "//trim(head(1 + (i - 1)/3))//line_feed// &
+                           "&integrator linear_solver = 'reduced', time_step = 0.01, "//trim(tail(1 + mod(i, 3)))// &
+                           line_feed//"&ensemble members = 41, seed = 3 / &vary key = 'initial.angular_velocity.3', "// &
+                           "distribution = 'normal', sigma = 8 / &vary key = 'initial.quaternion', "// &
+                           "distribution = 'rotation' /", status_of, error)
+         if (allocated(error)) return
+         call check(error, count(status_of == 0) > 30, 'statuses')
+         if (allocated(error)) return
+      end do
+   end subroutine loaded_together
+
+   !> Compares the rows of members that are run together with those of each alone.
+   subroutine compare_rows(text, status_of, error)
+      !> Of a scene with an ensemble.
+      character(len=*), intent(in) :: text
+      !> Of each member; shape (members).
+      integer(long), allocatable, intent(out) :: status_of(:)
+      type(error_type), allocatable, intent(inout) :: error
       type(scene_t) :: scene
       type(row_layout_t) :: layout
       type(member_run_t), allocatable :: runner
@@ -349,31 +397,24 @@ contains
       character(len=:), allocatable :: message
       integer(long) :: k
       integer :: i
-      do i = 1, size(tail)
-         call parse_scene(head//trim(tail(i))//"&ensemble members = 61, seed = 2 / &vary key = 'body.inertia.2', "// &
-                          "distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
-                          "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 25.0 / "// &
-                          "&vary key = 'initial.quaternion', distribution = 'rotation' /", 'box.nml', scene, status, &
-                          message)
-         call check(error, status%ok(), message)
-         if (allocated(error)) return
-         call make_layout(scene, layout, status)
-         allocate (runner)
-         call runner%prepare(scene, layout, status)
-         call check(error, runner%together%possible, 'members cannot be run together')
-         deallocate (runner)
-         if (allocated(error)) return
-         call run_members(scene, layout, 1_long, 61_long, fields, status)
-         do k = 1, 61
-            call run_members(scene, layout, k, k, alone, status)
-            call check(error, all(alone(:, 1) == fields(:, k)), 'a member differs from itself alone')
-            if (allocated(error)) return
-         end do
-         call check(error, count(fields(2, :) == 0) > 40 .and. count(fields(2, :) == NUTATE_BAD_BODY) > 3, 'statuses')
+      call parse_scene(text, 'box.nml', scene, status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, 1_long, scene%ensemble%members, fields, status)
+      do k = 1, scene%ensemble%members
+         call run_members(scene, layout, k, k, alone, status)
+         call check(error, all(alone(:, 1) == fields(:, k)), 'a member differs from itself alone')
          if (allocated(error)) return
       end do
-   end subroutine together_and_alone
+      allocate (runner)
+      call runner%prepare(scene, layout, status)
+      call take_rows(runner, scene, 1_long, int(lanes, long), fields(:, 1:lanes), status)
+      call check(error, count([(runner%together%arrived(i), i=1, lanes)]) > lanes/2, 'few members are run together')
+      status_of = fields(2, :)
+   end subroutine compare_rows
 
+   !> Each method with events and a torque, Euler angles and an accuracy: rows of runs that reach their end.
    subroutine everything(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: methods(7) = [character(len=48) :: &

@@ -1,13 +1,13 @@
-!> Members of an ensemble that are run together, each in a lane of `free_lanes_t`: free bodies with steps of one length
-!> by the reduced form. Their rows have the bits of members that are run alone.
+!> Members of an ensemble that are run together, each in a lane of `reduced_lanes_t`: free bodies, gyrostats and tops with
+!> steps of one length by the reduced form. Their rows have the bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps
-   use nutate_free_lanes, only: free_lanes_t, lanes
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_limits, only: same_time
    use nutate_observer, only: run_record_t
+   use nutate_reduced_lanes, only: can_be_lanes, lanes, reduced_lanes_t
    use nutate_row_layout, only: bits_of, row_layout_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
@@ -41,7 +41,7 @@ module nutate_lane_run
       logical :: possible = .false.
       !> Of each lane; shape (lanes).
       type(lane_member_t), allocatable, private :: members(:)
-      type(free_lanes_t), private :: bodies
+      type(reduced_lanes_t), private :: bodies
       integer(long), private :: steps = 0
    contains
       !> Takes a scene with an ensemble.
@@ -66,21 +66,12 @@ contains
       type(scene_t), intent(in) :: scene
       !> Chosen.
       type(columns_t), intent(in) :: columns
-      self%possible = is_free(scene%system) .and. steps_suit(scene) .and. .not. columns%follows_steps .and. &
+      self%possible = can_be_lanes(scene%system) .and. steps_suit(scene) .and. .not. columns%follows_steps .and. &
                       scene%events%count() == 0 .and. .not. any(scene%output%columns == 'solver')
       if (.not. self%possible) return
       self%steps = count_steps(scene%initial%t, scene%plan)
       if (.not. allocated(self%members)) allocate (self%members(lanes))
    end subroutine prepare
-
-   !> True if nothing acts on the body.
-   pure logical function is_free(system)
-      type(system_t), intent(in) :: system
-      associate (effects => system%effects)
-         is_free = effects%n_potentials + effects%n_torques + effects%n_rotors + effects%n_off + effects%n_wheels == 0 &
-                   .and. .not. effects%frame_turns
-      end associate
-   end function is_free
 
    !> True if all members take the same steps of one length by the reduced form, the last one as long as the others.
    pure logical function steps_suit(scene)
@@ -106,7 +97,7 @@ contains
       !> Prepared.
       class(lane_run_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
-      call self%bodies%set_up(scene%integrator%order, scene%plan%time_step)
+      call self%bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
    end subroutine begin
 
    !> Puts a member into a lane; it is not taken where its numbers are out of a lane's range.
@@ -159,7 +150,7 @@ contains
    !> Looks where a member is.
    subroutine measure(own, bodies, lane)
       type(lane_member_t), intent(inout) :: own
-      type(free_lanes_t), intent(in) :: bodies
+      type(reduced_lanes_t), intent(in) :: bodies
       integer, intent(in) :: lane
       call bodies%get(lane, own%state)
       call own%invariants%measure(own%system, own%state, 0.0_wp)

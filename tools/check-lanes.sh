@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# Tests that rows of ensembles depend neither on how many bodies are moved at once nor on the vector instructions: builds with
+# lanes of 1, 4 and 16, and of the usual width with AVX2 and AVX-512 where the machine has them, and compares their files.
+#    tools/check-lanes.sh
+set -u
+. "$(dirname "$0")/environment.sh"
+
+scratch=$(mktemp -d) || exit 1
+trap 'rm -rf "$scratch"' EXIT
+bash tools/build.sh || exit 1
+
+cat >"$scratch/free.nml" <<'END'
+&body inertia = 5.0, 20.0, 17.0 /
+&initial angular_velocity = 0.1, 0.0, 10.0 /
+&integrator linear_solver = 'reduced', time_step = 0.01, end_time = 1.0 /
+&output columns = 'quaternion', 'energy', every = 7 /
+&ensemble members = 61, seed = 4 /
+&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 9.0, 9.0 /
+&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 18.0, 16.7, high = 5.1, 24.0, 17.3 /
+END
+cat >"$scratch/top.nml" <<'END'
+&body inertia = 0.35, 0.3, 0.1, mass = 1.0, center_of_mass = 0.0, 0.0, 0.3 /
+&initial angular_velocity = 0.0, 0.5, 10.0 /
+&gravity acceleration = 0.0, 0.0, -9.8 /
+&dipole moment = 0.0, 0.0, 2.0, field = 0.5, 0.0, 0.2 /
+&rotor momentum = 0.0, 0.1, 0.5 /
+&integrator linear_solver = 'reduced', order = 4, time_step = 0.01, end_time = 1.0 /
+&output columns = 'quaternion', 'angular_momentum_space' /
+&ensemble members = 61, seed = 4 /
+&vary key = 'initial.quaternion', distribution = 'rotation' /
+&vary key = 'initial.angular_velocity.3', distribution = 'normal', sigma = 8.0 /
+&vary key = 'gravity.acceleration.1', distribution = 'normal', sigma = 2.0 /
+END
+
+passed=0 failed=0
+# compare PROGRAM WAY: its files with those of the program of `make`.
+compare() {
+   local scene
+   for scene in free top; do
+      "$1" sweep "$scratch/$scene.nml" --output "$scratch/other.npy" --quiet >/dev/null
+      if cmp -s "$scratch/other.npy" "$scratch/$scene.npy"; then
+         passed=$((passed + 1))
+      else
+         failed=$((failed + 1)) && say "FAILED: $2: another file from $scene.nml"
+      fi
+      rm -f "$scratch/other.npy"*
+   done
+}
+for scene in free top; do
+   "$program" sweep "$scratch/$scene.nml" --output "$scratch/$scene.npy" --quiet >/dev/null || exit 1
+done
+
+# A copy of the sources, of which a build takes what has changed.
+copy=$top/build/lanes
+mkdir -p "$copy" && cp -r -u CMakeLists.txt fpm.toml src app include cmake bench link "$copy" || exit 1
+width=$copy/src/batch/nutate_lane_width.f90
+# build_copy LANES WIDTH
+build_copy() {
+   sed "s/public :: lanes = 8/public :: lanes = $2/" src/batch/nutate_lane_width.f90 >"$width"
+   grep -q "lanes = $2\$" "$width" || die "src/batch/nutate_lane_width.f90 has no width to change"
+   quietly lanes-configure cmake -S "$copy" -B "$copy/build" -DCMAKE_BUILD_TYPE=None -DNUTATE_WHOLE=OFF \
+      -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 -DNUTATE_LANES="$1" &&
+      quietly lanes cmake --build "$copy/build" --parallel "$(nproc)" --target nutate_program
+}
+for lanes in 1 4 16; do
+   build_copy '' $lanes || exit 1
+   compare "$copy/build/nutate" "lanes of $lanes"
+done
+for kind in avx2 avx512; do
+   grep -q -w -e "${kind/512/512vl}" /proc/cpuinfo || continue
+   build_copy $kind 8 || exit 1
+   compare "$copy/build/nutate" "lanes by $kind"
+done
+say "$passed passed, $failed failed"
+[ $failed -eq 0 ] && [ $passed -ge 6 ]
