@@ -44,6 +44,7 @@ contains
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("members run together have the rows of members run alone", together_and_alone), &
                   new_unittest("so have tops and gyrostats", loaded_together), &
+                  new_unittest("a frame that only some members turn is theirs alone", frames_together), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
 
@@ -348,7 +349,7 @@ contains
          call compare_rows(head//trim(tail(i))//"&ensemble members = 61, seed = 2 / &vary key = 'body.inertia.2', "// &
                            "distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
                            "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 25.0 / "// &
-                           "&vary key = 'initial.quaternion', distribution = 'rotation' /", status_of, error)
+                           "&vary key = 'initial.quaternion', distribution = 'rotation' /", lanes/2, status_of, error)
          if (allocated(error)) return
          call check(error, count(status_of == 0) > 40 .and. count(status_of == NUTATE_BAD_BODY) > 3, 'statuses')
          if (allocated(error)) return
@@ -375,17 +376,32 @@ contains
                            "&integrator linear_solver = 'reduced', time_step = 0.01, "//trim(tail(1 + mod(i, 3)))// &
                            line_feed//"&ensemble members = 41, seed = 3 / &vary key = 'initial.angular_velocity.3', "// &
                            "distribution = 'normal', sigma = 8 / &vary key = 'initial.quaternion', "// &
-                           "distribution = 'rotation' /", status_of, error)
+                           "distribution = 'rotation' /", lanes/2, status_of, error)
          if (allocated(error)) return
          call check(error, count(status_of == 0) > 30, 'statuses')
          if (allocated(error)) return
       end do
    end subroutine loaded_together
 
+   !> Every third member turns no frame, and can be run in a lane.
+   subroutine frames_together(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer(long), allocatable :: status_of(:)
+      call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / &rotating_frame "// &
+                        "rate = 0, 0, 0 / &integrator linear_solver = 'reduced', time_step = 0.01, end_time = 0.2 /"// &
+                        line_feed//"&output columns = 'quaternion', 'energy' / &ensemble members = 64 / &vary "// &
+                        "key = 'rotating_frame.rate.3', distribution = 'grid', low = -1, high = 1, points = 3 /", &
+                        min(1, lanes/2), status_of, error)
+      if (allocated(error)) return
+      call check(error, all(status_of == 0), 'statuses')
+   end subroutine frames_together
+
    !> Compares the rows of members that are run together with those of each alone.
-   subroutine compare_rows(text, status_of, error)
+   subroutine compare_rows(text, fewest, status_of, error)
       !> Of a scene with an ensemble.
       character(len=*), intent(in) :: text
+      !> Of the first members more than so many arrive in their lanes.
+      integer, intent(in) :: fewest
       !> Of each member; shape (members).
       integer(long), allocatable, intent(out) :: status_of(:)
       type(error_type), allocatable, intent(inout) :: error
@@ -410,7 +426,7 @@ contains
       allocate (runner)
       call runner%prepare(scene, layout, status)
       call take_rows(runner, scene, 1_long, int(lanes, long), fields(:, 1:lanes), status)
-      call check(error, count([(runner%together%arrived(i), i=1, lanes)]) > lanes/2, 'few members are run together')
+      call check(error, count([(runner%together%arrived(i), i=1, lanes)]) > fewest, 'few members are run together')
       status_of = fields(2, :)
    end subroutine compare_rows
 

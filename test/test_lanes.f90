@@ -1,5 +1,6 @@
 !> Bodies moved together, lane by lane: the bits of the scalar stepper, whoever stands beside.
 module test_lanes
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t
@@ -33,7 +34,7 @@ contains
                   new_unittest("lanes have the bits of the scalar stepper, at every order", same_bits), &
                   new_unittest("bodies given up leave the others as they are", poisoned_lanes), &
                   new_unittest("a lane is given up rather than taken off the branch", long_steps), &
-                  new_unittest("energy and momentum of each body over 1e5 steps", long_run)]
+                  new_unittest("energy and momentum of each body over 50 000 steps", long_run)]
    end subroutine collect_lanes
 
    !> A body drawn at random, of no symmetry, its axes not principal ones, and its start.
@@ -160,13 +161,14 @@ contains
       type(reduced_lanes_t) :: alone, beside
       type(system_t) :: system, bad
       type(state_t) :: state, poison, a, b
+      integer, parameter :: kinds(4) = [FREE, GYROSTAT, TOP, LOADED]
       integer :: case, k, kind
-      do case = 1, 15
-         kind = merge(FREE, merge(TOP, LOADED, case <= 10), case <= 5)
+      do case = 1, 24
+         kind = kinds(1 + (case - 1)/6)
          call draw(7, 0.1_wp, kind, system, state, error)
          call draw(8, 0.1_wp, kind, bad, poison, error)
          if (allocated(error)) return
-         select case (mod(case, 5))
+         select case (mod(case, 6))
          case (1)
             poison%p = 1e4_wp*poison%p
          case (2)
@@ -175,6 +177,8 @@ contains
             poison%p(2) = huge(1.0_wp)
          case (4)
             poison%p = 1e-200_wp*poison%p
+         case (5)
+            poison%p(3) = ieee_value(1.0_wp, ieee_quiet_nan)
          case default
             ! As long as no step can follow it, but the first tries to.
             poison%p = 40*poison%p

@@ -14,7 +14,7 @@ cat >"$scratch/free.nml" <<'END'
 &initial angular_velocity = 0.1, 0.0, 10.0 /
 &integrator linear_solver = 'reduced', time_step = 0.01, end_time = 1.0 /
 &output columns = 'quaternion', 'energy', every = 7 /
-&ensemble members = 61, seed = 4 /
+&ensemble members = 61, seed = 4, chunk = 61 /
 &vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 9.0, 9.0 /
 &vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 18.0, 16.7, high = 5.1, 24.0, 17.3 /
 END
@@ -26,7 +26,7 @@ cat >"$scratch/top.nml" <<'END'
 &rotor momentum = 0.0, 0.1, 0.5 /
 &integrator linear_solver = 'reduced', order = 4, time_step = 0.01, end_time = 1.0 /
 &output columns = 'quaternion', 'angular_momentum_space' /
-&ensemble members = 61, seed = 4 /
+&ensemble members = 61, seed = 4, chunk = 61 /
 &vary key = 'initial.quaternion', distribution = 'rotation' /
 &vary key = 'initial.angular_velocity.3', distribution = 'normal', sigma = 8.0 /
 &vary key = 'gravity.acceleration.1', distribution = 'normal', sigma = 2.0 /

@@ -11,6 +11,7 @@
 !> the scalar stepper (`nutate_root_proof`); a body of which that does not hold is given up, is no longer `taken`, and has
 !> to be run by the scalar stepper from its start.
 module nutate_reduced_lanes
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_composition, only: compositions
    use nutate_implicit_step, only: kept_after_surprise
    use nutate_kinds, only: wp
@@ -184,6 +185,8 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp) :: momentum
+      is_in_range = all(ieee_is_finite([state%q, state%p]))
+      if (.not. is_in_range) return
       momentum = maxval(abs(state%p))
       is_in_range = all(abs(state%q) <= 2.0_wp) .and. momentum <= greatest .and. &
                     .not. (momentum > 0.0_wp .and. momentum < least) .and. &

@@ -100,7 +100,8 @@ contains
       call self%bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
    end subroutine begin
 
-   !> Puts a member into a lane; it is not taken where its numbers are out of a lane's range.
+   !> Puts a member into a lane; it is not taken where nothing is known in lanes of what it does, or its numbers are out of
+   !> a lane's range.
    subroutine join(self, lane, member, values, columns)
       class(lane_run_t), intent(inout) :: self
       !> 1 to `lanes`.
@@ -110,7 +111,8 @@ contains
       real(wp), intent(in) :: values(:)
       !> Chosen.
       type(columns_t), intent(in) :: columns
-      if (abs(member%initial%t) > 0.0_wp) return
+      ! A number that was drawn can set a frame turning.
+      if (abs(member%initial%t) > 0.0_wp .or. .not. can_be_lanes(member%system)) return
       call self%bodies%put(lane, member%system, member%initial)
       if (.not. self%bodies%taken(lane)) return
       associate (own => self%members(lane), j0 => member%integrator%inverse_auxiliary_inertia)

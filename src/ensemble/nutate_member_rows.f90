@@ -18,7 +18,7 @@ module nutate_member_rows
    !> Shares of each thread, at least.
    integer(long), parameter :: usual_shares = 8
    !> Members that are worth being run together.
-   integer(long), parameter :: fewest = 3
+   integer(long), parameter :: fewest = min(3, lanes)
 
 contains
 
@@ -66,6 +66,8 @@ contains
          return
       end if
       share = max(min((last - first + 1)/(usual_shares*threads), largest_share), 1_long)
+      ! Whole lanes, where there is one for each thread.
+      if ((last - first + 1)/threads >= lanes) share = (share + lanes - 1)/lanes*lanes
       next = first
       if (threads > 1) then
          !$omp parallel num_threads(threads) default(shared)

@@ -107,7 +107,7 @@ contains
       !> Threads or processes that run chunks; default 1. A file to go on with keeps its chunks.
       integer, intent(in), optional :: workers
       character(len=:), allocatable :: header
-      integer(long) :: members, parts
+      integer(long) :: members
       call begin(self, scene, first, last, name, status)
       if (.not. status%ok()) return
       members = last - first + 1
@@ -118,9 +118,7 @@ contains
          return
       end if
       self%chunk = scene%ensemble%chunk
-      parts = usual_chunks
-      if (present(workers)) parts = max(parts, chunks_of_each*workers)
-      if (self%chunk == 0) self%chunk = max(min((members + parts - 1)/parts, largest_chunk), 1_long)
+      if (self%chunk == 0) self%chunk = usual_chunk(members, workers)
       self%chunk = min(self%chunk, members)
       if (self%keeps_rows) then
          call self%file%open(name, header, self%layout%width(), members, self%chunk, self%identity, resume, status)
@@ -174,6 +172,18 @@ contains
       self%identity = identity_of(scene, first, last)
       call make_layout(scene, self%layout, status)
    end subroutine begin
+
+   !> Members of a chunk, of which those of long ensembles fill their lanes.
+   pure integer(long) function usual_chunk(members, workers) result(chunk)
+      integer(long), intent(in) :: members
+      !> As in `open`.
+      integer, intent(in), optional :: workers
+      integer(long) :: parts
+      parts = usual_chunks
+      if (present(workers)) parts = max(parts, chunks_of_each*workers)
+      chunk = max(min((members + parts - 1)/parts, largest_chunk), 1_long)
+      if (chunk >= lanes) chunk = (chunk + lanes - 1)/lanes*lanes
+   end function usual_chunk
 
    !> Starts sums, or goes on with those that another sweep has left. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine open_sums(self, resume, status)
