@@ -1,10 +1,11 @@
-!> What many bodies cost: a step of a lane over one of the scalar stepper, in the same process, how well it conserves, whole
-!> sweeps by their number of members and of threads, and files of rows.
+!> What many bodies cost: a step of a lane over one of the scalar stepper, in the same process, how well it conserves,
+!> whole sweeps by their number of members and of threads, and files of rows.
 program bench_ensemble
    use, intrinsic :: iso_fortran_env, only: int64
    use, intrinsic :: iso_c_binding, only: c_double
    use nutate, only: gravity_t, integrator_settings_t, kinetic_energy, make_body, make_shape_body, make_state, &
-      make_stepper, parse_scene, rotor_t, scene_t, space_momentum, state_t, status_t, stepper_t, system_t, total_energy, wp
+      make_stepper, parse_scene, rotor_t, scene_t, space_momentum, state_t, status_t, stepper_t, system_t, &
+      total_energy, wp
    use nutate_member_rows, only: fill_rows, has_threads
    use nutate_npy, only: npy_header
    use nutate_reduced_lanes, only: lanes, reduced_lanes_t
@@ -32,7 +33,7 @@ program bench_ensemble
          call compare(k, orders(i), 20000/orders(i)**2)
       end do
    end do
-   write (*, '(/,a)') 'largest error of energy and of what is conserved of momentum, bodies in lanes, 1e6 steps of order 2'
+   write (*, '(/,a)') 'largest error of energy and of what is conserved of momentum, in lanes, 1e6 steps of order 2'
    do k = 1, size(kinds)
       call drift(k, 1000000)
    end do
@@ -152,7 +153,8 @@ contains
       allocate (rows(layout%width(), chunk))
       rows = transfer(1.0_wp/3, rows(1, 1))
       call system_clock(begun, rate)
-      call file%open(name//'.npy', npy_header(layout, members), layout%width(), members, chunk, 1_int64, .false., status)
+      call file%open(name//'.npy', npy_header(layout, members), layout%width(), members, chunk, 1_int64, .false., &
+                     status)
       do k = 1, (members + chunk - 1)/chunk
          call file%bounds(k, first, last)
          call file%put_chunk(k, rows(:, 1:last - first + 1), error)

@@ -374,9 +374,9 @@ contains
          call compare_rows("&body inertia = 0.35, 0.3, 0.1, mass = 1, center_of_mass = 0, 0, 0.3 / "//line_feed// &
                            "&initial angular_velocity = 0, 0.5, 10 / "//trim(head(1 + (i - 1)/3))//line_feed// &
                            "&integrator linear_solver = 'reduced', time_step = 0.01, "//trim(tail(1 + mod(i, 3)))// &
-                           line_feed//"&ensemble members = 41, seed = 3 / &vary key = 'initial.angular_velocity.3', "// &
-                           "distribution = 'normal', sigma = 8 / &vary key = 'initial.quaternion', "// &
-                           "distribution = 'rotation' /", lanes/2, status_of, error)
+                           line_feed//"&ensemble members = 41, seed = 3 / &vary "// &
+                           "key = 'initial.angular_velocity.3', distribution = 'normal', sigma = 8 / &vary "// &
+                           "key = 'initial.quaternion', distribution = 'rotation' /", lanes/2, status_of, error)
          if (allocated(error)) return
          call check(error, count(status_of == 0) > 30, 'statuses')
          if (allocated(error)) return
@@ -387,11 +387,11 @@ contains
    subroutine frames_together(error)
       type(error_type), allocatable, intent(out) :: error
       integer(long), allocatable :: status_of(:)
-      call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / &rotating_frame "// &
-                        "rate = 0, 0, 0 / &integrator linear_solver = 'reduced', time_step = 0.01, end_time = 0.2 /"// &
-                        line_feed//"&output columns = 'quaternion', 'energy' / &ensemble members = 64 / &vary "// &
-                        "key = 'rotating_frame.rate.3', distribution = 'grid', low = -1, high = 1, points = 3 /", &
-                        min(1, lanes/2), status_of, error)
+      call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / "// &
+                        "&rotating_frame rate = 0, 0, 0 / &integrator linear_solver = 'reduced', "// &
+                        "time_step = 0.01, end_time = 0.2 / &output columns = 'quaternion', 'energy' /"// &
+                        line_feed//"&ensemble members = 64 / &vary key = 'rotating_frame.rate.3', "// &
+                        "distribution = 'grid', low = -1, high = 1, points = 3 /", min(1, lanes/2), status_of, error)
       if (allocated(error)) return
       call check(error, all(status_of == 0), 'statuses')
    end subroutine frames_together

@@ -1,5 +1,5 @@
-!> The modified Newton iteration of a step in reduced form (`nutate_reduced`), several bodies at once: one body a lane, as
-!> in `nutate_lane_step`.
+!> The modified Newton iteration of a step in reduced form (`nutate_reduced`), several bodies at once: one body a lane,
+!> as in `nutate_lane_step`.
 module nutate_lane_newton
    use nutate_implicit_step, only: attitude_noise, most_stalls, too_slow
    use nutate_kinds, only: wp, eps
@@ -74,24 +74,7 @@ contains
       real(wp), intent(inout) :: determinant(lanes), moved(lanes), given_up(lanes)
       real(wp) :: m(lanes, 3, 3), r(lanes, 3, 3), det(lanes), divisor(lanes)
       integer :: i, j, k
-      do j = 1, 3
-         do i = 1, lanes
-            m(i, 1, j) = by_forces(i, 1, j) + (rest(i)*inertia(i, 1, j) + 2*((z(i, 2)*inertia(i, 3, j) - z(i, 3)*inertia(i, 2, j)) &
-                                                                 - z(i, j)*change(i, 1)))
-            m(i, 2, j) = by_forces(i, 2, j) + (rest(i)*inertia(i, 2, j) + 2*((z(i, 3)*inertia(i, 1, j) - z(i, 1)*inertia(i, 3, j)) &
-                                                                 - z(i, j)*change(i, 2)))
-            m(i, 3, j) = by_forces(i, 3, j) + (rest(i)*inertia(i, 3, j) + 2*((z(i, 1)*inertia(i, 2, j) - z(i, 2)*inertia(i, 1, j)) &
-                                                                 - z(i, j)*change(i, 3)))
-         end do
-      end do
-      do i = 1, lanes
-         m(i, 2, 1) = m(i, 2, 1) - 2*mean(i, 3)
-         m(i, 3, 1) = m(i, 3, 1) + 2*mean(i, 2)
-         m(i, 1, 2) = m(i, 1, 2) + 2*mean(i, 3)
-         m(i, 3, 2) = m(i, 3, 2) - 2*mean(i, 1)
-         m(i, 1, 3) = m(i, 1, 3) - 2*mean(i, 2)
-         m(i, 2, 3) = m(i, 2, 3) + 2*mean(i, 1)
-      end do
+      call find_jacobian(inertia, by_forces, z, mean, change, rest, m)
       call cross_columns(m, 2, 3, r(:, :, 1))
       call cross_columns(m, 3, 1, r(:, :, 2))
       call cross_columns(m, 1, 2, r(:, :, 3))
@@ -125,6 +108,35 @@ contains
          given_up(i) = merge(given_up(i), 1.0_wp, determinant(i) > least_determinant)
       end do
    end subroutine invert_lanes
+
+   !> ∂F/∂b.
+   pure subroutine find_jacobian(inertia, by_forces, z, mean, change, rest, m)
+      !> As `invert_lanes` has them.
+      real(wp), intent(in) :: inertia(lanes, 3, 3), by_forces(lanes, 3, 3), z(lanes, 3)
+      real(wp), intent(in) :: mean(lanes, 3), change(lanes, 3), rest(lanes)
+      !> Shape (lanes, 3, 3).
+      real(wp), intent(out) :: m(lanes, 3, 3)
+      real(wp) :: across1, across2, across3
+      integer :: i, j
+      do j = 1, 3
+         do i = 1, lanes
+            across1 = z(i, 2)*inertia(i, 3, j) - z(i, 3)*inertia(i, 2, j)
+            across2 = z(i, 3)*inertia(i, 1, j) - z(i, 1)*inertia(i, 3, j)
+            across3 = z(i, 1)*inertia(i, 2, j) - z(i, 2)*inertia(i, 1, j)
+            m(i, 1, j) = by_forces(i, 1, j) + (rest(i)*inertia(i, 1, j) + 2*(across1 - z(i, j)*change(i, 1)))
+            m(i, 2, j) = by_forces(i, 2, j) + (rest(i)*inertia(i, 2, j) + 2*(across2 - z(i, j)*change(i, 2)))
+            m(i, 3, j) = by_forces(i, 3, j) + (rest(i)*inertia(i, 3, j) + 2*(across3 - z(i, j)*change(i, 3)))
+         end do
+      end do
+      do i = 1, lanes
+         m(i, 2, 1) = m(i, 2, 1) - 2*mean(i, 3)
+         m(i, 3, 1) = m(i, 3, 1) + 2*mean(i, 2)
+         m(i, 1, 2) = m(i, 1, 2) + 2*mean(i, 3)
+         m(i, 3, 2) = m(i, 3, 2) - 2*mean(i, 1)
+         m(i, 1, 3) = m(i, 1, 3) - 2*mean(i, 2)
+         m(i, 2, 3) = m(i, 2, 3) + 2*mean(i, 1)
+      end do
+   end subroutine find_jacobian
 
    !> Takes new numbers in the lanes whose last increment was coarse.
    pure subroutine choose_lanes(size, new, x)
@@ -226,7 +238,7 @@ contains
       end do
    end subroutine stop_by_bound
 
-   !> Lanes whose increments fall slowly: what are at round-off are done, as are those with many that are noise; else the
+   !> Lanes whose increments fall slowly: those at round-off are done, as are those with many that are noise; else the
    !> forces' part of the Jacobian is to be taken anew.
    pure subroutine judge_slow(last, length, size, slow, going, stalls, kept)
       real(wp), intent(in) :: last(lanes), length(lanes), size(lanes), slow(lanes)

@@ -149,8 +149,8 @@ contains
       if (maxval(given_up) > 0.5_wp) call clear_lanes(given_up, z)
    end subroutine predict_lanes
 
-   !> β, 2/(1+β) and the excess of the Cayley maps of the roots (`nutate_cayley`). Gives lanes up whose root is not surely
-   !> that of the true motion.
+   !> β, 2/(1+β) and the excess of the Cayley maps of the roots (`nutate_cayley`). Gives lanes up whose root is not
+   !> surely that of the true motion.
    pure subroutine measure_turns(z, determinant, near, beta, factor, excess, given_up)
       !> Roots b; shape (lanes, 3).
       real(wp), intent(in) :: z(lanes, 3), determinant(lanes)

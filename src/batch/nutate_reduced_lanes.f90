@@ -7,9 +7,9 @@
 !>     call bodies%get(lane, state)
 !>
 !> A body that is `taken` has the bits that the scalar stepper gives it, whoever stands in the other lanes. A step is
-!> taken where the root is proved to be that of the true motion by its |b| and a positive determinant, as in most steps of
-!> the scalar stepper (`nutate_root_proof`); a body of which that does not hold is given up, is no longer `taken`, and has
-!> to be run by the scalar stepper from its start.
+!> taken where the root is proved to be that of the true motion by its |b| and a positive determinant, as in most steps
+!> of the scalar stepper (`nutate_root_proof`); a body of which that does not hold is given up, is no longer `taken`,
+!> and has to be run by the scalar stepper from its start.
 module nutate_reduced_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_composition, only: compositions
@@ -17,8 +17,8 @@ module nutate_reduced_lanes
    use nutate_kinds, only: wp
    use nutate_lane_loads, only: are_loads, lane_loads_t
    use nutate_lane_newton, only: correct_lanes, invert_lanes, iteration_t, take_residuals
-   use nutate_lane_step, only: add_lanes, explicit_lanes, greatest_momentum, measure_turns, predict_lanes, start_lanes, &
-      turn_lanes
+   use nutate_lane_step, only: add_lanes, explicit_lanes, greatest_momentum, measure_turns, predict_lanes, &
+      start_lanes, turn_lanes
    use nutate_lane_width, only: lanes
    use nutate_predictor, only: most_steps, weights
    use nutate_reduced, only: coarse, slow

@@ -1,5 +1,5 @@
-!> Members of an ensemble that are run together, each in a lane of `reduced_lanes_t`: free bodies, gyrostats and tops with
-!> steps of one length by the reduced form. Their rows have the bits of members that are run alone.
+!> Members of an ensemble that are run together, each in a lane of `reduced_lanes_t`: free bodies, gyrostats and tops
+!> with steps of one length by the reduced form. Their rows have the bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps
@@ -100,8 +100,8 @@ contains
       call self%bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
    end subroutine begin
 
-   !> Puts a member into a lane; it is not taken where nothing is known in lanes of what it does, or its numbers are out of
-   !> a lane's range.
+   !> Puts a member into a lane; it is not taken where lanes do not know what acts on it, or its numbers are out of
+   !> their range.
    subroutine join(self, lane, member, values, columns)
       class(lane_run_t), intent(inout) :: self
       !> 1 to `lanes`.

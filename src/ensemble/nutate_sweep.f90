@@ -15,6 +15,7 @@
 module nutate_sweep
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: long
+   use nutate_lane_run, only: lanes
    use nutate_member_rows, only: has_threads, take_rows
    use nutate_member_run, only: member_run_t
    use nutate_npy, only: longest_header, npy_header
