@@ -12,6 +12,7 @@ module test_root_proof
    use nutate_effect_list, only: effect_list_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: make_state
+   use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: make_stepper, methods
    use nutate_observer, only: observer_t, run_record_t
@@ -25,6 +26,7 @@ module test_root_proof
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_timed_force, only: timed_force_t
    use test_shipped_scenes, only: scene_names
    use test_support, only: check_below, check_close, is_slow_build, random_unit, random_unit_quaternion, random_vector
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
@@ -191,20 +193,29 @@ contains
       call judge_quotients(error, most)
    end subroutine close_spring_keeps_to_bounds
 
+   !> In body axes, in space axes, and of forces that turn with an orbit.
    subroutine torques_keep_to_bounds(error)
       type(error_type), allocatable, intent(out) :: error
       integer(int64) :: seed
-      type(quotients_t) :: in_body, in_space
+      type(quotients_t) :: in_body, in_space, along
+      type(timed_force_t) :: force
       integer :: i
+      force%moves = .true.
+      force%force%path = kepler_orbit_t(mu=20.0_wp, eccentricity=0.2_wp, mean_anomaly=3.0_wp)
       seed = 25
       do i = 1, 20
          call sample(applied_torque_t(amplitude=random_vector(seed), frequency=random_unit(seed)), seed, in_body)
          call sample(applied_torque_t(amplitude=random_vector(seed), frequency=random_unit(seed), phase=1.0_wp, &
                                       in_space=.true.), seed, in_space)
+         force%body_point = random_vector(seed)
+         force%force%vector = random_vector(seed)
+         call sample(force, seed, along)
       end do
       call judge_quotients(error, in_body)
       if (.not. allocated(error)) call judge_quotients(error, in_space)
-      if (.not. allocated(error)) call check(error, min(in_body%change, in_space%change) > 0.5_wp, 'nothing changed')
+      if (.not. allocated(error)) call judge_quotients(error, along)
+      if (.not. allocated(error)) call check(error, min(in_body%change, in_space%change, along%change) > 0.5_wp, &
+                                             'nothing changed')
    end subroutine torques_keep_to_bounds
 
    subroutine damping_keeps_to_bounds(error)

@@ -1,19 +1,29 @@
 !> The count of steps whose root is taken for that of the true motion without a proof, from the stepper to the summary.
 module test_unproved
+   use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
+   use nutate_earth_field, only: earth_field_t
+   use nutate_force, only: force_t, moving_force_t
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_orbit, only: orbit_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_progress, only: run_summary_t
    use nutate_projected_stepper, only: projected_stepper_t
+   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
+   use nutate_regulator_mounting, only: add_regulator
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_STEP_LIMIT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_wheel, only: wheel_t
+   use nutate_wheel_mounting, only: add_wheel
    use test_attack_case, only: custom_potential_t
    use test_problems, only: box, problem_t
+   use test_satellites, only: field_along, magnet, moments, path_of, point, push, push_along, turning
    use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
@@ -44,6 +54,7 @@ contains
                   new_unittest("a step counts once, whatever its parts", steps_count_once), &
                   new_unittest("a stepper that is projected counts like it", projection_passes_it_on), &
                   new_unittest("an effect without bounds leaves every step unproved", effect_without_bounds), &
+                  new_unittest("nor is what wheels, regulators, moving potentials do", nothing_derived), &
                   new_unittest("a free body has proved steps only", free_body_is_proved), &
                   new_unittest("rows between steps count nothing", rows_count_nothing), &
                   new_unittest("a resumed run ends with the same count", resumed_runs_agree)]
@@ -137,6 +148,64 @@ contains
       call take(unbounded(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), chosen)
       call check(error, chosen%steps > 5 .and. chosen%unproved_steps == chosen%steps, 'steps chosen by their error')
    end subroutine effect_without_bounds
+
+   !> No bounds are derived for them: not even a step in which next to nothing happens counts as proved, in either form,
+   !> the first or a later one. Without them every step is.
+   subroutine nothing_derived(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced']
+      integer, parameter :: n_cases = 12, steps = 5
+      type(problem_t) :: problem
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      character(len=40) :: label
+      integer :: i, form
+      do i = 0, n_cases
+         problem = underived(i, status)
+         do form = 1, 2
+            write (label, '("case ",i0,", ",a)') i, solvers(form)
+            state = problem%start
+            if (status%ok()) call integrate(problem%system, integrator_settings_t(linear_solver=solvers(form)), state, &
+                                            run_plan_t(time_step=1e-3_wp, end_time=steps*1e-3_wp), status, &
+                                            summary=summary)
+            call check(error, status%ok(), trim(label)//': '//trim(status%message))
+            if (.not. allocated(error)) &
+               call check(error, int(summary%unproved_steps), merge(steps, 0, i > 0), trim(label))
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine nothing_derived
+
+   !> A satellite under a force that stands still, and from the first case on with one thing more.
+   type(problem_t) function underived(i, status) result(problem)
+      integer, intent(in) :: i
+      type(status_t), intent(out) :: status
+      real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp]
+      type(regulator_t) :: regulator
+      type(orbit_t) :: orbit
+      orbit = orbit_t(path_of(0.0_wp), inertial=i /= 9)
+      if (i > 9) orbit = orbit_t(path_of(0.3_wp))
+      call make_body(diagonal(moments), problem%system%body, status)
+      associate (effects => problem%system%effects, body => problem%system%body)
+         call effects%add(orbit)
+         call effects%add(force_t(point, push))
+         if (i == 1 .or. i == 2) call add_wheel(problem%system, wheel_t(name='wheel', axis=x, inertia=1e-3_wp), status)
+         regulator = regulator_t(name='regulator', attitude_gain=1e-6_wp*diagonal(moments), &
+                                 rate_gain=1e-6_wp*diagonal(moments), gain=1.0_wp, field=1e-5_wp*x)
+         if (i == 2) regulator%by = BY_WHEELS
+         if (i == 2 .or. i == 4 .or. i == 6) regulator%sample = 1.0_wp
+         if (i >= 5 .and. i <= 7) regulator%by = BY_MAGNETS
+         if (i == 6 .or. i == 7) regulator%law = DETUMBLING
+         regulator%follows_earth = i == 7
+         if (i == 7) call effects%add(earth_field_t(0*x, field_along(orbit)))
+         if (i >= 2 .and. i <= 7) call add_regulator(problem%system, regulator, status)
+         if (i >= 8 .and. i <= 10) call effects%add(earth_field_t(magnet, field_along(orbit)))
+         if (i == 11) call effects%add(moving_force_t(point, push_along(orbit)))
+         if (i == 12) call effects%add(orbital_gradient_t(body, orbit%path))
+      end associate
+      problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp], turning)
+   end function underived
 
    subroutine free_body_is_proved(error)
       type(error_type), allocatable, intent(out) :: error

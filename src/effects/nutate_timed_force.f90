@@ -93,7 +93,7 @@ contains
       real(wp) :: most, rate
       most = vector_length(self%body_point)*vector_length(self%force%vector)
       rate = 0.0_wp
-      if (self%moves) rate = self%pace
+      if (self%moves) rate = self%force%path%fastest_turn()
       bounds = bounds_of_torque(map, radius, most, most, most, rate)
    end subroutine bound_of_force
 
