@@ -7,13 +7,14 @@
 !> tilts its axis. All hold for the exact motion: whoever relies on them for a computed one leaves a margin for its
 !> errors.
 module nutate_motion_bounds
-   use nutate_effect, only: LINEAR_SERIES, potential_t
-   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of
+   use nutate_body, only: body_t
+   use nutate_effect, only: LINEAR_SERIES, potential_t, torque_t
+   use nutate_effect_bounds, only: effect_bounds_t, linear_map_t, map_of, spectral_norm
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: most_wheels
    use nutate_motion, only: motion_t
    use nutate_quaternion, only: rotate_to_body
-   use nutate_small_products, only: is_symmetric_about, lies_along, times_vector, vector_length
+   use nutate_small_products, only: is_symmetric_about, lies_along, times_columns, times_vector, vector_length
    use nutate_system, only: system_t
    implicit none
    private
@@ -24,9 +25,11 @@ module nutate_motion_bounds
    type :: motion_bounds_t
       !> All of its effects have bounds; the others are without meaning else.
       logical :: known = .false.
-      !> Greatest torque of the potentials, of all effects but drag, and of those but potentials, N m; and drag over |Ω|,
-      !> N m s.
+      !> Greatest torque of the potentials, of all effects but drag, and of those but potentials, N m; and drag over
+      !> |Ω|, N m s.
       real(wp) :: potential_torque = 0.0_wp, torque = 0.0_wp, applied_torque = 0.0_wp, drag = 0.0_wp
+      !> |Ω·τ| over S² of drag, 1/s.
+      real(wp) :: decay = 0.0_wp
       !> That of the potentials that are not linear, N m.
       real(wp) :: curved_torque = 0.0_wp
       !> The potentials depend on the attitude alone; and that against axes that stand still.
@@ -51,8 +54,8 @@ module nutate_motion_bounds
       !> Moments, kg m²; torques about each body axis: of all effects but drag, of the potentials, N m, and of drag over
       !> |Ω|, N m s; shape (3).
       real(wp), dimension(3) :: moments = 1.0_wp, axis_torques = 0.0_wp, axis_potentials = 0.0_wp, axis_drags = 0.0_wp
-      !> |Jⱼ - Jₖ|/Jᵢ; G/(G - Jᵢ) and K/(Jᵢ - K) with G the greatest and K the least moment, 0 where that is not a number
-      !> to compute with; shape (3).
+      !> |Jⱼ - Jₖ|/Jᵢ; G/(G - Jᵢ) and K/(Jᵢ - K) with G the greatest and K the least moment, 0 where that is not a
+      !> number to compute with; shape (3).
       real(wp), dimension(3) :: products = 0.0_wp, below_greatest = 0.0_wp, above_least = 0.0_wp
       !> Axis of a symmetric body, with its rotor along it, without wheels; 0: none.
       integer :: axis = 0
@@ -69,12 +72,12 @@ module nutate_motion_bounds
       logical :: known = .false.
       !> S, √J; |Ω|, rad/s; |L|, N m s.
       real(wp) :: root_energy = 0.0_wp, speed = 0.0_wp, momentum = 0.0_wp
-      !> The torque of all effects, N m. Rates of the kinetic, of the potential and of the total energy and of the Jacobi
-      !> integral, W; negative: not known.
+      !> The torque of all effects, N m. Rates of the kinetic, of the potential and of the total energy and of the
+      !> Jacobi integral, W; negative: not known.
       real(wp) :: torque = 0.0_wp, kinetic_rate = 0.0_wp, potential_rate = 0.0_wp, total_rate = 0.0_wp, &
          jacobi_rate = 0.0_wp
-      !> |Ω| about each axis, rad/s, and across axis 3; |Ω̇|, rad/s², of each component and in all; |L| and |L̇| about each
-      !> body axis, N m s and N m, and |l̇| about each of the space; shape (3).
+      !> |Ω| about each axis, rad/s, and across axis 3; |Ω̇|, rad/s², of each component and in all; |L| and |L̇| about
+      !> each body axis, N m s and N m, and |l̇| about each of the space; shape (3).
       real(wp), dimension(3) :: axis_speeds = 0.0_wp, accelerations = 0.0_wp, axis_momenta = 0.0_wp, &
          axis_momentum_rates = 0.0_wp, space_torques = 0.0_wp
       real(wp) :: tilting = 0.0_wp, acceleration = 0.0_wp
@@ -86,8 +89,8 @@ module nutate_motion_bounds
 
    !> Squares of what is greater may not be numbers; nor may products with ratios that are.
    real(wp), parameter :: most = 1e60_wp, most_ratio = 1e6_wp, most_exponent = 100.0_wp
-   !> What the errors of a computed motion may add: to S² and |L|² where their difference counts, and to the speed across
-   !> an axis in parts of the whole.
+   !> What the errors of a computed motion may add: to S² and |L|² where their difference counts, and to the speed
+   !> across an axis in parts of the whole.
    real(wp), parameter :: slack_of_squares = 0.02_wp, slack_of_speed = 1e-3_wp
 
    !> Bounds are asked for in the step of length zero, at every attitude.
@@ -99,7 +102,7 @@ contains
    pure function bound_motion(system) result(bounds)
       type(system_t), intent(in) :: system
       type(motion_bounds_t) :: bounds
-      type(effect_bounds_t) :: bound, potentials, others
+      type(effect_bounds_t) :: potentials, others
       type(linear_map_t) :: whole
       integer :: i
       associate (effects => system%effects, body => system%body)
@@ -108,12 +111,7 @@ contains
             call add_potential(effects%potentials(i)%item, whole, bounds, potentials)
          end do
          do i = 1, effects%n_torques
-            if (.not. effects%torques(i)%item%on) cycle
-            call effects%torques(i)%item%bound(whole, at_once, whole%matrix(:, 1), any_attitude, bound)
-            call others%add(bound)
-            bounds%space_torques = bounds%space_torques + bound%force
-            if (bound%force > 1/most .and. bound%change_rate < most) &
-               bounds%frequency = max(bounds%frequency, sqrt(bound%change_rate/bound%force))
+            if (effects%torques(i)%item%on) call add_torque(effects%torques(i)%item, body, whole, bounds, others)
          end do
          call add_wheels(system, whole, bounds, others)
          bounds%known = potentials%known .and. others%known
@@ -138,8 +136,44 @@ contains
       end associate
    end function bound_motion
 
-   !> Takes what wheels do to the body: their motors' torques, and nothing to the momentum of all. Friction, which depends
-   !> on their speeds, has no bound here.
+   !> Takes a torque. Where it is -DΩ the power of its drag is no more than ‖√J⁻¹ D √J⁻¹‖ S².
+   pure subroutine add_torque(torque, body, whole, bounds, total)
+      class(torque_t), intent(in) :: torque
+      type(body_t), intent(in) :: body
+      type(linear_map_t), intent(in) :: whole
+      type(motion_bounds_t), intent(inout) :: bounds
+      type(effect_bounds_t), intent(inout) :: total
+      type(effect_bounds_t) :: bound
+      real(wp) :: root(3, 3)
+      call torque%bound(whole, at_once, whole%matrix(:, 1), any_attitude, bound)
+      call total%add(bound)
+      bounds%space_torques = bounds%space_torques + bound%force
+      if (bound%force > 1/most .and. bound%change_rate < most) &
+         bounds%frequency = max(bounds%frequency, sqrt(bound%change_rate/bound%force))
+      if (.not. bound%drag_slope > 0.0_wp) return
+      if (torque%series_kind() == LINEAR_SERIES) then
+         root = inverse_root(body)
+         bounds%decay = bounds%decay + spectral_norm(times_columns(root, times_columns(torque%series_drag(), root)))
+      else
+         bounds%decay = bounds%decay + bound%drag_slope/minval(body%moments)
+      end if
+   end subroutine add_torque
+
+   !> √J⁻¹, body axes, 1/√(kg m²); shape (3,3).
+   pure function inverse_root(body) result(root)
+      type(body_t), intent(in) :: body
+      real(wp) :: root(3, 3)
+      integer :: j, k
+      root = 0.0_wp
+      do k = 1, 3
+         do j = 1, 3
+            root(:, j) = root(:, j) + (body%axes(j, k)/sqrt(body%moments(k)))*body%axes(:, k)
+         end do
+      end do
+   end function inverse_root
+
+   !> Takes what wheels do to the body: their motors' torques, and nothing to the momentum of all. Friction, which
+   !> depends on their speeds, has no bound here.
    pure subroutine add_wheels(system, whole, bounds, total)
       type(system_t), intent(in) :: system
       type(linear_map_t), intent(in) :: whole
@@ -248,8 +282,8 @@ contains
       greatest = sqrt(4.0_wp/3)*greatest
    end function gyration_of
 
-   !> What the potentials can give to S² from a motion on, J: twice their energy above the least that they can have. That
-   !> of a linear one is known; of others the range is no more than half a turn against the greatest torque.
+   !> What the potentials can give to S² from a motion on, J: twice their energy above the least that they can have.
+   !> That of a linear one is known; of others the range is no more than half a turn against the greatest torque.
    pure real(wp) function room(self, system, motion)
       class(motion_bounds_t), intent(in) :: self
       type(system_t), intent(in) :: system
@@ -272,9 +306,10 @@ contains
       end associate
    end function room
 
-   !> What holds from a motion on, for a time, forward or backward: with the drag d over the speed the torques F are
-   !> F + d|Ω|, and |Ω| ≤ S/√J₁, so that S grows by no more than the factor e^(dt/J₁) after Ft/√J₁ were added to it
-   !> (Grönwall); |L| is no more than √J₃ S + |h|, and changes by no more than the torques.
+   !> What holds from a motion on, for a time, forward or backward: torques F change S by
+   !> no more than F/√J₁, and drag by no more than a part d of it in a unit of time, so that S grows by no more than the
+   !> factor e^(dt) after Ft/√J₁ were added to it (Grönwall); |L| is no more than √J₃ S + |h|, and changes by no more
+   !> than the torques.
    pure function within(self, motion, room, time) result(speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -287,7 +322,7 @@ contains
       associate (s => speeds%root_energy, speed => speeds%speed)
          spin = times_vector(self%inertia, motion%omega)
          start = sqrt(max(dot_product(motion%omega, spin), 0.0_wp))
-         exponent = self%drag*time/self%least_root**2
+         exponent = self%decay*time
          speeds%known = self%known .and. exponent < most_exponent
          if (.not. speeds%known) return
          growth = 1.0_wp
@@ -426,8 +461,8 @@ contains
    end subroutine bound_by_axes
 
    !> The range about each axis that S and |L| leave: Σ Jᵢ(c - Jᵢ)Ωᵢ² = cS² - |L|² has terms of one sign where c is the
-   !> greatest moment, and where it is the least, so that none is more than the sum. It takes the least S, which falls by
-   !> no more than e^(-dt/J₁) and then Ft/√J₁, and the least |L|.
+   !> greatest moment, and where it is the least, so that none is more than the sum. It takes the least S, which falls
+   !> by no more than e^(-dt) and then Ft/√J₁, and the least |L|.
    pure subroutine bound_polhode(self, motion, time, start, growth, speeds)
       class(motion_bounds_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -444,8 +479,10 @@ contains
          high = max((1 + slack_of_squares)*s*s - (least_l/self%greatest_root)**2, 0.0_wp)
          low = max((1 + slack_of_squares)*(speeds%momentum/self%least_root)**2 - least_s*least_s, 0.0_wp)
          do i = 1, 3
-            if (self%below_greatest(i) > 0.0_wp) w(i) = min(w(i), self%root_inverse(i)*sqrt(self%below_greatest(i)*high))
-            if (self%above_least(i) > 0.0_wp) w(i) = min(w(i), self%root_inverse(i)*sqrt(self%above_least(i)*low))
+            associate (below => self%below_greatest(i), above => self%above_least(i))
+               if (below > 0.0_wp) w(i) = min(w(i), self%root_inverse(i)*sqrt(below*high))
+               if (above > 0.0_wp) w(i) = min(w(i), self%root_inverse(i)*sqrt(above*low))
+            end associate
          end do
       end associate
    end subroutine bound_polhode

@@ -381,8 +381,8 @@ contains
       end select
    end function fastest_rate
 
-   !> No column is greater, with a hundredth for the errors of a computed motion where they count; negative where that is
-   !> not known.
+   !> No column is greater, with a hundredth for the errors of a computed motion where they count; negative where that
+   !> is not known.
    pure real(wp) function greatest_value(column, speeds) result(value)
       !> Place in the list.
       integer, intent(in) :: column
