@@ -47,8 +47,8 @@ module test_motion_bounds
    !> Columns with a bound of their rate; the first `with_range` of them have one of their value too.
    integer, parameter :: n_columns = 30, with_range = 22, LAST_Q = 4, AT_THETA = 21
    character(len=16), parameter :: columns(n_columns) = [character(len=16) :: 'q0', 'q1', 'q2', 'q3', 'p0', 'p1', &
-      'p2', 'p3', 'omega1', 'omega2', 'omega3', 'omega_x', 'omega_y', 'omega_z', 'L1', 'L2', 'L3', 'l_x', 'l_y', 'l_z', &
-      'theta', 'kinetic', 'total', 'potential', 'jacobi', 'wheel1_speed', 'wheel1_momentum', 'wheel2_speed', &
+      'p2', 'p3', 'omega1', 'omega2', 'omega3', 'omega_x', 'omega_y', 'omega_z', 'L1', 'L2', 'L3', 'l_x', 'l_y', &
+      'l_z', 'theta', 'kinetic', 'total', 'potential', 'jacobi', 'wheel1_speed', 'wheel1_momentum', 'wheel2_speed', &
       'wheel2_momentum', 'wheel3_speed']
 
    !> A torque -DΩ with a full D, which no scene has.
