@@ -71,6 +71,7 @@ program unit
    use test_root_proof, only: collect_root_proof
    use test_moving_fields, only: collect_moving_fields
    use test_motion_bounds, only: collect_motion_bounds
+   use test_moon_states, only: collect_moon_states
    use test_moving_world, only: collect_moving_world
    use test_orbit, only: collect_orbit
    use test_orbit_fields, only: collect_orbit_fields
@@ -276,6 +277,7 @@ contains
       suites = [ &
          new_testsuite("orbit_fields", collect_orbit_fields), &
          new_testsuite("moving_fields", collect_moving_fields), &
+         new_testsuite("moon_states", collect_moon_states), &
          new_testsuite("moving_world", collect_moving_world), &
          new_testsuite("orbit", collect_orbit), &
          new_testsuite("table_torques", collect_table_torques), &

@@ -27,7 +27,7 @@ module test_moving_world
    implicit none
    private
 
-   public :: collect_moving_world
+   public :: collect_moving_world, make_moon
 
    real(wp), parameter :: degree = pi/180
    !> Times, s, and q and Ω, rad/s, of the satellite on an ellipse: 20 digits, by extrapolation in quadruple precision.
@@ -309,6 +309,7 @@ contains
       call check_close(error, revolutions/growth, 1.35_wp, 0.1_wp, "revolutions")
    end subroutine lyapunov_time
 
+   !> A moon on an ellipse of semi-major axis and mean motion 1, in the plane.
    subroutine make_moon(moments, eccentricity, start, problem)
       real(wp), intent(in) :: moments(3), eccentricity
       !> θ and its rate; shape (2).

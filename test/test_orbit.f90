@@ -92,6 +92,7 @@ contains
                   new_unittest("roll, pitch and yaw there and back", roll_pitch_yaw), &
                   new_unittest("the gravity gradient by the series", references_by_series), &
                   new_unittest("the gravity gradient by order 8", references_by_order_8), &
+                  new_unittest("a wide libration in pitch is elliptic", wide_pitch), &
                   new_unittest("Lagrange's region is stable", lagrange_region), &
                   new_unittest("outside of it a satellite turns over at the rate of theory", growth_outside), &
                   new_unittest("spinning satellites keep three attitudes", kept_attitudes), &
@@ -289,6 +290,35 @@ contains
       end do
       call check_reference(error, references(2), integrator_settings_t(order=8), run_plan_t(time_step=period/100))
    end subroutine references_by_order_8
+
+   !> Released at 30°, at rest in the axes of the orbit: sin θ = ½ sn(ωt + K), of modulus ½; digits of the closed form.
+   subroutine wide_pitch(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: times(3) = [1000.0_wp, 5000.0_wp, 20000.0_wp]
+      real(wp), parameter :: pitch(3) = [0.1621428582548244104252_wp, 0.5233390662621287343289_wp, &
+                                         0.5194465503180468908739_wp]
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(status_t) :: status
+      integer :: i, form
+      problem = satellite(stable, [0.0_wp, 30*degree, 0.0_wp])
+      do form = 1, 2
+         do i = 1, size(times)
+            state = problem%start
+            if (form == 1) then
+               call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), state, &
+                              run_plan_t(goal=run_goal_t(local_tolerance=1e-16_wp), end_time=times(i)), status)
+            else
+               call integrate(problem%system, integrator_settings_t(order=8, linear_solver='reduced'), state, &
+                              run_plan_t(time_step=25.0_wp, end_time=times(i)), status)
+            end if
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            call check_close(error, roll_pitch_yaw_from_quat(state%q), [0.0_wp, pitch(i), 0.0_wp], 1e-11_wp, "angles")
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine wide_pitch
 
    !> 2000 revolutions in steps of a twentieth: the attitude stays, the Jacobi integral keeps 13 digits of T + V.
    subroutine lagrange_region(error)
