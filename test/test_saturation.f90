@@ -272,8 +272,8 @@ contains
       end do
    end subroutine account_and_momentum
 
-   !> On its own axis the motor alone changes the wheel's momentum: by no more than its limit allows; and its speed stays
-   !> within its limit, but comes to it.
+   !> On its own axis the motor alone changes the wheel's momentum: by no more than its limit allows; and its speed
+   !> stays within its limit, but comes to it.
    subroutine motor_minds_its_limits(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: torque_limit = 0.7_wp, speed_limit = 9.0_wp
@@ -343,7 +343,8 @@ contains
       integer :: r, c, i
       regulators = pointing(BY_TORQUE, 0.7_wp)
       regulators(2) = pointing(BY_MAGNETS, 0.7_wp)
-      regulators(3) = regulator_t(name='regulator', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, limit=0.4_wp)
+      regulators(3) = regulator_t(name='regulator', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
+                                  limit=0.4_wp)
       call regulators(4)%follow_orbit(orbit_t(kepler_orbit_t(eccentricity=0.4_wp, inclination=0.4_wp, raan=1.0_wp)))
       t = 0.7_wp
       do r = 1, size(regulators)
@@ -359,7 +360,8 @@ contains
                          - regulators(r)%torque(t, quat_product(q, quat_exp(-shift)), omega))/(2*h)
                call check_below(error, norm2(by_rotation(:, i) - change), 1e-8_wp, 'by rotation')
                if (allocated(error)) return
-               change = (regulators(r)%torque(t, q, omega + 2*shift) - regulators(r)%torque(t, q, omega - 2*shift))/(2*h)
+               change = (regulators(r)%torque(t, q, omega + 2*shift) &
+                         - regulators(r)%torque(t, q, omega - 2*shift))/(2*h)
                call check_below(error, norm2(by_rate(:, i) - change), 1e-8_wp, 'by rate')
                if (allocated(error)) return
             end do
@@ -385,7 +387,8 @@ contains
       end do
    end subroutine runs_go_on
 
-   !> On a circular orbit the same motion, from its own axes and from inertial ones, by torque and by wheels, with limits.
+   !> On a circular orbit the same motion, from its own axes and from inertial ones, by torque and by wheels, with
+   !> limits.
    subroutine target_of_the_orbit(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: until = 40.0_wp
@@ -431,7 +434,8 @@ contains
       system = system_t()
       call make_body(diagonal(moments), system%body, status)
       call add_regulator(system, regulator, status)
-      call check(error, status%code == NUTATE_BAD_ARGUMENT .and. index(status%message, 'expected &orbit') > 0, 'no orbit')
+      call check(error, status%code == NUTATE_BAD_ARGUMENT .and. index(status%message, 'expected &orbit') > 0, &
+                 'no orbit')
 
    contains
 
@@ -457,7 +461,8 @@ contains
       state = problem%start
       call integrate(problem%system, fine, state, &
                      run_plan_t(goal=run_goal_t(accuracy=1e-6_wp), end_time=1.0_wp), status)
-      call check(error, status%code == NUTATE_BAD_ARGUMENT .and. index(status%message, 'limit') > 0, trim(status%message))
+      call check(error, status%code == NUTATE_BAD_ARGUMENT .and. index(status%message, 'limit') > 0, &
+                 trim(status%message))
    end subroutine limits_need_runs
 
 end module test_saturation

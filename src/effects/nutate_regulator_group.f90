@@ -100,7 +100,8 @@ contains
       type(group_t), intent(in) :: group
       type(status_t), intent(out) :: status
       character(len=13), parameter :: of_pointing(6) = [character(len=13) :: &
-                                                        'by', 'target', 'target_from', 'attitude_gain', 'rate_gain', 'gains']
+                                                        'by', 'target', 'target_from', 'attitude_gain', 'rate_gain', &
+                                                        'gains']
       integer :: i
       if (group%text('law', '') == 'bdot') then
          do i = 1, size(of_pointing)

@@ -15,8 +15,8 @@
 !>
 !> The smallest in `|δ|² + |ΔL|²/S²`, `S = 2T/|Ω|`, is `δ = cL̇`, `ΔL = -cS²Ω⊥`, `c = ΔH/(|L̇|² + S²|Ω⊥|²)`. Newton's
 !> iteration repeats it. With wheels |Δh|²/Sw² is added, Sw² = (Σ Jw ω²)²/Σω², and Sw²Σω² to the denominator of c: Δh =
-!> -cSw²ω. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing, where only its
-!> momentum can make up for an error of the energy.
+!> -cSw²ω. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing, where only
+!> its momentum can make up for an error of the energy.
 !>
 !> **Space axes that turn** at ω. H - ω·l takes the place of H, Ω - Rᵀω that of Ω in ΔL; of l only the component along ω
 !> can be conserved. That of a free body turns by -ω in these axes: it is turned, exactly, not restored.

@@ -47,8 +47,8 @@ module nutate_projection_point
       !> energy, J.
       logical :: has_wheels = .false.
       real(wp) :: wheels(most_wheels) = 0.0_wp, wheel_energy = 0.0_wp
-      !> Momenta of wheels have errors, and take part in moves; of each: it does, 1/Jw, kg⁻¹ m⁻², shape (most_wheels), and
-      !> its axis, body axes, shape (3, most_wheels).
+      !> Momenta of wheels have errors, and take part in moves; of each: it does, 1/Jw, kg⁻¹ m⁻², shape (most_wheels),
+      !> and its axis, body axes, shape (3, most_wheels).
       logical :: moves_wheels = .false., moves_wheel(most_wheels) = .false.
       real(wp) :: inverse_wheels(most_wheels) = 0.0_wp, wheel_axes(3, most_wheels) = 0.0_wp
    contains

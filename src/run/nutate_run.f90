@@ -173,7 +173,8 @@ contains
       if (events%count() == 0 .and. allocated(progress%events)) return
       if (progress%plan%goal%accuracy > 0.0_wp .and. needs_control(system%effects)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'an accuracy is promised only where no wheel has a limit of its speed, '// &
-                       'and no regulator samples or has limits (expected time_step or local_tolerance with them)', 'accuracy')
+                       'and no regulator samples or has limits (expected time_step or local_tolerance with '// &
+                       'them)', 'accuracy')
          return
       end if
       if (events%count() == 0 .and. .not. needs_control(system%effects)) return

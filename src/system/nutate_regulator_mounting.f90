@@ -38,8 +38,8 @@ contains
       end if
       if (regulator%follows_orbit) then
          if (.not. system%effects%on_orbit) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the target is seen from an orbit, and there is none (expected &orbit)', &
-                          'target_from')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the target is seen from an orbit, and there is none '// &
+                          '(expected &orbit)', 'target_from')
             return
          end if
          call mounted%follow_orbit(system%effects%orbit)

@@ -47,8 +47,8 @@ contains
       call prepare_if_needed(handle, status)
       ! What was held in the last step may not be what is held now.
       if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
-         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits (expected rows of a run at times '// &
-                                             'of your own)', 't')
+         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits (expected rows of a '// &
+                                             'run at times of your own)', 't')
       if (status%ok()) then
          handle%failure = 0
          call handle%stepper%state_at(handle%system, t, state, work, status)

@@ -81,8 +81,8 @@ contains
       integer :: i
       call prepare_if_needed(handle, status)
       if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
-         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits, which only runs watch over '// &
-                                             '(expected nutate_stepper_run or nutate_stepper_run_to)')
+         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits, which only runs '// &
+                                             'watch over (expected nutate_stepper_run or nutate_stepper_run_to)')
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
       before = handle%run%state

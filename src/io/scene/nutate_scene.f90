@@ -172,7 +172,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       if (plan%goal%accuracy > 0.0_wp .and. needs_control(effects)) &
          call error%raise(integrator%line_of('accuracy'), 'an accuracy is promised only where no wheel has a '// &
-                          'speed_limit, and no regulator samples or has limits', expected='time_step or local_tolerance with them')
+                          'speed_limit, and no regulator samples or has limits', &
+                          expected='time_step or local_tolerance with them')
    end subroutine check_control
 
    !> Builds the parts from groups that have been checked one by one.
