@@ -74,6 +74,7 @@ program unit
    use test_moon_states, only: collect_moon_states
    use test_moving_world, only: collect_moving_world
    use test_orbit, only: collect_orbit
+   use test_orbit_reference, only: collect_orbit_reference
    use test_orbit_fields, only: collect_orbit_fields
    use test_rotating_frame, only: collect_rotating_frame
    use test_rotation, only: collect_rotation
@@ -280,6 +281,7 @@ contains
          new_testsuite("moon_states", collect_moon_states), &
          new_testsuite("moving_world", collect_moving_world), &
          new_testsuite("orbit", collect_orbit), &
+         new_testsuite("orbit_reference", collect_orbit_reference), &
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
          new_testsuite("torque_physics", collect_torque_physics), &
