@@ -147,7 +147,7 @@ contains
       type(row_layout_t) :: layout
       type(status_t) :: status
       integer(int64), allocatable :: rows(:, :)
-      integer(int64) :: begun, written, ended, rate, k, first, last
+      integer(int64) :: begun, written, ended, rate, k
       integer :: error, unit
       call make_scene("'quaternion'", members, scene, layout)
       allocate (rows(layout%width(), chunk))
@@ -156,8 +156,9 @@ contains
       call file%open(name//'.npy', npy_header(layout, members), layout%width(), members, chunk, 1_int64, .false., &
                      status)
       do k = 1, (members + chunk - 1)/chunk
-         call file%bounds(k, first, last)
-         call file%put_chunk(k, rows(:, 1:last - first + 1), error)
+         call file%put_chunk(k, rows(:, 1:min(chunk, members - (k - 1)*chunk)), error)
+         if (error /= 0) error stop 'rows of the benchmark cannot be written'
+         call file%mark(k, status)
       end do
       call file%finish(status)
       call system_clock(written)

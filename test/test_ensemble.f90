@@ -359,11 +359,12 @@ contains
    !> Tops, gyrostats and dipoles, whose potentials differ from member to member; some turn too fast for the step.
    subroutine loaded_together(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: head(3) = [character(len=140) :: &
+      character(len=*), parameter :: head(3) = [character(len=160) :: &
          "&gravity acceleration = 0, 0, -9.8 / &vary key = 'gravity.acceleration.1', "// &
          "distribution = 'normal', sigma = 2 /", &
          "&rotor momentum = 0.2, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 0.2 /", &
-         "&gravity / &rotor momentum = 0, 0.1, 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 /"]
+         "&gravity / &rotor momentum = 0, 0.1, 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 /"// &
+         "&force body_point = 0, 0.1, 0.2, force = 0.3, 0, 0, axes = 'space' /"]
       character(len=*), parameter :: tail(3) = [character(len=100) :: &
          "end_time = 1.0 / &output columns = 'quaternion', 'energy', every = 7 /", &
          "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &

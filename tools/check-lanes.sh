@@ -23,6 +23,7 @@ cat >"$scratch/top.nml" <<'END'
 &initial angular_velocity = 0.0, 0.5, 10.0 /
 &gravity acceleration = 0.0, 0.0, -9.8 /
 &dipole moment = 0.0, 0.0, 2.0, field = 0.5, 0.0, 0.2 /
+&force body_point = 0.0, 0.1, 0.2, force = 0.5, 0.1, 0.0, axes = 'space' /
 &rotor momentum = 0.0, 0.1, 0.5 /
 &integrator linear_solver = 'reduced', order = 4, time_step = 0.01, end_time = 1.0 /
 &output columns = 'quaternion', 'angular_momentum_space' /
