@@ -15,7 +15,7 @@ module nutate_carried_vector
 
    !> v, and the orbit.
    type :: carried_vector_t
-      type(kepler_orbit_t) :: path
+      type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> In the axes in which it stands still; shape (3).
       real(wp) :: vector(3) = 0.0_wp
       !> It stands still in inertial axes and is seen from the orbit's, a circular one; else the other way round.

@@ -23,7 +23,7 @@ module nutate_earth_field
 
    !> U(γ) = -m·γ with γ = R(q)ᵀb(t).
    type, extends(moving_linear_t) :: earth_field_t
-      type(geomagnetic_field_t) :: field
+      type(geomagnetic_field_t) :: field = geomagnetic_field_t()
    contains
       procedure :: direction_at => direction_of_field
       procedure :: direction_rate => rate_of_field

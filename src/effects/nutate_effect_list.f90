@@ -53,10 +53,10 @@ module nutate_effect_list
       logical :: moves = .false.
       !> The body goes round on an orbit.
       logical :: on_orbit = .false.
-      type(orbit_t) :: orbit
+      type(orbit_t) :: orbit = orbit_t()
       !> The body is in the field of the Earth, on or off, which regulators follow.
       logical :: in_earth_field = .false.
-      type(geomagnetic_field_t) :: earth_field
+      type(geomagnetic_field_t) :: earth_field = geomagnetic_field_t()
    contains
       !> Adds a copy of an effect.
       procedure :: add

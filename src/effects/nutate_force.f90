@@ -17,7 +17,7 @@ module nutate_force
 
    !> The same with F(t).
    type, extends(moving_linear_t) :: moving_force_t
-      type(carried_vector_t) :: force
+      type(carried_vector_t) :: force = carried_vector_t()
    contains
       procedure :: direction_at => direction_of_force
       procedure :: direction_rate => rate_of_force

@@ -27,7 +27,7 @@ module nutate_geomagnetic_field
 
    !> The field where a body is that goes round on an orbit.
    type :: geomagnetic_field_t
-      type(kepler_orbit_t) :: path
+      type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> G in axes of the Earth: x to the meridian of Greenwich, z north, T; shape (3).
       real(wp) :: coefficients(3) = reference_coefficients
       !> θ₀: of Greenwich at t = 0, from the equinox, rad.

@@ -38,7 +38,7 @@ module nutate_orbit
 
    !> An orbit, and the rate of the space axes, 0 where they are inertial.
    type, extends(rotating_frame_t) :: orbit_t
-      type(kepler_orbit_t) :: path
+      type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> The space axes are those of the orbit.
       logical :: is_frame = .false.
       !> Unit vector to the sun, inertial axes, zero where none is known; shape (3). Radius of the body that casts the

@@ -17,7 +17,7 @@ module nutate_orbital_gradient
    !> U(γ) = ½ γᵀAγ + ½·3J_m|γ|², A = 3(J - J_m I): the effect's V, whose isotropic part turns nothing but changes with
    !> the distance.
    type, extends(gravity_gradient_t) :: orbital_gradient_t
-      type(kepler_orbit_t) :: path
+      type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> 3J_m, kg m².
       real(wp) :: isotropic = 0.0_wp
    contains

@@ -42,7 +42,7 @@ module nutate_regulator
       !> that the body is on take the place of the space axes (`follow_orbit`).
       real(wp) :: target(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       logical :: follows_orbit = .false.
-      type(orbit_t) :: orbit
+      type(orbit_t) :: orbit = orbit_t()
       !> K, N m, and D, N m s, body axes; shape (3,3).
       real(wp) :: attitude_gain(3, 3) = 0.0_wp, rate_gain(3, 3) = 0.0_wp
       !> k, A m² s/T.
@@ -50,7 +50,7 @@ module nutate_regulator
       !> b, space axes, T; shape (3). Where `follows_earth`, that of the Earth takes its place (`follow`).
       real(wp) :: field(3) = 0.0_wp
       logical :: follows_earth = .false.
-      type(geomagnetic_field_t) :: earth
+      type(geomagnetic_field_t) :: earth = geomagnetic_field_t()
       !> From one sample to the next, s; 0: the law acts at all times.
       real(wp) :: sample = 0.0_wp
       !> Of each component of torque or moment, N m or A m²; of motors see `wheel_t`.

@@ -18,7 +18,7 @@ module nutate_timed_force
       !> x, body axes, m; shape (3).
       real(wp) :: body_point(3) = 0.0_wp
       !> F, N: constant in space axes, or, where `moves`, as these see it.
-      type(carried_vector_t) :: force
+      type(carried_vector_t) :: force = carried_vector_t()
       !> s.
       real(wp) :: start = -huge(1.0_wp), stop = huge(1.0_wp)
    contains
