@@ -54,6 +54,28 @@ class Regulators(CommandLineTest):
                     self.succeed("run", f"{kind}.nml", "--quiet", "--output", "part.csv", "--resume", "a.ck", *options)
                     self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
 
+    def test_laws_at_all_times_keep_their_limits(self):
+        # Springy, so that what it asks for grows from the start on.
+        law = "&regulator law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.12"
+        wheels = WHEELS.replace("torque_limit = 0.3, speed_limit = 90.0", "torque_limit = 0.15, speed_limit = 12.0")
+        columns = BODY.replace("'energy', ", "'energy', 'wheel1', ")
+        for kind, scene, said in (("torque", law + ", limit = 0.3 /\n" + BODY, "limit of torque"),
+                                  ("magnets", law + ", by = 'magnets', field = 0.3, -0.2, 0.4, limit = 0.5 /\n" + BODY,
+                                   "limit of moment"),
+                                  ("wheels", wheels + law + ", by = 'wheels' /\n" + columns, "limit of motor")):
+            self.write(f"{kind}.nml", scene)
+            for method in ("rk4", "rk8", "dop853") + (() if kind == "wheels" else ("nielsen_krenk",)):
+                options = ["--set", f"integrator.method={method}"]
+                text = self.succeed("run", f"{kind}.nml", "--output", "whole.csv", *options).stderr
+                self.assertIn(said, text)
+                self.fail_with(3, "run", f"{kind}.nml", "--quiet", "--output", "part.csv", "--checkpoint", "a.ck",
+                               "--max-steps", "37", *options)
+                self.succeed("run", f"{kind}.nml", "--quiet", "--output", "part.csv", "--resume", "a.ck", *options)
+                self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
+        header, rows = self.history("whole.csv")
+        speed = next(k for k, name in enumerate(header) if name.startswith("wheel1_speed"))
+        self.assertAlmostEqual(max(abs(row[speed]) for row in rows), 12.0, delta=0.5)
+
     def test_what_does_not_go_is_said(self):
         self.write("all_times.nml", LAW + " /\n" + BODY)
         self.fail_with(2, "run", "all_times.nml", "--set", "integrator.method=taylor", says=("expected sample",))

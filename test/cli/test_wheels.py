@@ -89,7 +89,7 @@ class Wheels(CommandLineTest):
                                "--max-steps", steps, *method)
                 self.succeed("run", "limited.nml", "--quiet", "--output", "part.csv", "--resume", "a.ck", *method)
                 self.assertEqual(self.read("part.csv"), self.read("whole.csv"))
-        self.fail_with(2, "cost", "limited.nml", says=("neither limits of speed nor samples",))
+        self.fail_with(2, "cost", "limited.nml", says=("neither limits nor samples",))
 
     def test_auto_takes_no_closed_solution(self):
         self.write("auto.nml", SCENE.replace("time_step = 0.5", "accuracy = 1e-9"))
