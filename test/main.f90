@@ -98,6 +98,7 @@ program unit
    use test_stability_time, only: collect_stability_time
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
+   use test_step_tolerance, only: collect_step_tolerance
    use test_sweep, only: collect_sweep
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
@@ -203,7 +204,8 @@ contains
          new_testsuite("series", collect_series), &
          new_testsuite("series_tail", collect_series_tail), &
          new_testsuite("taylor", collect_taylor), &
-         new_testsuite("taylor_steps", collect_taylor_steps)]
+         new_testsuite("taylor_steps", collect_taylor_steps), &
+         new_testsuite("step_tolerance", collect_step_tolerance)]
    end function series_suites
 
    !> The suites but those of the other groups: one line for each, here or there.

@@ -273,18 +273,38 @@ contains
 
    end subroutine moons
 
-   !> Two motions, the other one brought back to a distance of 1e-8 after each revolution, by angle and rate: the mean
-   !> growth over 1200 of them, from which 40 000 differ by some hundredths.
+   !> The median of nine motions. One may stick to the regular motions beside it for hundreds of revolutions; over
+   !> 40 000 the mean comes to 1.32 to 1.46 revolutions.
    subroutine lyapunov_time(error)
       type(error_type), allocatable, intent(out) :: error
-      integer, parameter :: revolutions = 1200
+      integer, parameter :: n = 9
+      real(wp) :: times(n)
+      integer :: i
+      do i = 1, n
+         call grow(error, 1 + 1e-3_wp*(i - 1), times(i))
+         if (allocated(error)) return
+      end do
+      ! As many are longer as are shorter.
+      do i = 1, n
+         if (count(times < times(i)) == n/2) call check_close(error, times(i), 1.35_wp, 0.1_wp, "revolutions")
+      end do
+   end subroutine lyapunov_time
+
+   !> Two motions, the other one brought back to a distance of 1e-8 after each revolution, by angle and rate: in how
+   !> many revolutions it grows e-fold.
+   subroutine grow(error, first_rate, time)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in) :: first_rate
+      real(wp), intent(out) :: time
+      integer, parameter :: revolutions = 600
       real(wp), parameter :: off = 1e-8_wp, moments(3) = [0.5_wp, 0.5_wp + 0.7921_wp/3, 1.0_wp]
       type(problem_t) :: problem
       type(state_t) :: states(2)
       type(status_t) :: status
       real(wp) :: growth, distance(2), angles(2), rate(3)
       integer :: i, k
-      call make_moon(moments, 0.1_wp, [0.0_wp, 1.0_wp], problem)
+      time = 0.0_wp
+      call make_moon(moments, 0.1_wp, [0.0_wp, first_rate], problem)
       states = problem%start
       distance = [off, 0.0_wp]
       growth = 0.0_wp
@@ -295,7 +315,7 @@ contains
                                 rate + [0.0_wp, 0.0_wp, distance(2)], states(1)%t)
          do k = 1, 2
             call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), states(k), &
-                           run_plan_t(goal=run_goal_t(local_tolerance=1e-13_wp), end_time=2*pi*i), status)
+                           run_plan_t(goal=run_goal_t(local_tolerance=1e-12_wp), end_time=2*pi*i), status)
             call check(error, status%ok(), trim(status%message))
             if (allocated(error)) return
             rate = angular_velocity(problem%system, states(k))
@@ -306,10 +326,9 @@ contains
          growth = growth + log(norm2(distance)/off)
          distance = (off/norm2(distance))*distance
       end do
-      call check_close(error, revolutions/growth, 1.35_wp, 0.1_wp, "revolutions")
-   end subroutine lyapunov_time
+      time = revolutions/growth
+   end subroutine grow
 
-   !> A moon on an ellipse of semi-major axis and mean motion 1, in the plane.
    subroutine make_moon(moments, eccentricity, start, problem)
       real(wp), intent(in) :: moments(3), eccentricity
       !> θ and its rate; shape (2).

@@ -7,6 +7,10 @@
 !>     Σₖ₎ₙ xₖsᵏ ≈ -sⁿ⁺¹ ((α + βs)xₙ + βxₙ₋₁)/(1 + αs + βs²)
 !>
 !> How well the recurrence foretells the last coefficient, when it is fitted to the one before, is what the sum errs by.
+!>
+!> **Energies** are products of two components, and have double poles where these have simple ones. Their coefficients
+!> follow the recurrence of the square, `(1 + αs + βs²)² = Σ cⱼsʲ`: `Σ cⱼxₖ₋ⱼ ≈ 0`. With that of the components the tail
+!> of a work is wrong by a tenth, and so would be the energy to which a state is projected.
 module nutate_series_tail
    use nutate_kinds, only: wp
    implicit none
@@ -50,6 +54,8 @@ module nutate_series_tail
       procedure :: use_in_step
       !> What it makes of the last two coefficients.
       procedure :: weights
+      !> The same for the last four coefficients of an energy.
+      procedure :: energy_weights
    end type series_tail_t
 
 contains
@@ -136,22 +142,52 @@ contains
       integer, intent(in) :: order
       real(wp), intent(in) :: s
       real(wp), intent(out) :: last, before
-      real(wp) :: power, square
-      integer :: k
+      real(wp) :: power
       last = 0.0_wp
       before = 0.0_wp
       if (.not. self%used) return
+      power = -power_of(s, order + 1)/(1 + s*(self%alpha + s*self%beta))
+      last = power*(self%alpha + s*self%beta)
+      before = power*self%beta
+   end subroutine weights
+
+   !> The sum of what comes after coefficient n of an energy: what the last coefficient, the one before, and two more
+   !> before these are multiplied by.
+   pure subroutine energy_weights(self, order, s, w)
+      class(series_tail_t), intent(in) :: self
+      !> n, at least 4.
+      integer, intent(in) :: order
+      real(wp), intent(in) :: s
+      real(wp), intent(out) :: w(4)
+      real(wp) :: c(4), power, root
+      w = 0.0_wp
+      if (.not. self%used) return
+      associate (alpha => self%alpha, beta => self%beta)
+         c = [2*alpha, alpha*alpha + 2*beta, 2*alpha*beta, beta*beta]
+         root = 1 + s*(alpha + s*beta)
+      end associate
+      power = -power_of(s, order + 1)/(root*root)
+      w(4) = power*c(4)
+      w(3) = power*(c(3) + s*c(4))
+      w(2) = power*(c(2) + s*(c(3) + s*c(4)))
+      w(1) = power*(c(1) + s*(c(2) + s*(c(3) + s*c(4))))
+   end subroutine energy_weights
+
+   !> sⁿ, to the last bit the same with every compiler.
+   pure real(wp) function power_of(s, n) result(power)
+      real(wp), intent(in) :: s
+      !> Positive.
+      integer, intent(in) :: n
+      real(wp) :: square
+      integer :: k
       power = s
       square = s
-      k = order
+      k = n - 1
       do while (k > 0)
          if (mod(k, 2) == 1) power = power*square
          square = square*square
          k = k/2
       end do
-      power = -power/(1 + s*(self%alpha + s*self%beta))
-      last = power*(self%alpha + s*self%beta)
-      before = power*self%beta
-   end subroutine weights
+   end function power_of
 
 end module nutate_series_tail

@@ -401,7 +401,7 @@ contains
       real(wp), intent(in) :: time_unit, s
       !> Of the motion.
       type(series_tail_t), intent(in) :: tail
-      real(wp) :: power(0:highest_order), last, before
+      real(wp) :: power(0:highest_order), w(4)
       integer :: k, j
       power = 0.0_wp
       ! Along k no sum waits for the one before.
@@ -416,8 +416,11 @@ contains
       do k = order - 1, 0, -1
          work = work*s + power(k)*inverses(k + 1)
       end do
-      call tail%weights(order, s, last, before)
-      work = work*s + (last*(power(order - 1)*inverses(order)) + before*(power(order - 2)*inverses(order - 1)))
+      call tail%energy_weights(order, s, w)
+      work = work*s
+      do k = 1, 4
+         work = work + w(k)*(power(order - k)*inverses(order + 1 - k))
+      end do
       work = work*time_unit
    end function work_until
 

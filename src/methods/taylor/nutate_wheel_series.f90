@@ -172,11 +172,13 @@ contains
       type(series_tail_t), intent(in) :: tail
       !> N m s, shape (most_wheels), and J, shape (2, most_wheels).
       real(wp), intent(inout) :: gain(most_wheels), work(2, most_wheels)
-      real(wp) :: power(0:highest_order), weights(2)
+      real(wp) :: power(0:highest_order), of_momentum(4), of_energy(4)
       integer :: i, j, k, which
-      call tail%weights(order, s, weights(1), weights(2))
+      of_momentum = 0.0_wp
+      call tail%weights(order, s, of_momentum(1), of_momentum(2))
+      call tail%energy_weights(order, s, of_energy)
       do i = 1, self%n
-         gain(i) = total(self%momentum(:, i))
+         gain(i) = total(self%momentum(:, i), of_momentum)
          do which = 1, 2
             power = 0.0_wp
             do j = 0, order - 1
@@ -187,21 +189,24 @@ contains
             do k = order, 1, -1
                power(k) = power(k - 1)*inverses(k)
             end do
-            work(which, i) = self%time_unit*total(power)
+            work(which, i) = self%time_unit*total(power, of_energy)
          end do
       end do
 
    contains
 
       !> Σ xₖsᵏ from k = 1 on, and the tail.
-      pure real(wp) function total(x)
+      pure real(wp) function total(x, weights)
          real(wp), intent(in) :: x(0:highest_order)
+         !> Of the last four coefficients, the last one first.
+         real(wp), intent(in) :: weights(4)
          integer :: m
          total = 0.0_wp
          do m = order, 1, -1
             total = s*(total + x(m))
          end do
-         total = total + (weights(1)*x(order) + weights(2)*x(order - 1))
+         total = total + ((weights(1)*x(order) + weights(2)*x(order - 1)) + &
+                          (weights(3)*x(order - 2) + weights(4)*x(order - 3)))
       end function total
 
    end subroutine evaluate

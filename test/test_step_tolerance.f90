@@ -1,0 +1,135 @@
+!> Steps of the series that are chosen by a tolerance err by no more than a few of it, where torques do work and the
+!> state is projected onto the energy that this leaves, too.
+module test_step_tolerance
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_body, only: diagonal, make_body
+   use nutate_hamiltonian, only: body_momentum, make_state
+   use nutate_kepler_orbit, only: kepler_orbit_t
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_quaternion, only: attitude_distance
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   use test_problems, only: box, forced_body, problem_t, simo_top, wheeled_body
+   use test_support, only: random_unit_quaternion, random_vector
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_step_tolerance
+
+   type(integrator_settings_t), parameter :: series = integrator_settings_t( &
+                                             method='taylor', order=0, linear_solver='', conserve=.true.)
+
+   !> Takes the last step again in forty parts, and keeps the largest error over the tolerance.
+   type, extends(observer_t) :: judge_t
+      type(state_t) :: before = state_t()
+      real(wp) :: tolerance = 0.0_wp, worst = 0.0_wp
+      logical :: begun = .false.
+   contains
+      procedure :: observe => judge_step
+   end type judge_t
+
+contains
+
+   subroutine collect_step_tolerance(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("free bodies and tops", without_torques), &
+                  new_unittest("torques, springs and rotors", with_torques), &
+                  new_unittest("wheels with motors and friction", with_wheels), &
+                  new_unittest("moons on ellipses", with_moving_world)]
+   end subroutine collect_step_tolerance
+
+   subroutine judge_step(self, system, state, record, status)
+      class(judge_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      integer, parameter :: parts = 40
+      type(state_t) :: fine
+      real(wp) :: wanted(3)
+      if (self%begun .and. abs(state%t - self%before%t) > 0.0_wp) then
+         fine = self%before
+         call integrate(system, series, fine, run_plan_t(time_step=(state%t - fine%t)/parts, end_time=state%t), status)
+         if (.not. status%ok()) return
+         wanted = body_momentum(fine)
+         self%worst = max(self%worst, attitude_distance(fine%q, state%q)/self%tolerance, &
+                          norm2(body_momentum(state) - wanted)/(norm2(wanted)*self%tolerance))
+      end if
+      self%begun = .true.
+      self%before = state
+   end subroutine judge_step
+
+   !> Ten random motions at three tolerances.
+   subroutine judge(error, system, rate, end_time)
+      type(error_type), allocatable, intent(out) :: error
+      type(system_t), intent(in) :: system
+      !> Of the motions, rad/s; s.
+      real(wp), intent(in) :: rate, end_time
+      !> Error of a step over the tolerance, of which a third is the aim.
+      real(wp), parameter :: bound = 3.0_wp
+      type(judge_t) :: judge_of_run
+      type(state_t) :: state
+      type(status_t) :: status
+      integer(int64) :: seed
+      character(len=80) :: label
+      real(wp) :: q(4), direction(3)
+      integer :: i, exponent
+      seed = 20260_int64
+      do i = 1, 10
+         q = random_unit_quaternion(seed)
+         direction = random_vector(seed)
+         direction = direction/norm2(direction)
+         do exponent = 6, 12, 3
+            state = make_state(system, q, rate*direction)
+            judge_of_run = judge_t(tolerance=10.0_wp**(-exponent))
+            call integrate(system, series, state, run_plan_t(goal=run_goal_t( &
+                  local_tolerance=judge_of_run%tolerance), end_time=end_time, every=1_long), status, judge_of_run)
+            write (label, '("motion ",i0,", 1e-",i0,": ",es9.2," tolerances")') i, exponent, judge_of_run%worst
+            call check(error, status%ok() .and. judge_of_run%worst <= bound, trim(label)//' '//trim(status%message))
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine judge
+
+   subroutine without_torques(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      problem = box()
+      call judge(error, problem%system, 5.0_wp, 5.0_wp)
+      if (allocated(error)) return
+      problem = simo_top()
+      call judge(error, problem%system, 30.0_wp, 1.0_wp)
+   end subroutine without_torques
+
+   subroutine with_torques(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      problem = forced_body()
+      call judge(error, problem%system, 3.0_wp, 3.0_wp)
+   end subroutine with_torques
+
+   subroutine with_wheels(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      problem = wheeled_body()
+      call judge(error, problem%system, 3.0_wp, 2.0_wp)
+   end subroutine with_wheels
+
+   subroutine with_moving_world(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(system_t) :: system
+      type(status_t) :: status
+      call make_body(diagonal([0.6_wp, 0.6_wp + 0.7921_wp/3, 1.0_wp]), system%body, status)
+      call system%effects%add(orbital_gradient_t(system%body, kepler_orbit_t(eccentricity=0.1_wp)))
+      call judge(error, system, 2.3_wp, 5.0_wp)
+   end subroutine with_moving_world
+
+end module test_step_tolerance
