@@ -169,9 +169,10 @@ contains
       type(status_t) :: status
       real(wp) :: theta, rate, omega(3)
       integer :: m, i
-      problems = [plain_turn(pointing(BY_TORQUE, 0.7_wp)), &
-                  plain_turn(pointing(BY_WHEELS, huge(1.0_wp)), wheel_t(name='wheel', axis=[0.0_wp, 0.0_wp, 1.0_wp], &
-                                                                        inertia=0.1_wp, torque_limit=0.7_wp))]
+      problems(1) = plain_turn(pointing(BY_TORQUE, 0.7_wp))
+      problems(2) = plain_turn(pointing(BY_WHEELS, huge(1.0_wp)), &
+                               wheel_t(name='wheel', axis=[0.0_wp, 0.0_wp, 1.0_wp], inertia=0.1_wp, &
+                                       torque_limit=0.7_wp))
       do i = 1, 2
          call turn_in_two_parts(6.2_wp, merge(3.0_wp, 2.9_wp, i == 1), 0.7_wp, theta, rate)
          do m = 1, size(methods)
@@ -212,11 +213,11 @@ contains
       real(wp) :: errors(halvings), step
       integer :: i, m, k, by(4)
       by = [BY_TORQUE, BY_MAGNETS, BY_MAGNETS, BY_WHEELS]
-      problems = [tumbling(pointing(BY_TORQUE, 0.5_wp), .false., huge(1.0_wp), huge(1.0_wp)), &
-                  tumbling(pointing(BY_MAGNETS, 0.8_wp), .false., huge(1.0_wp), huge(1.0_wp)), &
-                  tumbling(regulator_t(name='regulator', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
-                                       limit=0.15_wp), .false., huge(1.0_wp), huge(1.0_wp)), &
-                  tumbling(pointing(BY_WHEELS, huge(1.0_wp)), .false., 0.3_wp, 12.0_wp)]
+      problems(1) = tumbling(pointing(BY_TORQUE, 0.5_wp), .false., huge(1.0_wp), huge(1.0_wp))
+      problems(2) = tumbling(pointing(BY_MAGNETS, 0.8_wp), .false., huge(1.0_wp), huge(1.0_wp))
+      problems(3) = tumbling(regulator_t(name='regulator', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
+                                         limit=0.15_wp), .false., huge(1.0_wp), huge(1.0_wp))
+      problems(4) = tumbling(pointing(BY_WHEELS, huge(1.0_wp)), .false., 0.3_wp, 12.0_wp)
       do i = 1, size(problems)
          wanted = problems(i)%start
          call integrate(problems(i)%system, fine, wanted, run_plan_t(time_step=0.002_wp, end_time=3.2_wp), status)

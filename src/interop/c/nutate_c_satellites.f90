@@ -1,6 +1,7 @@
 !> C interface: frames, orbits, wheels and regulators of a system. What each function does stands in
 !> `include/nutate_satellites.h`.
 module nutate_c_satellites
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr, c_size_t
    use nutate_c_groups, only: add_effect_of, add_motor_of, parse_motor_keys, put_numbers, put_text
    use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
@@ -198,13 +199,15 @@ contains
    !> False for zero; NaN counts as given, and is refused later.
    pure logical function given(x)
       real(wp), intent(in) :: x
-      given = .not. abs(x) <= 0.0_wp
+      given = ieee_is_nan(x)
+      if (.not. given) given = abs(x) > 0.0_wp
    end function given
 
    !> False for infinity, which says that there is no such limit.
    pure logical function is_finite_or_bad(x)
       real(wp), intent(in) :: x
-      is_finite_or_bad = .not. x > huge(x)
+      is_finite_or_bad = ieee_is_nan(x)
+      if (.not. is_finite_or_bad) is_finite_or_bad = x <= huge(x)
    end function is_finite_or_bad
 
    !> Adds the effect that a group describes.
