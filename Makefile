@@ -18,7 +18,7 @@ LANES ?=
 export FFLAGS OPENMP LANES
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build mpi run test stress attack accuracy fuzz memcheck sanitize bench figures lint api docs wheel install uninstall clean
+.PHONY: help setup build mpi run test stress attack accuracy fuzz lanes memcheck sanitize bench figures lint api docs wheel install uninstall clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
@@ -42,6 +42,9 @@ test: setup ## run the unit tests and the command-line tests
 
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/stability.md (STRESS=long selects)
 	@bash tools/stress.sh $(STRESS)
+
+lanes: setup ## compare the rows of ensembles by lanes of 1, 4, 8 and 16 bodies, by SSE2, AVX2 and AVX-512 (LANES_OF=avx2 selects)
+	@bash tools/check-lanes.sh $(LANES_OF)
 
 attack: setup ## look for steps on a wrong root among 100 000 and write docs/stability.md (ATTACK='--seed 2 --case 7' repeats one)
 	@bash tools/attack.sh $(ATTACK)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests that rows of ensembles depend neither on how many bodies are moved at once nor on the vector instructions: compares files
 # of bodies alone, of builds with lanes of 1, 4 and 16, and of the usual width with AVX2 and AVX-512 where the machine has them.
-#    tools/check-lanes.sh
+#    tools/check-lanes.sh [1|4|16|avx2|avx512]...      all of them unless named
 set -u
 . "$(dirname "$0")/environment.sh"
 
@@ -68,14 +68,17 @@ build_copy() {
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 -DNUTATE_LANES="$1" &&
       quietly lanes cmake --build "$folder" --parallel "$(nproc)" --target nutate_program
 }
-for lanes in 1 4 16; do
-   build_copy '' $lanes || exit 1
-   compare "$folder/nutate" "lanes of $lanes"
-done
-for kind in avx2 avx512; do
-   grep -q -w -e "${kind/512/512vl}" /proc/cpuinfo || continue
-   build_copy $kind 8 || exit 1
-   compare "$folder/nutate" "lanes by $kind"
+[ $# -gt 0 ] || set -- 1 4 16 avx2 avx512
+for part; do
+   case $part in
+      avx2 | avx512)
+         grep -q -w -e "${part/512/512vl}" /proc/cpuinfo || continue
+         build_copy "$part" 8 || exit 1
+         ;;
+      1 | 4 | 16) build_copy '' "$part" || exit 1 ;;
+      *) die "check-lanes: unknown part '$part' (1, 4, 16, avx2, avx512)" ;;
+   esac
+   compare "$folder/nutate" "lanes: $part"
 done
 say "$passed passed, $failed failed"
-[ $failed -eq 0 ] && [ $passed -ge 8 ]
+[ $failed -eq 0 ] && [ $passed -ge 4 ]
