@@ -167,7 +167,7 @@ contains
       do number = 1, motions()
          call draw_motion(number, system, start, time, is_fit)
          if (.not. is_fit) cycle
-         seed = 2862933555777941757_int64*number + 3037000493_int64
+         seed = ieor(2862933555777941757_int64, ishft(int(number, int64), 24) + number)
          call warm_up(seed)
          allocate (asleep, awake)
          call follow(system, start, time, awake, is_fit)
