@@ -395,7 +395,7 @@ contains
       real(wp), parameter :: until = 40.0_wp
       type(kepler_orbit_t) :: path
       type(regulator_t) :: regulator
-      type(system_t) :: system
+      type(system_t) :: system, empty
       type(orbit_t) :: orbit
       type(state_t) :: states(2)
       type(status_t) :: status
@@ -404,7 +404,7 @@ contains
       path = kepler_orbit_t(mu=0.04_wp, inclination=0.5_wp, raan=0.3_wp, mean_anomaly=1.0_wp)
       do by = BY_TORQUE, BY_WHEELS
          do way = 1, 2
-            system = system_t()
+            system = empty
             call make_body(diagonal(moments), system%body, status)
             orbit = orbit_t(path, inertial=way == 2)
             call system%effects%add(orbit)
@@ -432,7 +432,7 @@ contains
          call check_below(error, attitude_distance(states(1)%q, regulator%target), 0.1_wp, 'its target')
          if (allocated(error)) return
       end do
-      system = system_t()
+      system = empty
       call make_body(diagonal(moments), system%body, status)
       call add_regulator(system, regulator, status)
       call check(error, status%code == NUTATE_BAD_ARGUMENT .and. index(status%message, 'expected &orbit') > 0, &

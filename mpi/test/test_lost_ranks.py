@@ -13,7 +13,7 @@ from rank_support import MEANS, PATIENCE, RankTest, mpirun
 class LostRanks(RankTest):
     """Sweeps long enough for ranks to be lost on the way."""
 
-    LONG = ("--set", "integrator.end_time=200", "--set", "ensemble.chunk=3")
+    LONG = ("--set", "integrator.end_time=400", "--set", "ensemble.chunk=3")
 
     def start(self, ranks, *arguments):
         return subprocess.Popen([*mpirun(ranks), self.ranks, "sweep", "tumble.nml", "--quiet", *arguments], cwd=self.folder,
@@ -54,7 +54,15 @@ class LostRanks(RankTest):
         """Ranks are lost again and again; in the end, by whatever ranks, the bytes are those of one process."""
         whole = self.sweep(0, *settings, *self.LONG, output="whole" + output)
         dice = random.Random(seed)
-        lost = sum(self.lose(number, victims, ranks, dice, output, *settings, *self.LONG) for ranks in (4, 2, 8))
+        lost = 0
+        # A signal may come when all is done: mpirun takes its time to pass it on. Then the sweep begins anew.
+        for ranks in 2 * (4, 2, 8):
+            if self.lose(number, victims, ranks, dice, output, *settings, *self.LONG):
+                lost += 1
+            elif lost < 2:
+                os.remove(self.path(output))
+            if lost > 1:
+                break
         self.assertGreater(lost, 1)
         self.assertEqual(self.sweep(dice.choice((0, 2, 5)), "--resume", *settings, *self.LONG, output=output), whole)
         self.assertNotIn(output + ".partial", self.names())
