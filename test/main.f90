@@ -73,6 +73,7 @@ program unit
    use test_motion_bounds, only: collect_motion_bounds
    use test_moon_states, only: collect_moon_states
    use test_moving_world, only: collect_moving_world
+   use test_near_rest, only: collect_near_rest
    use test_orbit, only: collect_orbit
    use test_orbit_reference, only: collect_orbit_reference
    use test_orbit_fields, only: collect_orbit_fields
@@ -282,6 +283,7 @@ contains
          new_testsuite("moving_fields", collect_moving_fields), &
          new_testsuite("moon_states", collect_moon_states), &
          new_testsuite("moving_world", collect_moving_world), &
+         new_testsuite("near_rest", collect_near_rest), &
          new_testsuite("orbit", collect_orbit), &
          new_testsuite("orbit_reference", collect_orbit_reference), &
          new_testsuite("table_torques", collect_table_torques), &

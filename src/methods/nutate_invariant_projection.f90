@@ -23,7 +23,10 @@
 !>
 !> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
 !> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed
-!> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long.
+!> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long; unless there was no more
+!> to remove than what round-off of the account may come to: damping has brought the body so near to rest that no state
+!> has the energy of the account, or all that have are far. The state is left as it is then, and the account takes its
+!> energy.
 !>
 !> **Targets.** H₀ + work and l are those of the first state, not of the last, so that nothing adds up over a long run.
 !> A stepper is also handed states that it did not return last: rejected steps are tried again, halves follow the
@@ -34,13 +37,14 @@ module nutate_invariant_projection
    use nutate_archive, only: archive_t
    use nutate_disturbance, only: disturb_state
    use nutate_effect_list, only: effect_list_t
+   use nutate_energy_account, only: energy_account_t, energy_sum_t
    use nutate_projection_point, only: projection_plan_t, evaluate, get_slope, projection_point_t, read_point, &
       set_gamma, set_rows, slope_t, take_attitude, take_momentum, times, write_state
-   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
+   use nutate_invariants, only: ALL_COMPONENTS
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_wheels
+   use nutate_momentum_target, only: momentum_target_t
    use nutate_noise, only: noise_t
-   use nutate_quaternion, only: quat_exp, rotate_to_body
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
@@ -51,8 +55,9 @@ module nutate_invariant_projection
 
    !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
    !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
-   !> be round-off. States that differ by no more than the third, the second left at both ends, are on one account.
-   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps
+   !> be round-off. States that differ by no more than the third, the second left at both ends, are on one account. What
+   !> round-off of the account comes to where damping has brought a body all but to rest is below the fourth.
+   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps, unknown = 64*eps
    !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
    !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is
    !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
@@ -63,29 +68,21 @@ module nutate_invariant_projection
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
 
-   !> An energy as a compensated sum, J.
-   type :: account_t
-      real(wp) :: energy = 0.0_wp, compensation = 0.0_wp
-   end type account_t
-
    !> The projection of one run.
    type :: invariant_projection_t
       private
       type(projection_plan_t) :: plan
       !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
       real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
-      !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
-      real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
-      !> The first l and its time, N m s and s, where l turns; shape (3).
-      real(wp) :: first_momentum(3) = 0.0_wp, first_time = 0.0_wp
-      !> H₀ + work at the last state, and before its step.
-      type(account_t) :: now, before
-      !> q and p of the last state seen, and `plan%wheels`: another one is compared with the targets.
-      real(wp) :: last_q(4) = 0.0_wp, last_p(4) = 0.0_wp
-      logical :: started = .false.
+      !> The conserved components of l.
+      type(momentum_target_t) :: target
+      !> H₀ + work, of the last state seen, which has the wheels `plan%wheels`: another one is compared with the targets.
+      type(energy_account_t) :: account
       !> What pilot runs add to every state before it is projected, and to its energy, as part of `size`.
       type(noise_t) :: noise
       real(wp) :: kick = 0.0_wp
+      !> How far round-off of the energy moved the last state, rad: up to √ε where H is nearly stationary.
+      real(wp), public :: moved_by_round_off = 0.0_wp
    contains
       !> Takes the invariants that a system has.
       procedure :: prepare
@@ -97,6 +94,8 @@ module nutate_invariant_projection
       procedure :: shake_state
       !> Makes sure that the targets are those of the state from which a step starts.
       procedure :: follow
+      !> Takes the targets that another projection has for the state from which a step starts.
+      procedure :: adopt
       !> Projects the state that the step reached.
       procedure :: project
       !> Projects a state inside the last step, or a copy of one behind it, for others to see.
@@ -114,7 +113,7 @@ contains
       !> The attitude is integrated; else the states have none, and of l only the length is conserved.
       logical, intent(in) :: attitude
       call self%plan%prepare(system, attitude)
-      self%started = .false.
+      self%account%open = .false.
    end subroutine prepare
 
    !> Takes the invariants' values from a state.
@@ -124,28 +123,13 @@ contains
       type(state_t), intent(in) :: state
       type(projection_point_t) :: point
       call read_point(self%plan, system%effects, state, point)
-      self%now = account_t(point%energy, 0.0_wp)
-      self%before = self%now
-      self%momentum = matmul(point%momentum, point%to_body)
-      self%first_momentum = self%momentum
-      self%first_time = state%t
-      self%component = component_of(self, point)
+      call self%target%take(self%plan%components, point, state%t)
       self%size = 0.0_wp
       self%largest = 0.0_wp
       self%to_order_one = 1.0_wp
       call note_size(self, point)
-      self%last_q = state%q
-      self%last_p = state%p
-      self%started = .true.
+      call take_account(self, state, energy_sum_t(point%energy, 0.0_wp))
    end subroutine start
-
-   !> Turns l to where it is at a time in space axes that turn.
-   pure subroutine turn_momentum(self, t)
-      class(invariant_projection_t), intent(inout) :: self
-      !> s.
-      real(wp), intent(in) :: t
-      self%momentum = rotate_to_body(quat_exp((0.5_wp*(t - self%first_time))*self%plan%frame_rate), self%first_momentum)
-   end subroutine turn_momentum
 
    !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much.
    !> The limits of the projection are then those of that machine.
@@ -185,26 +169,66 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(projection_point_t) :: point
-      real(wp) :: difference(4)
       logical :: on
-      if (self%started) then
-         difference = abs(state%q - self%last_q) + abs(state%p - self%last_p)
-         if (self%plan%has_wheels) difference(1) = difference(1) + sum(abs(state%wheel_momentum - self%plan%wheels))
-         if ((difference(1) + difference(2)) + (difference(3) + difference(4)) == 0.0_wp) return
-      end if
+      if (knows_last(self, state)) return
       if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
-      if (self%started) then
+      if (self%account%began_at(state)) then
+         call take_account(self, state, self%account%before)
+         return
+      end if
+      if (self%account%open) then
          call read_point(self%plan, system%effects, state, point)
-         if (self%plan%turns_momentum) call turn_momentum(self, state%t)
+         if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t)
          call find_account(self, point, on)
          if (on) then
-            self%last_q = state%q
-            self%last_p = state%p
+            call self%account%rename(state)
             return
          end if
       end if
       call self%start(system, state)
    end subroutine follow
+
+   !> True for the last state projected or followed.
+   pure logical function knows_last(self, state)
+      class(invariant_projection_t), intent(in) :: self
+      type(state_t), intent(in) :: state
+      knows_last = self%account%is_at(state)
+      if (knows_last .and. self%plan%has_wheels) &
+         knows_last = sum(abs(state%wheel_momentum - self%plan%wheels)) <= 0.0_wp
+   end function knows_last
+
+   !> Takes the targets that another projection has for a state, if it is the last one that that has seen, or the one
+   !> from which the step to it started. On accounts of their own two projections differ by round-off of the energy,
+   !> which near rest moves a body by its square root.
+   pure subroutine adopt(self, other, state)
+      class(invariant_projection_t), intent(inout) :: self
+      !> Of the same system.
+      class(invariant_projection_t), intent(in) :: other
+      type(state_t), intent(in) :: state
+      if (knows_last(self, state)) return
+      if (knows_last(other, state)) then
+         call take_account(self, state, other%account%now)
+      else if (other%account%began_at(state)) then
+         call take_account(self, state, other%account%before)
+      else
+         return
+      end if
+      self%size = max(self%size, other%size)
+      if (other%largest > self%largest) then
+         self%largest = other%largest
+         self%to_order_one = other%to_order_one
+      end if
+      self%target = other%target
+   end subroutine adopt
+
+   !> Goes on from a state with an energy.
+   pure subroutine take_account(self, state, energy)
+      class(invariant_projection_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      type(energy_sum_t), intent(in) :: energy
+      call self%account%resume(state, energy)
+      if (self%plan%has_wheels) self%plan%wheels = state%wheel_momentum
+   end subroutine take_account
 
    !> True for a point whose invariants are those of the last state projected, to round-off, or of the one before, which
    !> then is the last.
@@ -214,40 +238,13 @@ contains
       logical, intent(out) :: on
       real(wp) :: noise
       on = .false.
-      if (.not. has_momentum(self, point)) return
+      if (.not. self%target%distance(self%plan%components, point) <= alike*norm2(point%momentum)) return
       noise = alike*max(self%size, point%size)
-      on = abs(point%energy - self%now%energy) <= noise
-      if (on .or. .not. abs(point%energy - self%before%energy) <= noise) return
-      self%now = self%before
+      on = abs(point%energy - self%account%now%energy) <= noise
+      if (on .or. .not. abs(point%energy - self%account%before%energy) <= noise) return
+      self%account%now = self%account%before
       on = .true.
    end subroutine find_account
-
-   !> True for a point whose conserved components of l have the stored values, to round-off.
-   pure logical function has_momentum(self, point)
-      class(invariant_projection_t), intent(in) :: self
-      type(projection_point_t), intent(in) :: point
-      real(wp) :: error
-      select case (self%plan%components)
-      case (ALL_COMPONENTS)
-         error = norm2(matmul(point%momentum, point%to_body) - self%momentum)
-      case (NO_COMPONENT)
-         error = 0.0_wp
-      case default
-         error = abs(component_of(self, point) - self%component)
-      end select
-      has_momentum = error <= alike*norm2(point%momentum)
-   end function has_momentum
-
-   !> l·n where that is conserved, else |l|.
-   pure real(wp) function component_of(self, point)
-      class(invariant_projection_t), intent(in) :: self
-      type(projection_point_t), intent(in) :: point
-      if (self%plan%components == ALONG_AXIS) then
-         component_of = dot_product(point%momentum, point%gamma)
-      else
-         component_of = norm2(point%momentum)
-      end if
-   end function component_of
 
    !> Projects a state. To be called after `follow` with the state from which the step started. Errors, with the state
    !> and the targets as they were: `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
@@ -260,29 +257,27 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       type(projection_point_t) :: point
-      type(account_t) :: target
+      type(energy_sum_t) :: energy
       real(wp) :: size, largest, to_order_one
-      logical :: reached
+      logical :: reached, undetermined
       size = self%size
       largest = self%largest
       to_order_one = self%to_order_one
       if (self%plan%has_wheels) call self%plan%take_wheels(system%effects, state)
       self%plan%t = state%t
-      call take_attitude(state, point)
-      if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
-      if (self%noise%amplitude > 0.0_wp) call shake(self, point)
-      call set_gamma(self%plan, point)
-      if (self%plan%turns_momentum) call turn_momentum(self, state%t)
-      call set_momentum(self, point)
-      target = self%now
-      if (abs(work) > 0.0_wp) call add_increment(target%energy, target%compensation, work)
-      call set_energy(self, system%effects, target, point, reached)
-      if (reached) then
-         self%before = self%now
-         self%now = target
+      if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t)
+      call take_state(self, state, point)
+      energy = self%account%now
+      if (abs(work) > 0.0_wp) call add_increment(energy%energy, energy%compensation, work)
+      call set_energy(self, system%effects, energy, point, reached, undetermined)
+      if (undetermined) then
+         call take_state(self, state, point)
+         call evaluate(self%plan, system%effects, point)
+         energy = energy_sum_t(point%energy, 0.0_wp)
+      end if
+      if (reached .or. undetermined) then
          call write_state(self%plan, point, state)
-         self%last_q = state%q
-         self%last_p = state%p
+         call self%account%book(state, energy)
       else
          self%size = size
          self%largest = largest
@@ -290,6 +285,18 @@ contains
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
       end if
    end subroutine project
+
+   !> The point of a state, with the conserved components of its momentum at their stored values.
+   pure subroutine take_state(self, state, point)
+      class(invariant_projection_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      type(projection_point_t), intent(out) :: point
+      call take_attitude(state, point)
+      if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
+      if (self%noise%amplitude > 0.0_wp) call shake(self, point)
+      call set_gamma(self%plan, point)
+      call self%target%put(self%plan%components, point)
+   end subroutine take_state
 
    !> Projects a state inside the step that was projected last, or some steps without work behind it, and leaves
    !> everything else as it is. Errors: those of `project`.
@@ -303,23 +310,17 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      type(account_t) :: now, before
-      real(wp) :: last_q(4), last_p(4), wheels(most_wheels), size, largest, to_order_one
-      now = self%now
+      type(energy_account_t) :: account
+      real(wp) :: wheels(most_wheels), size, largest, to_order_one
+      account = self%account
       wheels = self%plan%wheels
-      before = self%before
-      last_q = self%last_q
-      last_p = self%last_p
       size = self%size
       largest = self%largest
       to_order_one = self%to_order_one
-      if (inside) self%now = before
+      if (inside) self%account%now = self%account%before
       call self%project(system, state, work, status)
-      self%now = now
-      self%before = before
+      self%account = account
       self%plan%wheels = wheels
-      self%last_q = last_q
-      self%last_p = last_p
       self%size = size
       self%largest = largest
       self%to_order_one = to_order_one
@@ -332,37 +333,31 @@ contains
       call archive%transfer(self%size)
       call archive%transfer(self%largest)
       call archive%transfer(self%to_order_one)
-      call archive%transfer(self%momentum)
-      call archive%transfer(self%first_momentum)
-      call archive%transfer(self%first_time)
-      call archive%transfer(self%component)
-      call archive%transfer(self%now%energy)
-      call archive%transfer(self%now%compensation)
-      call archive%transfer(self%before%energy)
-      call archive%transfer(self%before%compensation)
-      call archive%transfer(self%last_q)
-      call archive%transfer(self%last_p)
-      call archive%transfer(self%started)
+      call self%target%transfer(archive)
+      call self%account%transfer(archive)
       if (self%plan%has_wheels) call archive%transfer(self%plan%wheels)
    end subroutine transfer
 
    !> Moves a point to the energy of an account.
-   pure subroutine set_energy(self, effects, target, point, reached)
+   pure subroutine set_energy(self, effects, target, point, reached, undetermined)
       class(invariant_projection_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      type(account_t), intent(in) :: target
+      type(energy_sum_t), intent(in) :: target
       type(projection_point_t), intent(inout) :: point
-      !> False if that is too far.
-      logical, intent(out) :: reached
+      !> False if that is too far; true where it is, although there is little to remove.
+      logical, intent(out) :: reached, undetermined
       type(slope_t) :: slope
-      real(wp) :: excess, square, unit
+      real(wp) :: excess, first, square, unit
       integer :: i
       reached = .true.
+      undetermined = .false.
       unit = max(1.0_wp, self%noise%amplitude*noise_unit)
+      self%moved_by_round_off = 0.0_wp
       do i = 1, most_moves
          call evaluate(self%plan, effects, point)
          call note_size(self, point)
          excess = point%energy - target%energy + self%kick*self%size
+         if (i == 1) first = abs(excess)
          if (abs(excess) <= round_off*self%size) return
          call get_slope(self%plan, self%to_order_one, point, slope)
          excess = self%to_order_one*excess
@@ -370,6 +365,8 @@ contains
          if (.not. square < longest_doubtful*unit*unit*slope%steepness) then
             if (abs(excess) <= doubtful*unit*(self%to_order_one*self%size)) return
             if (.not. square < longest*slope%steepness) exit
+            if (i == 1 .and. abs(excess) <= alike*unit*(self%to_order_one*self%size)) &
+               self%moved_by_round_off = abs(excess)/sqrt(slope%steepness)
          end if
          excess = excess/slope%steepness
          if (square <= negligible*slope%steepness) then
@@ -381,6 +378,7 @@ contains
          call move(self, excess, slope, point)
       end do
       reached = .false.
+      undetermined = first <= unknown*unit*self%size
    end subroutine set_energy
 
    !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =
@@ -399,7 +397,7 @@ contains
       point%q = (1/sqrt(factor))*(point%q + times(point%q, b))
       call set_rows(point)
       call set_gamma(self%plan, point)
-      if (self%plan%components == ALL_COMPONENTS) call set_momentum(self, point)
+      if (self%plan%components == ALL_COMPONENTS) call self%target%put(self%plan%components, point)
    end subroutine move
 
    !> R(c)ᵀL = L + u + u×b, u = 2 L×b/(1 + |b|²), with c = (1 + b)/√(1 + |b|²).
@@ -423,7 +421,7 @@ contains
       if (self%plan%pushes) point%momentum = point%momentum - (c*slope%inertia)*slope%omega
       if (self%plan%components == ALL_COMPONENTS) then
          call set_rows(point)
-         call set_momentum(self, point)
+         call self%target%put(self%plan%components, point)
       else
          point%momentum = point%momentum + across(point%momentum, c*slope%rotation)
       end if
@@ -437,28 +435,6 @@ contains
       c(2) = a(3)*b(1) - a(1)*b(3)
       c(3) = a(1)*b(2) - a(2)*b(1)
    end function across
-
-   !> Gives the conserved components of the momentum their stored values.
-   pure subroutine set_momentum(self, point)
-      class(invariant_projection_t), intent(in) :: self
-      type(projection_point_t), intent(inout) :: point
-      real(wp) :: length
-      select case (self%plan%components)
-      case (ALL_COMPONENTS)
-         associate (l => self%momentum)
-            point%momentum = point%to_body(:, 1)*l(1) + point%to_body(:, 2)*l(2) + point%to_body(:, 3)*l(3)
-         end associate
-      case (ALONG_AXIS)
-         associate (l => point%momentum, gamma => point%gamma)
-            l = l + (self%component - (l(1)*gamma(1) + l(2)*gamma(2) + l(3)*gamma(3)))*gamma
-         end associate
-      case (ONLY_LENGTH)
-         length = norm2(point%momentum)
-         if (length > 0.0_wp) point%momentum = (self%component/length)*point%momentum
-      case default
-         return
-      end select
-   end subroutine set_momentum
 
    !> Keeps the largest energies seen, and the power of two with which no square overflows.
    pure subroutine note_size(self, point)

@@ -29,6 +29,7 @@ module nutate_projected_stepper
       !> Takes the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
       procedure :: disturb
+      procedure :: adopt_account
       procedure :: set_up
       procedure :: advance
       procedure :: show
@@ -60,6 +61,17 @@ contains
       type(noise_t), intent(in) :: noise
       call self%projection%disturb(noise)
    end subroutine disturb
+
+   !> Takes the targets that the projection of another stepper has for a state.
+   subroutine adopt_account(self, other, state)
+      class(projected_stepper_t), intent(inout) :: self
+      class(stepper_t), intent(in) :: other
+      type(state_t), intent(in) :: state
+      select type (other)
+      class is (projected_stepper_t)
+         call self%projection%projection%adopt(other%projection%projection, state)
+      end select
+   end subroutine adopt_account
 
    !> Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
    subroutine set_up(self, system, settings, status)
@@ -102,6 +114,7 @@ contains
          end do
          self%error_estimate = self%base%error_estimate
          call self%projection%end_step(system, state, .false., work, status)
+         self%moved_by_round_off = self%projection%projection%moved_by_round_off
       end if
       if (status%code /= 0) call state%take(self%kept, self%has_wheels)
    end subroutine advance

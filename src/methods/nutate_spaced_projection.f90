@@ -23,7 +23,7 @@ module nutate_spaced_projection
    !> The projection of one run.
    type :: spaced_projection_t
       private
-      type(invariant_projection_t) :: projection
+      type(invariant_projection_t), public :: projection
       !> Every step is projected.
       logical :: each = .true.
       !> A step has been taken; steps that began where one did before are told from others.

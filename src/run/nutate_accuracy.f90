@@ -229,8 +229,8 @@ contains
       search%first_pair = .true.
    end subroutine run_noisy
 
-   !> Runs B. Where round-off keeps the error of a step above its tolerance, what an earlier one had is all that can be
-   !> had: it is run again. Errors: those of the run.
+   !> Runs B. Where round-off keeps the error of a step above its tolerance, a larger one is all that can be had, at most
+   !> what an earlier run had. Errors: those of the run.
    subroutine run_fine(search, first, fresh, system, settings, progress, own, at_limit, status, observer)
       type(search_t), intent(inout) :: search
       !> There is no earlier run without noise; this one belongs to a new pair.
@@ -243,12 +243,16 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(status_t) :: success
+      real(wp) :: known
       call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
       at_limit = went_astray(status) .and. .not. first
       if (.not. at_limit) return
-      status = success
-      search%fine = merge(much_finer*search%fine, search%coarse, fresh)
-      call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
+      known = merge(much_finer*search%fine, search%coarse, fresh)
+      do while (went_astray(status) .and. search%fine < known)
+         status = success
+         search%fine = min(known, finer*search%fine)
+         call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
+      end do
    end subroutine run_fine
 
    !> Runs the second pilot with noise; that it fails does no harm. Its place is before the last run.

@@ -277,16 +277,20 @@ contains
       real(wp), intent(out) :: error
       type(status_t), intent(inout) :: status
       type(state_t) :: once
-      real(wp) :: middle
+      real(wp) :: middle, moved
       middle = state%t + 0.5_wp*self%sense*step
       once = state
       error = 0.0_wp
+      call self%whole%adopt_account(self%half, state)
       call take_part(self%whole, system, once, self%sense*step, middle, record, status)
+      call self%half%adopt_account(self%whole, state)
       if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
       self%work(:) = self%half%work
+      moved = self%whole%moved_by_round_off + self%half%moved_by_round_off
       if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
       self%work(:) = self%work + self%half%work
-      if (status%ok()) error = estimate(self, once, state)
+      moved = moved + self%half%moved_by_round_off
+      if (status%ok()) error = estimate(self, once, state, moved)
    end subroutine go_halves
 
    !> A step of one of the steppers, as a part of a step with the given middle.
@@ -311,16 +315,19 @@ contains
       length_of = quat_norm([0.0_wp, v])
    end function length_of
 
-   !> Error of the halves, rad: of the attitude, and of the momentum relative to its largest size.
-   real(wp) function estimate(self, once, twice)
+   !> Error of the halves, rad: of the attitude, and of the momentum relative to its largest size. What round-off of the
+   !> energy moved is none that shorter steps would make smaller.
+   real(wp) function estimate(self, once, twice, moved)
       class(error_control_t), intent(inout) :: self
       type(state_t), intent(in) :: once, twice
+      !> By their projections, rad.
+      real(wp), intent(in) :: moved
       real(wp) :: change(3)
       self%momentum_scale = max(self%momentum_scale, length_of(body_momentum(twice)))
       change = body_momentum(once) - body_momentum(twice)
       estimate = attitude_distance(once%q, twice%q)
       if (self%momentum_scale > 0.0_wp) estimate = max(estimate, length_of(change)/self%momentum_scale)
-      estimate = estimate/(2.0_wp**self%method%order - 1)
+      estimate = max(0.0_wp, estimate - moved)/(2.0_wp**self%method%order - 1)
    end function estimate
 
    !> Shortens the step to try again. Errors: `NUTATE_NOT_CONVERGED` where it cannot be shortened.

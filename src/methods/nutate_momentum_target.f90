@@ -1,0 +1,116 @@
+!> The conserved components of the space momentum `l` of a run: what they were at its start, and how a state gets them
+!> back.
+module nutate_momentum_target
+   use nutate_archive, only: archive_t
+   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
+   use nutate_kinds, only: wp
+   use nutate_projection_point, only: projection_point_t
+   use nutate_quaternion, only: quat_exp, rotate_to_body
+   implicit none
+   private
+
+   public :: momentum_target_t
+
+   !> The values of one run. Which components are conserved is said with each call: those of `nutate_invariants`.
+   type :: momentum_target_t
+      private
+      !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
+      real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
+      !> The first l and its time, N m s and s, where l turns; shape (3).
+      real(wp) :: first(3) = 0.0_wp, first_time = 0.0_wp
+   contains
+      !> Takes the values of a point.
+      procedure :: take
+      !> Turns l to where it is at a time in space axes that turn.
+      procedure :: turn
+      !> Gives a point the values.
+      procedure :: put
+      !> How far from the values those of a point are.
+      procedure :: distance
+      !> Shows them to an archive.
+      procedure :: transfer
+   end type momentum_target_t
+
+contains
+
+   !> Takes the values of a point.
+   pure subroutine take(self, components, point, t)
+      class(momentum_target_t), intent(inout) :: self
+      integer, intent(in) :: components
+      type(projection_point_t), intent(in) :: point
+      !> Its time, s.
+      real(wp), intent(in) :: t
+      self%momentum = matmul(point%momentum, point%to_body)
+      self%first = self%momentum
+      self%first_time = t
+      self%component = component_of(components, point)
+   end subroutine take
+
+   !> Turns l to where it is at a time in space axes that turn: exactly, by -ωt.
+   pure subroutine turn(self, frame_rate, t)
+      class(momentum_target_t), intent(inout) :: self
+      !> ω, rad/s, space axes; shape (3); s.
+      real(wp), intent(in) :: frame_rate(3), t
+      self%momentum = rotate_to_body(quat_exp((0.5_wp*(t - self%first_time))*frame_rate), self%first)
+   end subroutine turn
+
+   !> Gives a point the values.
+   pure subroutine put(self, components, point)
+      class(momentum_target_t), intent(in) :: self
+      integer, intent(in) :: components
+      type(projection_point_t), intent(inout) :: point
+      real(wp) :: length
+      select case (components)
+      case (ALL_COMPONENTS)
+         associate (l => self%momentum)
+            point%momentum = point%to_body(:, 1)*l(1) + point%to_body(:, 2)*l(2) + point%to_body(:, 3)*l(3)
+         end associate
+      case (ALONG_AXIS)
+         associate (l => point%momentum, gamma => point%gamma)
+            l = l + (self%component - (l(1)*gamma(1) + l(2)*gamma(2) + l(3)*gamma(3)))*gamma
+         end associate
+      case (ONLY_LENGTH)
+         length = norm2(point%momentum)
+         if (length > 0.0_wp) point%momentum = (self%component/length)*point%momentum
+      case default
+         return
+      end select
+   end subroutine put
+
+   !> How far from the values those of a point are, N m s.
+   pure real(wp) function distance(self, components, point)
+      class(momentum_target_t), intent(in) :: self
+      integer, intent(in) :: components
+      type(projection_point_t), intent(in) :: point
+      select case (components)
+      case (ALL_COMPONENTS)
+         distance = norm2(matmul(point%momentum, point%to_body) - self%momentum)
+      case (NO_COMPONENT)
+         distance = 0.0_wp
+      case default
+         distance = abs(component_of(components, point) - self%component)
+      end select
+   end function distance
+
+   !> l·n where that is conserved, else |l|.
+   pure real(wp) function component_of(components, point)
+      integer, intent(in) :: components
+      type(projection_point_t), intent(in) :: point
+      if (components == ALONG_AXIS) then
+         component_of = dot_product(point%momentum, point%gamma)
+      else
+         component_of = norm2(point%momentum)
+      end if
+   end function component_of
+
+   !> Shows them to an archive.
+   subroutine transfer(self, archive)
+      class(momentum_target_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%momentum)
+      call archive%transfer(self%first)
+      call archive%transfer(self%first_time)
+      call archive%transfer(self%component)
+   end subroutine transfer
+
+end module nutate_momentum_target

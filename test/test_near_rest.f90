@@ -1,0 +1,139 @@
+!> Damping brings bodies to rest. There the energy is stationary, and round-off of it would move a projected state by
+!> √ε: neither steps that are chosen by the difference of a whole and two halves, nor the search for an accuracy may
+!> take that for an error which shorter steps make smaller.
+module test_near_rest
+   use, intrinsic :: iso_fortran_env, only: int64
+   use nutate_body, only: diagonal, make_body
+   use nutate_damping, only: damping_t
+   use nutate_gravity, only: gravity_t
+   use nutate_hamiltonian, only: kinetic_energy, make_state, total_energy
+   use nutate_kinds, only: eps, long, wp
+   use nutate_progress, only: run_summary_t
+   use nutate_quaternion, only: attitude_distance
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t
+   use test_problems, only: problem_t
+   use test_support, only: random_unit_quaternion, random_vector
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_near_rest
+
+   integer, parameter :: motions = 8
+   !> A turn about the vertical is not damped out: the body comes to rest wherever it is. s.
+   real(wp), parameter :: end_time = 60.0_wp
+   character(len=*), parameter :: methods(2) = ['rk4', 'rk8']
+
+contains
+
+   subroutine collect_near_rest(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("steps grow in number as the order says", steps_follow_tolerance), &
+                  new_unittest("the search for an accuracy ends, and keeps it", accuracy_is_found)]
+   end subroutine collect_near_rest
+
+   type(integrator_settings_t) function settings_of(method) result(settings)
+      character(len=*), intent(in) :: method
+      settings = integrator_settings_t(method=method, order=0, linear_solver='', conserve=.true.)
+   end function settings_of
+
+   !> A pendulum of random moments in a fluid, thrown at random. In `end_time` it loses all but some 1e-10 of its energy.
+   subroutine draw(seed, problem)
+      integer(int64), intent(inout) :: seed
+      type(problem_t), intent(out) :: problem
+      type(status_t) :: status
+      real(wp) :: center(3)
+      center = random_vector(seed)
+      call make_body(diagonal([1.0_wp, 1.3_wp, 1.6_wp] + 0.2_wp*random_vector(seed)), problem%system%body, status, &
+                     mass=1.0_wp, center_of_mass=0.5_wp*center/norm2(center))
+      call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+      call problem%system%effects%add(damping_t([0.5_wp, 0.6_wp, 0.7_wp]))
+      problem%start = make_state(problem%system, random_unit_quaternion(seed), random_vector(seed))
+   end subroutine draw
+
+   !> A tenth of the tolerance takes 1.6 times the steps of order 4, 1.3 times those of order 8; the account of the
+   !> energy holds all the way.
+   subroutine steps_follow_tolerance(error)
+      type(error_type), allocatable, intent(out) :: error
+      !> Growth of the number of steps tried by a tenth of the tolerance; the account in units of ε of the energy.
+      real(wp), parameter :: most_growth = 2.0_wp, account = 128.0_wp
+      type(problem_t) :: problem
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      integer(int64) :: seed
+      integer(long) :: tried
+      character(len=100) :: label
+      real(wp) :: residual, limit
+      integer :: i, k, exponent
+      do k = 1, size(methods)
+         seed = 7_int64
+         do i = 1, motions
+            call draw(seed, problem)
+            limit = huge(limit)
+            do exponent = 9, 14
+               state = problem%start
+               call integrate(problem%system, settings_of(methods(k)), state, run_plan_t( &
+                              goal=run_goal_t(local_tolerance=10.0_wp**(-exponent)), end_time=end_time, &
+                              max_steps=1000000_long), status, summary=summary)
+               tried = summary%steps + summary%cut_steps
+               residual = abs(total_energy(problem%system, state) - total_energy(problem%system, problem%start) - &
+                              sum(summary%work))/(eps*energy_scale(problem))
+               write (label, '(a,", motion ",i0,", 1e-",i0,": ",i0," steps, account ",f0.1," eps")') &
+                  methods(k), i, exponent, tried, residual
+               call check(error, status%ok() .and. real(tried, wp) <= limit .and. residual <= account, &
+                          trim(label)//' '//trim(status%message))
+               if (allocated(error)) return
+               limit = most_growth*real(tried, wp)
+            end do
+         end do
+      end do
+   end subroutine steps_follow_tolerance
+
+   !> Largest T + |V| of a pendulum, J: at the start T and V, V at most that of the weight on its arm.
+   real(wp) function energy_scale(problem)
+      type(problem_t), intent(in) :: problem
+      energy_scale = kinetic_energy(problem%system, problem%start) + 9.81_wp*0.5_wp
+   end function energy_scale
+
+   !> The search ends with an accuracy that is kept, or says what it can do.
+   subroutine accuracy_is_found(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_summary_t) :: summary
+      type(state_t) :: state, reference
+      type(status_t) :: status
+      integer(int64) :: seed
+      character(len=120) :: label
+      real(wp) :: accuracy, distance
+      integer :: i, k, exponent
+      seed = 8_int64
+      do i = 1, motions
+         call draw(seed, problem)
+         reference = problem%start
+         call integrate(problem%system, settings_of('taylor'), reference, run_plan_t( &
+                        goal=run_goal_t(local_tolerance=1e-15_wp), end_time=end_time), status)
+         do k = 1, size(methods)
+            do exponent = 6, 12, 2
+               accuracy = 10.0_wp**(-exponent)
+               state = problem%start
+               call integrate(problem%system, settings_of(methods(k)), state, run_plan_t( &
+                              goal=run_goal_t(accuracy=accuracy), end_time=end_time, max_steps=1000000_long), status, &
+                              summary=summary)
+               distance = attitude_distance(state%q, reference%q)
+               write (label, '(a,", motion ",i0,", 1e-",i0,": error ",es8.1,", said ",es8.1,", ",i0," steps")') &
+                  methods(k), i, exponent, distance, summary%estimate, summary%steps
+               call check(error, status%ok() .and. distance <= max(accuracy, summary%estimate), &
+                          trim(label)//' '//trim(status%message))
+               if (allocated(error)) return
+            end do
+         end do
+      end do
+   end subroutine accuracy_is_found
+
+end module test_near_rest
