@@ -104,7 +104,7 @@ contains
       real(wp) :: tau(3)
       tau = self%amplitude
       if (self%in_space) tau = rotate_to_body(q, tau)
-      tau = cos(phase_at(self, t))*tau
+      if (abs(self%frequency) > 0.0_wp .or. abs(self%phase) > 0.0_wp) tau = cos(phase_at(self, t))*tau
    end function applied_torque
 
    !> 2πft + phase without the whole turns of the first term, which would cost digits of the cosine, rad.
@@ -112,7 +112,9 @@ contains
       class(applied_torque_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
-      phase_at = 2*pi*modulo(self%frequency*t, 1.0_wp) + self%phase
+      real(wp) :: turns
+      turns = self%frequency*t
+      phase_at = 2*pi*(turns - aint(turns)) + self%phase
    end function phase_at
 
    pure subroutine applied_derivatives(self, t, q, omega, by_rotation, by_rate)

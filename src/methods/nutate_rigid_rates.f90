@@ -16,6 +16,7 @@ module nutate_rigid_rates
    use nutate_limits, only: manifold_tolerance, most_wheels
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
+   use nutate_stage_potentials, only: stage_potentials_t
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
@@ -57,8 +58,9 @@ module nutate_rigid_rates
       real(wp) :: frame_turn(3) = 0.0_wp
       !> There is an effect that exerts a force, or a wheel, or the space axes turn.
       logical :: forced = .false.
-      !> There is a potential that moves.
+      !> There is a potential that moves; the potentials where none does.
       logical :: moves = .false.
+      type(stage_potentials_t), private :: potentials
       !> The first `NUTATE_...` code that a stage came upon; 0: none.
       integer :: failure = 0
       !> The torque acts in this step; shape (number of torques).
@@ -87,6 +89,7 @@ contains
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0 .or. self%frame_turns
       self%n_wheels = system%effects%n_wheels
       self%moves = system%effects%moves
+      call self%potentials%prepare(system%effects)
       if (allocated(self%a)) deallocate (self%a, self%turns)
       if (self%n_wheels > 0 .and. present(a)) then
          allocate (self%a, source=a)
@@ -267,7 +270,7 @@ contains
          if (self%moves) then
             call add_moving(self, system, fraction, y(1:4)/sqrt(square), weight, tau)
          else if (system%effects%n_potentials > 0) then
-            call add_potentials(system, y, square, tau)
+            call self%potentials%add_torque(system%effects, y(1:4), square, tau)
          end if
          if (system%effects%n_torques > 0) call add_torques(self, system, fraction, y, sqrt(square), weight, tau)
       end if
@@ -315,37 +318,7 @@ contains
       self%rotor = system%effects%inner_momentum(self%momentum)
    end subroutine turn_wheels
 
-   !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².
-   pure subroutine add_potentials(system, y, square, tau)
-      type(system_t), intent(in) :: system
-      !> [q, L, 0] and |q|².
-      real(wp), intent(in) :: y(n_rates), square
-      !> Body axes, N m; shape (3).
-      real(wp), intent(inout) :: tau(3)
-      real(wp) :: rows(3, 3), gamma(3), slope(3), double
-      integer :: i
-      double = 2/square
-      rows(1, 1) = 1 - double*(y(3)*y(3) + y(4)*y(4))
-      rows(2, 2) = 1 - double*(y(2)*y(2) + y(4)*y(4))
-      rows(3, 3) = 1 - double*(y(2)*y(2) + y(3)*y(3))
-      rows(1, 2) = double*(y(2)*y(3) + y(1)*y(4))
-      rows(2, 1) = double*(y(2)*y(3) - y(1)*y(4))
-      rows(1, 3) = double*(y(2)*y(4) - y(1)*y(3))
-      rows(3, 1) = double*(y(2)*y(4) + y(1)*y(3))
-      rows(2, 3) = double*(y(3)*y(4) + y(1)*y(2))
-      rows(3, 2) = double*(y(3)*y(4) - y(1)*y(2))
-      do i = 1, system%effects%n_potentials
-         associate (potential => system%effects%potentials(i)%item)
-            gamma = times_vector(rows, potential%direction)
-            slope = potential%gradient(gamma)
-         end associate
-         tau(1) = tau(1) + gamma(2)*slope(3) - gamma(3)*slope(2)
-         tau(2) = tau(2) + gamma(3)*slope(1) - gamma(1)*slope(3)
-         tau(3) = tau(3) + gamma(1)*slope(2) - gamma(2)*slope(1)
-      end do
-   end subroutine add_potentials
-
-   !> The same where some of them move, with the work of those.
+   !> Adds the torque of potentials of which some move, and the work of those.
    pure subroutine add_moving(self, system, fraction, q, weight, tau)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system

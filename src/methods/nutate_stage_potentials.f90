@@ -1,0 +1,97 @@
+!> The torque of all potentials that stand still, at a stage of a Runge-Kutta method.
+!>
+!> Potentials linear in their direction n, U = -m·γ, γ = Rᵀn, exert m×γ: whatever their number, the sum is that of one
+!> matrix, Σ n mᵀ. Only the others are asked one by one. Which are which is sorted once.
+module nutate_stage_potentials
+   use nutate_effect_list, only: effect_list_t
+   use nutate_kinds, only: wp
+   use nutate_linear_potential, only: linear_potential_t
+   use nutate_small_products, only: times_vector
+   implicit none
+   private
+
+   public :: stage_potentials_t
+
+   !> The potentials of a system, sorted.
+   type :: stage_potentials_t
+      private
+      !> There are linear ones; Σ n mᵀ, J; shape (3,3).
+      logical :: has_linear = .false.
+      real(wp) :: linear(3, 3) = 0.0_wp
+      !> Which others there are.
+      integer, allocatable :: others(:)
+   contains
+      !> Sorts the potentials of a system. To be called again after every change of it.
+      procedure :: prepare
+      !> Adds their torque.
+      procedure :: add_torque
+   end type stage_potentials_t
+
+contains
+
+   !> Sorts the potentials of a system.
+   pure subroutine prepare(self, effects)
+      class(stage_potentials_t), intent(inout) :: self
+      type(effect_list_t), intent(in) :: effects
+      logical :: is_other(effects%n_potentials)
+      integer :: i, j
+      is_other = .true.
+      self%linear = 0.0_wp
+      do i = 1, effects%n_potentials
+         select type (potential => effects%potentials(i)%item)
+         class is (linear_potential_t)
+            is_other(i) = .false.
+            do j = 1, 3
+               self%linear(:, j) = self%linear(:, j) + potential%moment(j)*potential%direction
+            end do
+         end select
+      end do
+      self%has_linear = .not. all(is_other)
+      self%others = pack([(i, i=1, effects%n_potentials)], is_other)
+   end subroutine prepare
+
+   !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².
+   pure subroutine add_torque(self, effects, q, square, tau)
+      class(stage_potentials_t), intent(in) :: self
+      !> Those of the system prepared for.
+      type(effect_list_t), intent(in) :: effects
+      !> q, |q| not quite 1, shape (4), and |q|².
+      real(wp), intent(in) :: q(4), square
+      !> Body axes, N m; shape (3).
+      real(wp), intent(inout) :: tau(3)
+      real(wp) :: rows(3, 3), gamma(3), slope(3), double
+      integer :: i
+      double = 2/square
+      rows(1, 1) = 1 - double*(q(3)*q(3) + q(4)*q(4))
+      rows(2, 2) = 1 - double*(q(2)*q(2) + q(4)*q(4))
+      rows(3, 3) = 1 - double*(q(2)*q(2) + q(3)*q(3))
+      rows(1, 2) = double*(q(2)*q(3) + q(1)*q(4))
+      rows(2, 1) = double*(q(2)*q(3) - q(1)*q(4))
+      rows(1, 3) = double*(q(2)*q(4) - q(1)*q(3))
+      rows(3, 1) = double*(q(2)*q(4) + q(1)*q(3))
+      rows(2, 3) = double*(q(3)*q(4) + q(1)*q(2))
+      rows(3, 2) = double*(q(3)*q(4) - q(1)*q(2))
+      if (self%has_linear) then
+         tau(1) = tau(1) + along(rows, 3, self%linear(:, 2)) - along(rows, 2, self%linear(:, 3))
+         tau(2) = tau(2) + along(rows, 1, self%linear(:, 3)) - along(rows, 3, self%linear(:, 1))
+         tau(3) = tau(3) + along(rows, 2, self%linear(:, 1)) - along(rows, 1, self%linear(:, 2))
+      end if
+      do i = 1, size(self%others)
+         associate (potential => effects%potentials(self%others(i))%item)
+            gamma = times_vector(rows, potential%direction)
+            slope = potential%gradient(gamma)
+         end associate
+         tau(1) = tau(1) + gamma(2)*slope(3) - gamma(3)*slope(2)
+         tau(2) = tau(2) + gamma(3)*slope(1) - gamma(1)*slope(3)
+         tau(3) = tau(3) + gamma(1)*slope(2) - gamma(2)*slope(1)
+      end do
+   end subroutine add_torque
+
+   !> Component i of Rᵀv.
+   pure real(wp) function along(rows, i, v)
+      real(wp), intent(in) :: rows(3, 3), v(3)
+      integer, intent(in) :: i
+      along = rows(i, 1)*v(1) + rows(i, 2)*v(2) + rows(i, 3)*v(3)
+   end function along
+
+end module nutate_stage_potentials
