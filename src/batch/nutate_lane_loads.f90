@@ -5,9 +5,8 @@
 !> `nutate_reduced_equations` makes of them.
 module nutate_lane_loads
    use nutate_effect_list, only: effect_list_t
-   use nutate_kinds, only: wp, eps
+   use nutate_kinds, only: wp, eps, long
    use nutate_lane_newton, only: iteration_t
-   use nutate_lane_step, only: find_largest
    use nutate_lane_width, only: lanes
    use nutate_linear_potential, only: linear_potential_t
    use nutate_reduced, only: coarse
@@ -40,8 +39,8 @@ module nutate_lane_loads
       procedure :: linearize
       !> Brings the torque up to the root.
       procedure :: follow
-      !> Adds their impulse to the increment of p.
-      procedure :: add_impulse
+      !> Their impulse.
+      procedure :: find_impulse
    end type lane_loads_t
 
 contains
@@ -132,8 +131,8 @@ contains
       real(wp), intent(in) :: r(lanes, 3, 3), normal(lanes, 3)
       real(wp), intent(out) :: direction(lanes, 3)
       integer :: i, j
-      do j = 1, 3
-         do i = 1, lanes
+      do i = 1, lanes
+         do j = 1, 3
             direction(i, j) = r(i, 1, j)*normal(i, 1) + r(i, 2, j)*normal(i, 2) + r(i, 3, j)*normal(i, 3)
          end do
       end do
@@ -146,9 +145,13 @@ contains
       real(wp), intent(in) :: weight(lanes)
       type(iteration_t), intent(inout) :: at
       real(wp) :: torque(lanes, 3)
-      call find_torque(self, at%z, torque)
-      call keep_lanes(at%done, torque, self%torque)
-      call add_weighted(weight, at%z, torque, at%f)
+      if (at%has_done) then
+         call find_torque(self, at%z, torque)
+         call keep_lanes(at%done, torque, self%torque)
+      else
+         call find_torque(self, at%z, self%torque)
+      end if
+      call add_weighted(weight, at%z, self%torque, at%f)
    end subroutine add_to_residuals
 
    !> τ̄, body axes, N m; shape (lanes, 3).
@@ -157,18 +160,33 @@ contains
       !> Shape (lanes, 3).
       real(wp), intent(in) :: b(lanes, 3)
       real(wp), intent(out) :: torque(lanes, 3)
-      real(wp) :: square(lanes), shrink, middle(lanes, 3)
-      integer :: i, k
-      do i = 1, lanes
-         shrink = 1/(1 + b(i, 1)*b(i, 1) + b(i, 2)*b(i, 2) + b(i, 3)*b(i, 3))
-         square(i) = shrink*shrink
-      end do
+      integer :: k
       torque = 0.0_wp
       do k = 1, self%n
-         call turn_back(b, self%direction(:, :, k), middle)
-         call add_cross(square, middle, self%slope(:, :, k), torque)
+         call add_torque(b, self%direction(:, :, k), self%slope(:, :, k), torque)
       end do
    end subroutine find_torque
+
+   !> Adds τ̄ of one potential.
+   pure subroutine add_torque(b, v, slope, torque)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: b(lanes, 3), v(lanes, 3), slope(lanes, 3)
+      real(wp), intent(inout) :: torque(lanes, 3)
+      real(wp) :: shrink, square, rest, along, m1, m2, m3
+      integer :: i
+      do i = 1, lanes
+         shrink = 1/(1 + b(i, 1)*b(i, 1) + b(i, 2)*b(i, 2) + b(i, 3)*b(i, 3))
+         square = shrink*shrink
+         rest = 1 - (b(i, 1)*b(i, 1) + b(i, 2)*b(i, 2) + b(i, 3)*b(i, 3))
+         along = 2*(b(i, 1)*v(i, 1) + b(i, 2)*v(i, 2) + b(i, 3)*v(i, 3))
+         m1 = rest*v(i, 1) + along*b(i, 1) - 2*(b(i, 2)*v(i, 3) - b(i, 3)*v(i, 2))
+         m2 = rest*v(i, 2) + along*b(i, 2) - 2*(b(i, 3)*v(i, 1) - b(i, 1)*v(i, 3))
+         m3 = rest*v(i, 3) + along*b(i, 3) - 2*(b(i, 1)*v(i, 2) - b(i, 2)*v(i, 1))
+         torque(i, 1) = torque(i, 1) + square*(m2*slope(i, 3) - m3*slope(i, 2))
+         torque(i, 2) = torque(i, 2) + square*(m3*slope(i, 1) - m1*slope(i, 3))
+         torque(i, 3) = torque(i, 3) + square*(m1*slope(i, 2) - m2*slope(i, 1))
+      end do
+   end subroutine add_torque
 
    !> Directions turned back by half the step's rotation, times 1+β.
    pure subroutine turn_back(b, v, middle)
@@ -234,7 +252,7 @@ contains
    end subroutine add_weighted
 
    !> The derivative of what `add_to_residuals` adds, in the lanes where none is kept and the last increment was coarse.
-   pure subroutine linearize(self, weight, at, kept, by_forces)
+   pure subroutine linearize(self, weight, at, kept, by_forces, stiffness)
       class(lane_loads_t), intent(in) :: self
       !> ½Δt²/4s
       real(wp), intent(in) :: weight(lanes)
@@ -243,12 +261,17 @@ contains
       real(wp), intent(inout) :: kept(lanes)
       !> Shape (lanes, 3, 3).
       real(wp), intent(inout) :: by_forces(lanes, 3, 3)
+      !> The largest of its numbers, at least 1.
+      real(wp), intent(inout) :: stiffness(lanes)
       real(wp) :: renewed(lanes), torque(lanes, 3), by_b(lanes, 3, 3), turns(lanes, 3, 3), shrink(lanes)
+      integer(long) :: any_renewed
       integer :: i, k
+      any_renewed = 0
       do i = 1, lanes
-         renewed(i) = merge(1.0_wp, 0.0_wp, at%size(i) > coarse)*merge(1.0_wp, 0.0_wp, kept(i) < 0.5_wp)
+         renewed(i) = (0.5_wp - sign(0.5_wp, coarse - at%size(i)))*(1 - kept(i))
+         any_renewed = ior(any_renewed, transfer(renewed(i), any_renewed))
       end do
-      if (maxval(renewed) < 0.5_wp) return
+      if (any_renewed == 0) return
       call find_turns(at%z, shrink, turns)
       torque = 0.0_wp
       by_b = 0.0_wp
@@ -260,6 +283,11 @@ contains
       end do
       do i = 1, lanes
          kept(i) = merge(1.0_wp, kept(i), renewed(i) > 0.5_wp)
+      end do
+      do i = 1, lanes
+         stiffness(i) = max(1.0_wp, abs(by_forces(i, 1, 1)), abs(by_forces(i, 2, 1)), abs(by_forces(i, 3, 1)), &
+                            abs(by_forces(i, 1, 2)), abs(by_forces(i, 2, 2)), abs(by_forces(i, 3, 2)), &
+                            abs(by_forces(i, 1, 3)), abs(by_forces(i, 2, 3)), abs(by_forces(i, 3, 3)))
       end do
    end subroutine linearize
 
@@ -358,39 +386,33 @@ contains
    end subroutine add_column
 
    !> The torque of the root itself, in the lanes where the last increment left it behind.
-   pure subroutine follow(self, at, by_forces)
+   pure subroutine follow(self, at, stiffness)
       class(lane_loads_t), intent(inout) :: self
       type(iteration_t), intent(in) :: at
-      !> Shape (lanes, 3, 3).
-      real(wp), intent(in) :: by_forces(lanes, 3, 3)
-      real(wp) :: columns(lanes, 3), largest(lanes), length(lanes), left_behind(lanes), near(lanes), torque(lanes, 3)
-      integer :: i, k
-      do k = 1, 3
-         call find_largest(by_forces(:, :, k), columns(:, k))
-      end do
-      call find_largest(columns, largest)
-      call find_largest(at%z, length)
+      !> The largest derivative of F by potentials, at least 1.
+      real(wp), intent(in) :: stiffness(lanes)
+      real(wp) :: near(lanes), torque(lanes, 3)
+      integer(long) :: left_behind
+      integer :: i
+      left_behind = 0
       do i = 1, lanes
-         left_behind(i) = at%size(i)*max(1.0_wp, largest(i))
-         length(i) = 4*eps*length(i)
+         near(i) = 0.5_wp + sign(0.5_wp, 4*eps*at%length(i) - at%size(i)*stiffness(i))
+         left_behind = ior(left_behind, transfer(1 - near(i), left_behind))
       end do
-      do i = 1, lanes
-         near(i) = merge(0.0_wp, 1.0_wp, left_behind(i) > length(i))
-      end do
-      if (minval(near) > 0.5_wp) return
+      if (left_behind == 0) return
       call find_torque(self, at%z, torque)
       call keep_lanes(near, torque, self%torque)
    end subroutine follow
 
-   !> Adds u∘Δt 2c½∘τ̄∘c½ to the increment of p.
-   pure subroutine add_impulse(self, dt, frame, b, factor, increment)
+   !> The increment of p that is not its turn: u∘Δt 2c½∘τ̄∘c½.
+   pure subroutine find_impulse(self, dt, frame, b, factor, impulse)
       class(lane_loads_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: dt
       !> u, b and 2/(1+β); shapes (lanes, 4), (lanes, 3) and (lanes).
       real(wp), intent(in) :: frame(lanes, 4), b(lanes, 3), factor(lanes)
       !> Shape (lanes, 4).
-      real(wp), intent(inout) :: increment(lanes, 4)
+      real(wp), intent(out) :: impulse(lanes, 4)
       real(wp) :: w, x, y, z
       integer :: i
       do i = 1, lanes
@@ -401,11 +423,11 @@ contains
          x = x + w*b(i, 1)
          y = y + w*b(i, 2)
          z = z + w*b(i, 3)
-         increment(i, 1) = increment(i, 1) + (frame(i, 1)*w - frame(i, 2)*x - frame(i, 3)*y - frame(i, 4)*z)
-         increment(i, 2) = increment(i, 2) + (frame(i, 1)*x + frame(i, 2)*w + frame(i, 3)*z - frame(i, 4)*y)
-         increment(i, 3) = increment(i, 3) + (frame(i, 1)*y - frame(i, 2)*z + frame(i, 3)*w + frame(i, 4)*x)
-         increment(i, 4) = increment(i, 4) + (frame(i, 1)*z + frame(i, 2)*y - frame(i, 3)*x + frame(i, 4)*w)
+         impulse(i, 1) = frame(i, 1)*w - frame(i, 2)*x - frame(i, 3)*y - frame(i, 4)*z
+         impulse(i, 2) = frame(i, 1)*x + frame(i, 2)*w + frame(i, 3)*z - frame(i, 4)*y
+         impulse(i, 3) = frame(i, 1)*y - frame(i, 2)*z + frame(i, 3)*w + frame(i, 4)*x
+         impulse(i, 4) = frame(i, 1)*z + frame(i, 2)*y - frame(i, 3)*x + frame(i, 4)*w
       end do
-   end subroutine add_impulse
+   end subroutine find_impulse
 
 end module nutate_lane_loads
