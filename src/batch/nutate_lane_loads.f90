@@ -1,11 +1,14 @@
-!> Potentials linear in a direction, U = -m·Rᵀn (weight, dipoles, constant fields), in a step in reduced form of several
-!> bodies at once: one body a lane, as in `nutate_lane_step`, each with its own m and n.
+!> Potentials linear in a direction, U = -m·Rᵀn (weight, dipoles, constant fields), or quadratic
+!> (`nutate_lane_gradients`), in a step in reduced form of several bodies at once: one body a lane, as in
+!> `nutate_lane_step`, each with its own numbers.
 !>
 !> The arithmetic is that of `turn` and `linearize_turn` in `nutate_discrete_forces`, and of what
 !> `nutate_reduced_equations` makes of them.
 module nutate_lane_loads
    use nutate_effect_list, only: effect_list_t
+   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kinds, only: wp, eps, long
+   use nutate_lane_gradients, only: add_gradient_derivative, add_gradient_torque
    use nutate_lane_newton, only: iteration_t
    use nutate_lane_width, only: lanes
    use nutate_linear_potential, only: linear_potential_t
@@ -24,12 +27,17 @@ module nutate_lane_loads
       real(wp) :: torque(lanes, 3) = 0.0_wp
       !> ∇U = -m and n of each, and Rᵀn at the start of the step; shape (lanes, 3, n).
       real(wp), allocatable, private :: slope(:, :, :), normal(:, :, :), direction(:, :, :)
+      !> Which are quadratic, in all lanes; their A, J, shape (lanes, 3, 3, n).
+      logical, allocatable, private :: is_quadratic(:)
+      real(wp), allocatable, private :: stiffness(:, :, :, :)
+      !> No lane has any.
+      logical, private :: is_empty = .true.
    contains
       !> Makes room.
       procedure :: set_up
       !> A lane without potentials.
       procedure :: rest
-      !> Takes those of a body.
+      !> Takes those of a body, if they are like those of the others.
       procedure :: put
       !> Starts a step.
       procedure :: start
@@ -45,7 +53,7 @@ module nutate_lane_loads
 
 contains
 
-   !> True if all potentials of a system can be moved with: linear, of directions that stand still.
+   !> True if all potentials of a system can be moved with: linear or quadratic, of directions that stand still.
    pure logical function are_loads(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -53,6 +61,8 @@ contains
       do i = 1, effects%n_potentials
          select type (potential => effects%potentials(i)%item)
          class is (linear_potential_t)
+            if (potential%moves) are_loads = .false.
+         type is (gravity_gradient_t)
             if (potential%moves) are_loads = .false.
          class default
             are_loads = .false.
@@ -65,8 +75,11 @@ contains
       class(lane_loads_t), intent(inout) :: self
       integer, intent(in) :: n
       self%n = n
-      if (allocated(self%slope)) deallocate (self%slope, self%normal, self%direction)
+      if (allocated(self%slope)) deallocate (self%slope, self%normal, self%direction, self%stiffness, self%is_quadratic)
       allocate (self%slope(lanes, 3, n), self%normal(lanes, 3, n), self%direction(lanes, 3, n), source=0.0_wp)
+      allocate (self%stiffness(lanes, 3, 3, n), source=0.0_wp)
+      allocate (self%is_quadratic(n), source=.false.)
+      self%is_empty = .true.
       self%torque = 0.0_wp
    end subroutine set_up
 
@@ -75,25 +88,47 @@ contains
       integer, intent(in) :: lane
       self%slope(lane, :, :) = 0.0_wp
       self%normal(lane, :, :) = 0.0_wp
+      self%stiffness(lane, :, :, :) = 0.0_wp
       self%torque(lane, :) = 0.0_wp
    end subroutine rest
 
-   !> Takes the potentials of a body, as many as there is room for, and bounds their torque.
-   pure subroutine put(self, lane, effects, bound)
+   !> Takes the potentials of a body, which are those of the other lanes but for their numbers, and bounds their torque.
+   pure subroutine put(self, lane, effects, bound, fits)
       class(lane_loads_t), intent(inout) :: self
       integer, intent(in) :: lane
       !> Loads.
       type(effect_list_t), intent(in) :: effects
       !> N m.
       real(wp), intent(out) :: bound
+      !> False: the body has others, and none is taken.
+      logical, intent(out) :: fits
+      logical :: is_quadratic(self%n)
       integer :: i
       bound = 0.0_wp
+      fits = effects%n_potentials == self%n
+      if (.not. fits) return
+      do i = 1, self%n
+         select type (potential => effects%potentials(i)%item)
+         type is (gravity_gradient_t)
+            is_quadratic(i) = .true.
+         class default
+            is_quadratic(i) = .false.
+         end select
+      end do
+      if (self%is_empty) self%is_quadratic = is_quadratic
+      fits = all(is_quadratic .eqv. self%is_quadratic)
+      if (.not. fits) return
+      self%is_empty = .false.
       do i = 1, self%n
          select type (potential => effects%potentials(i)%item)
          class is (linear_potential_t)
             self%slope(lane, :, i) = -potential%moment
             self%normal(lane, :, i) = potential%direction
             bound = bound + vector_length(potential%moment)*vector_length(potential%direction)
+         type is (gravity_gradient_t)
+            self%stiffness(lane, :, :, i) = potential%stiffness
+            self%normal(lane, :, i) = potential%direction
+            bound = bound + 3*maxval(abs(potential%stiffness))*vector_length(potential%direction)**2
          end select
       end do
    end subroutine put
@@ -163,11 +198,15 @@ contains
       integer :: k
       torque = 0.0_wp
       do k = 1, self%n
-         call add_torque(b, self%direction(:, :, k), self%slope(:, :, k), torque)
+         if (self%is_quadratic(k)) then
+            call add_gradient_torque(b, self%direction(:, :, k), self%stiffness(:, :, :, k), torque)
+         else
+            call add_torque(b, self%direction(:, :, k), self%slope(:, :, k), torque)
+         end if
       end do
    end subroutine find_torque
 
-   !> Adds τ̄ of one potential.
+   !> Adds τ̄ of one linear potential.
    pure subroutine add_torque(b, v, slope, torque)
       !> Shape (lanes, 3).
       real(wp), intent(in) :: b(lanes, 3), v(lanes, 3), slope(lanes, 3)
@@ -276,7 +315,12 @@ contains
       torque = 0.0_wp
       by_b = 0.0_wp
       do k = 1, self%n
-         call add_derivative(shrink, at%z, turns, self%direction(:, :, k), self%slope(:, :, k), torque, by_b)
+         if (self%is_quadratic(k)) then
+            call add_gradient_derivative(shrink, at%z, turns, self%direction(:, :, k), self%stiffness(:, :, :, k), &
+                                         torque, by_b)
+         else
+            call add_derivative(shrink, at%z, turns, self%direction(:, :, k), self%slope(:, :, k), torque, by_b)
+         end if
       end do
       do k = 1, 3
          call add_column(weight, at%z, torque, renewed, k, by_b(:, :, k), by_forces(:, :, k))
@@ -314,7 +358,7 @@ contains
       end do
    end subroutine find_turns
 
-   !> Adds τ̄ of one potential and its derivative by b.
+   !> Adds τ̄ of one linear potential and its derivative by b.
    pure subroutine add_derivative(shrink, b, turns, direction, slope, torque, by_b)
       !> Shapes (lanes), (lanes, 3) and (lanes, 3, 3).
       real(wp), intent(in) :: shrink(lanes), b(lanes, 3), turns(lanes, 3, 3), direction(lanes, 3), slope(lanes, 3)

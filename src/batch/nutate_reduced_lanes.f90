@@ -1,5 +1,5 @@
 !> Several bodies moved together by the reduced form of the conserving step, of order 2 or composed to 4, 6 or 8: free
-!> bodies, with rotors or linear potentials (weight, dipoles, constant fields) or without.
+!> bodies, with rotors, linear potentials (weight, dipoles, constant fields), gradients of gravity, or without.
 !>
 !>     call bodies%set_up(order, dt, potentials)
 !>     call bodies%put(lane, system, state)
@@ -89,7 +89,7 @@ module nutate_reduced_lanes
 
 contains
 
-   !> True if lanes can move a system: nothing acts on it but rotors and linear potentials.
+   !> True if lanes can move a system: nothing acts on it but rotors, linear potentials and gradients of gravity.
    pure logical function can_be_lanes(system)
       type(system_t), intent(in) :: system
       associate (effects => system%effects)
@@ -180,8 +180,7 @@ contains
       self%p_lost(lane, :) = state%p_compensation
       self%inverse(lane, :, :) = system%body%inverse_inertia
       self%rotor(lane, :) = system%effects%rotor_momentum
-      call self%loads%put(lane, system%effects, torque)
-      self%taken(lane) = .true.
+      call self%loads%put(lane, system%effects, torque, self%taken(lane))
       call put_stages(self, lane, system, largest, torque)
       if (.not. self%taken(lane)) call rest(self, lane)
       if (self%taken(lane)) self%idle(lane) = 0.0_wp
@@ -199,7 +198,7 @@ contains
       is_in_range = all(abs(state%q) <= 2.0_wp) .and. momentum <= greatest .and. &
                     .not. (momentum > 0.0_wp .and. momentum < least) .and. &
                     minval(system%body%moments) >= least .and. maxval(system%body%moments) <= greatest .and. &
-                    .not. system%body%breaks_triangle .and. system%effects%n_potentials == self%loads%n .and. &
+                    .not. system%body%breaks_triangle .and. &
                     all(abs(self%stages%dt) >= least .and. abs(self%stages%dt) <= greatest)
    end function is_in_range
 
