@@ -365,8 +365,9 @@ contains
          "&rotor momentum = 0.2, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 0.2 /", &
          "&gravity / &rotor momentum = 0, 0.1, 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 /"// &
          "&force body_point = 0, 0.1, 0.2, force = 0.3, 0, 0, axes = 'space' /", &
-         "&gravity_gradient direction = 0, 0.6, -0.8, strength = 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 / "// &
-         "&vary key = 'gravity_gradient.strength', distribution = 'normal', sigma = 0.3 /"]
+         "&gravity_gradient direction = 0, 0.6, -0.8, strength = 1 / "// &
+         "&dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 / &vary "// &
+         "key = 'gravity_gradient.strength', distribution = 'normal', sigma = 0.3 /"]
       character(len=*), parameter :: tail(3) = [character(len=100) :: &
          "end_time = 1.0 / &output columns = 'quaternion', 'energy', every = 7 /", &
          "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &

@@ -95,8 +95,8 @@ contains
       end do
    end subroutine turn_back
 
-   !> Adds ∂τ̄/∂bⱼ: by the scale of x̄, the turn θ of γ at mid step, and that of γ at the end, of which the gradient takes
-   !> half.
+   !> Adds ∂τ̄/∂bⱼ: by the scale of x̄, the turn θ of γ at mid step, and that of γ at the end, of which the gradient
+   !> takes half.
    pure subroutine add_column(shrink, b, turn, turn_of_end, middle, end, stiffness, gradient, own, by_b)
       !> 1/(1+β) and bⱼ.
       real(wp), intent(in) :: shrink(lanes), b(lanes)

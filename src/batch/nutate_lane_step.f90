@@ -3,9 +3,10 @@
 !>
 !> Every lane does the arithmetic of the scalar stepper, operation by operation, so that its bits are the same. A loop
 !> does as much as it can with what it has loaded, and has no branches: gfortran makes vector instructions of it, two
-!> lanes at once by SSE2. It leaves loops scalar where a number that is computed is taken under a condition; so masks are
-!> 0 and 1 made by `sign`, or merges of what is in memory. Whether a mask is set in some lane is told by its bits, since
-!> sums of real numbers keep their order. Lanes that are done, or given up, hold finite values and are only not taken.
+!> lanes at once by SSE2. It leaves loops scalar where a number that is computed is taken under a condition; so masks
+!> are 0 and 1 made by `sign`, or merges of what is in memory. Whether a mask is set in some lane is told by its bits,
+!> since sums of real numbers keep their order. Lanes that are done, or given up, hold finite values and are only not
+!> taken.
 module nutate_lane_step
    use nutate_kinds, only: wp, long
    use nutate_lane_width, only: lanes
