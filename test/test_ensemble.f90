@@ -43,7 +43,7 @@ contains
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("members run together have the rows of members run alone", together_and_alone), &
-                  new_unittest("so have tops and gyrostats", loaded_together), &
+                  new_unittest("so have tops, gyrostats and satellites", loaded_together), &
                   new_unittest("a frame that only some members turn is theirs alone", frames_together), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
@@ -359,19 +359,22 @@ contains
    !> Tops, gyrostats and dipoles, whose potentials differ from member to member; some turn too fast for the step.
    subroutine loaded_together(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: head(3) = [character(len=160) :: &
+      character(len=*), parameter :: head(4) = [character(len=200) :: &
          "&gravity acceleration = 0, 0, -9.8 / &vary key = 'gravity.acceleration.1', "// &
          "distribution = 'normal', sigma = 2 /", &
          "&rotor momentum = 0.2, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 0.2 /", &
          "&gravity / &rotor momentum = 0, 0.1, 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 /"// &
-         "&force body_point = 0, 0.1, 0.2, force = 0.3, 0, 0, axes = 'space' /"]
+         "&force body_point = 0, 0.1, 0.2, force = 0.3, 0, 0, axes = 'space' /", &
+         "&gravity_gradient direction = 0, 0.6, -0.8, strength = 1 / "// &
+         "&dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 / &vary "// &
+         "key = 'gravity_gradient.strength', distribution = 'normal', sigma = 0.3 /"]
       character(len=*), parameter :: tail(3) = [character(len=100) :: &
          "end_time = 1.0 / &output columns = 'quaternion', 'energy', every = 7 /", &
          "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &
          "order = 8, end_time = 0.2 / &output columns = 'angular_velocity_space', every = 100 /"]
       integer(long), allocatable :: status_of(:)
       integer :: i
-      do i = 1, 9
+      do i = 1, 12
          call compare_rows("&body inertia = 0.35, 0.3, 0.1, mass = 1, center_of_mass = 0, 0, 0.3 / "//line_feed// &
                            "&initial angular_velocity = 0, 0.5, 10 / "//trim(head(1 + (i - 1)/3))//line_feed// &
                            "&integrator linear_solver = 'reduced', time_step = 0.01, "//trim(tail(1 + mod(i, 3)))// &

@@ -1,13 +1,15 @@
-!> Potentials linear in a direction, U = -m·Rᵀn (weight, dipoles, constant fields), in a step in reduced form of several
-!> bodies at once: one body a lane, as in `nutate_lane_step`, each with its own m and n.
+!> Potentials linear in a direction, U = -m·Rᵀn (weight, dipoles, constant fields), or quadratic
+!> (`nutate_lane_gradients`), in a step in reduced form of several bodies at once: one body a lane, as in
+!> `nutate_lane_step`, each with its own numbers.
 !>
 !> The arithmetic is that of `turn` and `linearize_turn` in `nutate_discrete_forces`, and of what
 !> `nutate_reduced_equations` makes of them.
 module nutate_lane_loads
    use nutate_effect_list, only: effect_list_t
-   use nutate_kinds, only: wp, eps
+   use nutate_gravity_gradient, only: gravity_gradient_t
+   use nutate_kinds, only: wp, eps, long
+   use nutate_lane_gradients, only: add_gradient_derivative, add_gradient_torque
    use nutate_lane_newton, only: iteration_t
-   use nutate_lane_step, only: find_largest
    use nutate_lane_width, only: lanes
    use nutate_linear_potential, only: linear_potential_t
    use nutate_reduced, only: coarse
@@ -25,12 +27,17 @@ module nutate_lane_loads
       real(wp) :: torque(lanes, 3) = 0.0_wp
       !> ∇U = -m and n of each, and Rᵀn at the start of the step; shape (lanes, 3, n).
       real(wp), allocatable, private :: slope(:, :, :), normal(:, :, :), direction(:, :, :)
+      !> Which are quadratic, in all lanes; their A, J, shape (lanes, 3, 3, n).
+      logical, allocatable, private :: is_quadratic(:)
+      real(wp), allocatable, private :: stiffness(:, :, :, :)
+      !> No lane has any.
+      logical, private :: is_empty = .true.
    contains
       !> Makes room.
       procedure :: set_up
       !> A lane without potentials.
       procedure :: rest
-      !> Takes those of a body.
+      !> Takes those of a body, if they are like those of the others.
       procedure :: put
       !> Starts a step.
       procedure :: start
@@ -40,13 +47,13 @@ module nutate_lane_loads
       procedure :: linearize
       !> Brings the torque up to the root.
       procedure :: follow
-      !> Adds their impulse to the increment of p.
-      procedure :: add_impulse
+      !> Their impulse.
+      procedure :: find_impulse
    end type lane_loads_t
 
 contains
 
-   !> True if all potentials of a system can be moved with: linear, of directions that stand still.
+   !> True if all potentials of a system can be moved with: linear or quadratic, of directions that stand still.
    pure logical function are_loads(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -54,6 +61,8 @@ contains
       do i = 1, effects%n_potentials
          select type (potential => effects%potentials(i)%item)
          class is (linear_potential_t)
+            if (potential%moves) are_loads = .false.
+         type is (gravity_gradient_t)
             if (potential%moves) are_loads = .false.
          class default
             are_loads = .false.
@@ -66,8 +75,11 @@ contains
       class(lane_loads_t), intent(inout) :: self
       integer, intent(in) :: n
       self%n = n
-      if (allocated(self%slope)) deallocate (self%slope, self%normal, self%direction)
+      if (allocated(self%slope)) deallocate (self%slope, self%normal, self%direction, self%stiffness, self%is_quadratic)
       allocate (self%slope(lanes, 3, n), self%normal(lanes, 3, n), self%direction(lanes, 3, n), source=0.0_wp)
+      allocate (self%stiffness(lanes, 3, 3, n), source=0.0_wp)
+      allocate (self%is_quadratic(n), source=.false.)
+      self%is_empty = .true.
       self%torque = 0.0_wp
    end subroutine set_up
 
@@ -76,25 +88,47 @@ contains
       integer, intent(in) :: lane
       self%slope(lane, :, :) = 0.0_wp
       self%normal(lane, :, :) = 0.0_wp
+      self%stiffness(lane, :, :, :) = 0.0_wp
       self%torque(lane, :) = 0.0_wp
    end subroutine rest
 
-   !> Takes the potentials of a body, as many as there is room for, and bounds their torque.
-   pure subroutine put(self, lane, effects, bound)
+   !> Takes the potentials of a body, which are those of the other lanes but for their numbers, and bounds their torque.
+   pure subroutine put(self, lane, effects, bound, fits)
       class(lane_loads_t), intent(inout) :: self
       integer, intent(in) :: lane
       !> Loads.
       type(effect_list_t), intent(in) :: effects
       !> N m.
       real(wp), intent(out) :: bound
+      !> False: the body has others, and none is taken.
+      logical, intent(out) :: fits
+      logical :: is_quadratic(self%n)
       integer :: i
       bound = 0.0_wp
+      fits = effects%n_potentials == self%n
+      if (.not. fits) return
+      do i = 1, self%n
+         select type (potential => effects%potentials(i)%item)
+         type is (gravity_gradient_t)
+            is_quadratic(i) = .true.
+         class default
+            is_quadratic(i) = .false.
+         end select
+      end do
+      if (self%is_empty) self%is_quadratic = is_quadratic
+      fits = all(is_quadratic .eqv. self%is_quadratic)
+      if (.not. fits) return
+      self%is_empty = .false.
       do i = 1, self%n
          select type (potential => effects%potentials(i)%item)
          class is (linear_potential_t)
             self%slope(lane, :, i) = -potential%moment
             self%normal(lane, :, i) = potential%direction
             bound = bound + vector_length(potential%moment)*vector_length(potential%direction)
+         type is (gravity_gradient_t)
+            self%stiffness(lane, :, :, i) = potential%stiffness
+            self%normal(lane, :, i) = potential%direction
+            bound = bound + 3*maxval(abs(potential%stiffness))*vector_length(potential%direction)**2
          end select
       end do
    end subroutine put
@@ -132,8 +166,8 @@ contains
       real(wp), intent(in) :: r(lanes, 3, 3), normal(lanes, 3)
       real(wp), intent(out) :: direction(lanes, 3)
       integer :: i, j
-      do j = 1, 3
-         do i = 1, lanes
+      do i = 1, lanes
+         do j = 1, 3
             direction(i, j) = r(i, 1, j)*normal(i, 1) + r(i, 2, j)*normal(i, 2) + r(i, 3, j)*normal(i, 3)
          end do
       end do
@@ -146,9 +180,13 @@ contains
       real(wp), intent(in) :: weight(lanes)
       type(iteration_t), intent(inout) :: at
       real(wp) :: torque(lanes, 3)
-      call find_torque(self, at%z, torque)
-      call keep_lanes(at%done, torque, self%torque)
-      call add_weighted(weight, at%z, torque, at%f)
+      if (at%has_done) then
+         call find_torque(self, at%z, torque)
+         call keep_lanes(at%done, torque, self%torque)
+      else
+         call find_torque(self, at%z, self%torque)
+      end if
+      call add_weighted(weight, at%z, self%torque, at%f)
    end subroutine add_to_residuals
 
    !> τ̄, body axes, N m; shape (lanes, 3).
@@ -157,18 +195,37 @@ contains
       !> Shape (lanes, 3).
       real(wp), intent(in) :: b(lanes, 3)
       real(wp), intent(out) :: torque(lanes, 3)
-      real(wp) :: square(lanes), shrink, middle(lanes, 3)
-      integer :: i, k
-      do i = 1, lanes
-         shrink = 1/(1 + b(i, 1)*b(i, 1) + b(i, 2)*b(i, 2) + b(i, 3)*b(i, 3))
-         square(i) = shrink*shrink
-      end do
+      integer :: k
       torque = 0.0_wp
       do k = 1, self%n
-         call turn_back(b, self%direction(:, :, k), middle)
-         call add_cross(square, middle, self%slope(:, :, k), torque)
+         if (self%is_quadratic(k)) then
+            call add_gradient_torque(b, self%direction(:, :, k), self%stiffness(:, :, :, k), torque)
+         else
+            call add_torque(b, self%direction(:, :, k), self%slope(:, :, k), torque)
+         end if
       end do
    end subroutine find_torque
+
+   !> Adds τ̄ of one linear potential.
+   pure subroutine add_torque(b, v, slope, torque)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: b(lanes, 3), v(lanes, 3), slope(lanes, 3)
+      real(wp), intent(inout) :: torque(lanes, 3)
+      real(wp) :: shrink, square, rest, along, m1, m2, m3
+      integer :: i
+      do i = 1, lanes
+         shrink = 1/(1 + b(i, 1)*b(i, 1) + b(i, 2)*b(i, 2) + b(i, 3)*b(i, 3))
+         square = shrink*shrink
+         rest = 1 - (b(i, 1)*b(i, 1) + b(i, 2)*b(i, 2) + b(i, 3)*b(i, 3))
+         along = 2*(b(i, 1)*v(i, 1) + b(i, 2)*v(i, 2) + b(i, 3)*v(i, 3))
+         m1 = rest*v(i, 1) + along*b(i, 1) - 2*(b(i, 2)*v(i, 3) - b(i, 3)*v(i, 2))
+         m2 = rest*v(i, 2) + along*b(i, 2) - 2*(b(i, 3)*v(i, 1) - b(i, 1)*v(i, 3))
+         m3 = rest*v(i, 3) + along*b(i, 3) - 2*(b(i, 1)*v(i, 2) - b(i, 2)*v(i, 1))
+         torque(i, 1) = torque(i, 1) + square*(m2*slope(i, 3) - m3*slope(i, 2))
+         torque(i, 2) = torque(i, 2) + square*(m3*slope(i, 1) - m1*slope(i, 3))
+         torque(i, 3) = torque(i, 3) + square*(m1*slope(i, 2) - m2*slope(i, 1))
+      end do
+   end subroutine add_torque
 
    !> Directions turned back by half the step's rotation, times 1+β.
    pure subroutine turn_back(b, v, middle)
@@ -234,7 +291,7 @@ contains
    end subroutine add_weighted
 
    !> The derivative of what `add_to_residuals` adds, in the lanes where none is kept and the last increment was coarse.
-   pure subroutine linearize(self, weight, at, kept, by_forces)
+   pure subroutine linearize(self, weight, at, kept, by_forces, stiffness)
       class(lane_loads_t), intent(in) :: self
       !> ½Δt²/4s
       real(wp), intent(in) :: weight(lanes)
@@ -243,23 +300,38 @@ contains
       real(wp), intent(inout) :: kept(lanes)
       !> Shape (lanes, 3, 3).
       real(wp), intent(inout) :: by_forces(lanes, 3, 3)
+      !> The largest of its numbers, at least 1.
+      real(wp), intent(inout) :: stiffness(lanes)
       real(wp) :: renewed(lanes), torque(lanes, 3), by_b(lanes, 3, 3), turns(lanes, 3, 3), shrink(lanes)
+      integer(long) :: any_renewed
       integer :: i, k
+      any_renewed = 0
       do i = 1, lanes
-         renewed(i) = merge(1.0_wp, 0.0_wp, at%size(i) > coarse)*merge(1.0_wp, 0.0_wp, kept(i) < 0.5_wp)
+         renewed(i) = (0.5_wp - sign(0.5_wp, coarse - at%size(i)))*(1 - kept(i))
+         any_renewed = ior(any_renewed, transfer(renewed(i), any_renewed))
       end do
-      if (maxval(renewed) < 0.5_wp) return
+      if (any_renewed == 0) return
       call find_turns(at%z, shrink, turns)
       torque = 0.0_wp
       by_b = 0.0_wp
       do k = 1, self%n
-         call add_derivative(shrink, at%z, turns, self%direction(:, :, k), self%slope(:, :, k), torque, by_b)
+         if (self%is_quadratic(k)) then
+            call add_gradient_derivative(shrink, at%z, turns, self%direction(:, :, k), self%stiffness(:, :, :, k), &
+                                         torque, by_b)
+         else
+            call add_derivative(shrink, at%z, turns, self%direction(:, :, k), self%slope(:, :, k), torque, by_b)
+         end if
       end do
       do k = 1, 3
          call add_column(weight, at%z, torque, renewed, k, by_b(:, :, k), by_forces(:, :, k))
       end do
       do i = 1, lanes
          kept(i) = merge(1.0_wp, kept(i), renewed(i) > 0.5_wp)
+      end do
+      do i = 1, lanes
+         stiffness(i) = max(1.0_wp, abs(by_forces(i, 1, 1)), abs(by_forces(i, 2, 1)), abs(by_forces(i, 3, 1)), &
+                            abs(by_forces(i, 1, 2)), abs(by_forces(i, 2, 2)), abs(by_forces(i, 3, 2)), &
+                            abs(by_forces(i, 1, 3)), abs(by_forces(i, 2, 3)), abs(by_forces(i, 3, 3)))
       end do
    end subroutine linearize
 
@@ -286,7 +358,7 @@ contains
       end do
    end subroutine find_turns
 
-   !> Adds τ̄ of one potential and its derivative by b.
+   !> Adds τ̄ of one linear potential and its derivative by b.
    pure subroutine add_derivative(shrink, b, turns, direction, slope, torque, by_b)
       !> Shapes (lanes), (lanes, 3) and (lanes, 3, 3).
       real(wp), intent(in) :: shrink(lanes), b(lanes, 3), turns(lanes, 3, 3), direction(lanes, 3), slope(lanes, 3)
@@ -358,39 +430,33 @@ contains
    end subroutine add_column
 
    !> The torque of the root itself, in the lanes where the last increment left it behind.
-   pure subroutine follow(self, at, by_forces)
+   pure subroutine follow(self, at, stiffness)
       class(lane_loads_t), intent(inout) :: self
       type(iteration_t), intent(in) :: at
-      !> Shape (lanes, 3, 3).
-      real(wp), intent(in) :: by_forces(lanes, 3, 3)
-      real(wp) :: columns(lanes, 3), largest(lanes), length(lanes), left_behind(lanes), near(lanes), torque(lanes, 3)
-      integer :: i, k
-      do k = 1, 3
-         call find_largest(by_forces(:, :, k), columns(:, k))
-      end do
-      call find_largest(columns, largest)
-      call find_largest(at%z, length)
+      !> The largest derivative of F by potentials, at least 1.
+      real(wp), intent(in) :: stiffness(lanes)
+      real(wp) :: near(lanes), torque(lanes, 3)
+      integer(long) :: left_behind
+      integer :: i
+      left_behind = 0
       do i = 1, lanes
-         left_behind(i) = at%size(i)*max(1.0_wp, largest(i))
-         length(i) = 4*eps*length(i)
+         near(i) = 0.5_wp + sign(0.5_wp, 4*eps*at%length(i) - at%size(i)*stiffness(i))
+         left_behind = ior(left_behind, transfer(1 - near(i), left_behind))
       end do
-      do i = 1, lanes
-         near(i) = merge(0.0_wp, 1.0_wp, left_behind(i) > length(i))
-      end do
-      if (minval(near) > 0.5_wp) return
+      if (left_behind == 0) return
       call find_torque(self, at%z, torque)
       call keep_lanes(near, torque, self%torque)
    end subroutine follow
 
-   !> Adds u∘Δt 2c½∘τ̄∘c½ to the increment of p.
-   pure subroutine add_impulse(self, dt, frame, b, factor, increment)
+   !> The increment of p that is not its turn: u∘Δt 2c½∘τ̄∘c½.
+   pure subroutine find_impulse(self, dt, frame, b, factor, impulse)
       class(lane_loads_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: dt
       !> u, b and 2/(1+β); shapes (lanes, 4), (lanes, 3) and (lanes).
       real(wp), intent(in) :: frame(lanes, 4), b(lanes, 3), factor(lanes)
       !> Shape (lanes, 4).
-      real(wp), intent(inout) :: increment(lanes, 4)
+      real(wp), intent(out) :: impulse(lanes, 4)
       real(wp) :: w, x, y, z
       integer :: i
       do i = 1, lanes
@@ -401,11 +467,11 @@ contains
          x = x + w*b(i, 1)
          y = y + w*b(i, 2)
          z = z + w*b(i, 3)
-         increment(i, 1) = increment(i, 1) + (frame(i, 1)*w - frame(i, 2)*x - frame(i, 3)*y - frame(i, 4)*z)
-         increment(i, 2) = increment(i, 2) + (frame(i, 1)*x + frame(i, 2)*w + frame(i, 3)*z - frame(i, 4)*y)
-         increment(i, 3) = increment(i, 3) + (frame(i, 1)*y - frame(i, 2)*z + frame(i, 3)*w + frame(i, 4)*x)
-         increment(i, 4) = increment(i, 4) + (frame(i, 1)*z + frame(i, 2)*y - frame(i, 3)*x + frame(i, 4)*w)
+         impulse(i, 1) = frame(i, 1)*w - frame(i, 2)*x - frame(i, 3)*y - frame(i, 4)*z
+         impulse(i, 2) = frame(i, 1)*x + frame(i, 2)*w + frame(i, 3)*z - frame(i, 4)*y
+         impulse(i, 3) = frame(i, 1)*y - frame(i, 2)*z + frame(i, 3)*w + frame(i, 4)*x
+         impulse(i, 4) = frame(i, 1)*z + frame(i, 2)*y - frame(i, 3)*x + frame(i, 4)*w
       end do
-   end subroutine add_impulse
+   end subroutine find_impulse
 
 end module nutate_lane_loads

@@ -2,20 +2,19 @@
 !> as in `nutate_lane_step`.
 module nutate_lane_newton
    use nutate_implicit_step, only: attitude_noise, most_stalls, too_slow
-   use nutate_kinds, only: wp, eps
-   use nutate_lane_step, only: find_largest
+   use nutate_kinds, only: wp, eps, long
    use nutate_lane_width, only: lanes
    use nutate_newton_increment, only: round_off, usual_cancellation
    use nutate_reduced, only: coarse, curvature
    implicit none
    private
 
-   public :: iteration_t, take_residuals, invert_lanes, correct_lanes
+   public :: iteration_t, take_residuals, correct_first, correct_again, begin_iteration
 
    !> Determinants below are not divided by.
    real(wp), parameter :: least_determinant = 1e-12_wp
 
-   !> Where the iteration of each lane is.
+   !> Where the iteration of each lane is. No component has a first value: they would be set at every step.
    type :: iteration_t
       !> Unknowns b, and F of them; shape (lanes, 3).
       real(wp) :: z(lanes, 3), f(lanes, 3)
@@ -23,14 +22,29 @@ module nutate_lane_newton
       real(wp) :: mean(lanes, 3), change(lanes, 3), rest(lanes)
       !> Rows of the inverse of ∂F/∂b, shape (lanes, 3, row), and its determinant.
       real(wp) :: rows(lanes, 3, 3), determinant(lanes)
-      !> The last increment, and the way since the Jacobian was taken.
-      real(wp) :: size(lanes) = huge(1.0_wp), moved(lanes) = 0.0_wp
+      !> The last increment, the one before, the way since the Jacobian was taken, and the largest unknown.
+      real(wp) :: size(lanes), before(lanes), moved(lanes), length(lanes)
       !> Increments of noise that failed to fall; 1: the lane has its root.
-      real(wp) :: stalls(lanes) = 0.0_wp, done(lanes) = 0.0_wp
-      integer :: count(lanes) = 0
+      real(wp) :: stalls(lanes), done(lanes)
+      !> Some lane: is done; is not done; had a coarse increment.
+      logical :: has_done, goes_on, is_coarse
+      !> Some lane needs more iterations than one that is predicted well.
+      logical :: is_late
    end type iteration_t
 
 contains
+
+   !> Before the first increment, which counts as coarse.
+   pure subroutine begin_iteration(at)
+      type(iteration_t), intent(inout) :: at
+      at%size = huge(1.0_wp)
+      at%stalls = 0.0_wp
+      at%done = 0.0_wp
+      at%has_done = .false.
+      at%is_late = .false.
+      at%goes_on = .true.
+      at%is_coarse = .true.
+   end subroutine begin_iteration
 
    !> F(z) = (1-β)(L̄ - L0) + 2b×L̄, and what the Jacobian is made of.
    pure subroutine take_residuals(inertia, momentum, rotor, z, mean, change, rest, f)
@@ -60,83 +74,79 @@ contains
       end do
    end subroutine take_residuals
 
-   !> Rows of the inverse of ∂F/∂b and its determinant, in the lanes whose last increment was coarse; lanes without an
-   !> inverse are given up.
-   pure subroutine invert_lanes(inertia, by_forces, z, mean, change, rest, size, rows, determinant, moved, given_up)
-      real(wp), intent(in) :: inertia(lanes, 3, 3), z(lanes, 3), mean(lanes, 3), change(lanes, 3), rest(lanes)
-      !> What potentials add to ∂F/∂b; shape (lanes, 3, 3).
-      real(wp), intent(in) :: by_forces(lanes, 3, 3)
-      !> Of the last increment.
-      real(wp), intent(in) :: size(lanes)
-      !> Shape (lanes, 3, row).
-      real(wp), intent(inout) :: rows(lanes, 3, 3)
-      !> Determinant, and the way since it was taken.
-      real(wp), intent(inout) :: determinant(lanes), moved(lanes), given_up(lanes)
-      real(wp) :: m(lanes, 3, 3), r(lanes, 3, 3), det(lanes), divisor(lanes)
-      integer :: i, j, k
-      call find_jacobian(inertia, by_forces, z, mean, change, rest, m)
-      call cross_columns(m, 2, 3, r(:, :, 1))
-      call cross_columns(m, 3, 1, r(:, :, 2))
-      call cross_columns(m, 1, 2, r(:, :, 3))
-      do i = 1, lanes
-         det(i) = r(i, 1, 1)*m(i, 1, 1) + r(i, 2, 1)*m(i, 2, 1) + r(i, 3, 1)*m(i, 3, 1)
-      end do
-      do i = 1, lanes
-         divisor(i) = merge(det(i), 1.0_wp, det(i) > least_determinant)
-      end do
-      do i = 1, lanes
-         divisor(i) = 1/divisor(i)
-      end do
-      if (minval(size) > coarse) then
-         determinant = det
-         moved = 0.0_wp
-         do k = 1, 3
-            call scale_lanes(divisor, r(:, :, k), rows(:, :, k))
-         end do
+   !> Rows of the inverse of ∂F/∂b and its determinant, in the lanes whose last increment was coarse, or in all; lanes
+   !> without an inverse are given up.
+   pure subroutine invert_lanes(inertia, by_forces, all_of_them, at, given_up)
+      !> J/s, and what potentials add to ∂F/∂b; shape (lanes, 3, 3).
+      real(wp), intent(in) :: inertia(lanes, 3, 3), by_forces(lanes, 3, 3)
+      logical, intent(in) :: all_of_them
+      type(iteration_t), intent(inout) :: at
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: rows(lanes, 3, 3), determinant(lanes)
+      integer :: j, k
+      if (all_of_them) then
+         call find_inverse(inertia, by_forces, at%z, at%mean, at%change, at%rest, at%rows, at%determinant, given_up)
+         at%moved = 0.0_wp
       else
-         call choose_lanes(size, det, determinant)
-         det = 0.0_wp
-         call choose_lanes(size, det, moved)
+         call find_inverse(inertia, by_forces, at%z, at%mean, at%change, at%rest, rows, determinant, given_up)
+         call choose_lanes(at%size, determinant, at%determinant)
+         determinant = 0.0_wp
+         call choose_lanes(at%size, determinant, at%moved)
          do k = 1, 3
-            call scale_lanes(divisor, r(:, :, k), m(:, :, k))
             do j = 1, 3
-               call choose_lanes(size, m(:, j, k), rows(:, j, k))
+               call choose_lanes(at%size, rows(:, j, k), at%rows(:, j, k))
             end do
          end do
       end if
-      do i = 1, lanes
-         given_up(i) = merge(given_up(i), 1.0_wp, determinant(i) > least_determinant)
-      end do
    end subroutine invert_lanes
 
-   !> ∂F/∂b.
-   pure subroutine find_jacobian(inertia, by_forces, z, mean, change, rest, m)
+   !> The inverse of ∂F/∂b, from its adjugate.
+   pure subroutine find_inverse(inertia, by_forces, z, mean, change, rest, rows, determinant, given_up)
       !> As `invert_lanes` has them.
       real(wp), intent(in) :: inertia(lanes, 3, 3), by_forces(lanes, 3, 3), z(lanes, 3)
       real(wp), intent(in) :: mean(lanes, 3), change(lanes, 3), rest(lanes)
-      !> Shape (lanes, 3, 3).
-      real(wp), intent(out) :: m(lanes, 3, 3)
-      real(wp) :: across1, across2, across3
-      integer :: i, j
-      do j = 1, 3
-         do i = 1, lanes
-            across1 = z(i, 2)*inertia(i, 3, j) - z(i, 3)*inertia(i, 2, j)
-            across2 = z(i, 3)*inertia(i, 1, j) - z(i, 1)*inertia(i, 3, j)
-            across3 = z(i, 1)*inertia(i, 2, j) - z(i, 2)*inertia(i, 1, j)
-            m(i, 1, j) = by_forces(i, 1, j) + (rest(i)*inertia(i, 1, j) + 2*(across1 - z(i, j)*change(i, 1)))
-            m(i, 2, j) = by_forces(i, 2, j) + (rest(i)*inertia(i, 2, j) + 2*(across2 - z(i, j)*change(i, 2)))
-            m(i, 3, j) = by_forces(i, 3, j) + (rest(i)*inertia(i, 3, j) + 2*(across3 - z(i, j)*change(i, 3)))
-         end do
-      end do
+      !> Rows of the inverse; shape (lanes, 3, row).
+      real(wp), intent(out) :: rows(lanes, 3, 3), determinant(lanes)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: m(3, 3), r1, r2, r3, det, divisor
+      integer :: i
       do i = 1, lanes
-         m(i, 2, 1) = m(i, 2, 1) - 2*mean(i, 3)
-         m(i, 3, 1) = m(i, 3, 1) + 2*mean(i, 2)
-         m(i, 1, 2) = m(i, 1, 2) + 2*mean(i, 3)
-         m(i, 3, 2) = m(i, 3, 2) - 2*mean(i, 1)
-         m(i, 1, 3) = m(i, 1, 3) - 2*mean(i, 2)
-         m(i, 2, 3) = m(i, 2, 3) + 2*mean(i, 1)
+         m(1, 1) = by_forces(i, 1, 1) + (rest(i)*inertia(i, 1, 1) + 2*((z(i, 2)*inertia(i, 3, 1) &
+                   - z(i, 3)*inertia(i, 2, 1)) - z(i, 1)*change(i, 1)))
+         m(2, 1) = by_forces(i, 2, 1) + (rest(i)*inertia(i, 2, 1) + 2*((z(i, 3)*inertia(i, 1, 1) &
+                   - z(i, 1)*inertia(i, 3, 1)) - z(i, 1)*change(i, 2))) - 2*mean(i, 3)
+         m(3, 1) = by_forces(i, 3, 1) + (rest(i)*inertia(i, 3, 1) + 2*((z(i, 1)*inertia(i, 2, 1) &
+                   - z(i, 2)*inertia(i, 1, 1)) - z(i, 1)*change(i, 3))) + 2*mean(i, 2)
+         m(1, 2) = by_forces(i, 1, 2) + (rest(i)*inertia(i, 1, 2) + 2*((z(i, 2)*inertia(i, 3, 2) &
+                   - z(i, 3)*inertia(i, 2, 2)) - z(i, 2)*change(i, 1))) + 2*mean(i, 3)
+         m(2, 2) = by_forces(i, 2, 2) + (rest(i)*inertia(i, 2, 2) + 2*((z(i, 3)*inertia(i, 1, 2) &
+                   - z(i, 1)*inertia(i, 3, 2)) - z(i, 2)*change(i, 2)))
+         m(3, 2) = by_forces(i, 3, 2) + (rest(i)*inertia(i, 3, 2) + 2*((z(i, 1)*inertia(i, 2, 2) &
+                   - z(i, 2)*inertia(i, 1, 2)) - z(i, 2)*change(i, 3))) - 2*mean(i, 1)
+         m(1, 3) = by_forces(i, 1, 3) + (rest(i)*inertia(i, 1, 3) + 2*((z(i, 2)*inertia(i, 3, 3) &
+                   - z(i, 3)*inertia(i, 2, 3)) - z(i, 3)*change(i, 1))) - 2*mean(i, 2)
+         m(2, 3) = by_forces(i, 2, 3) + (rest(i)*inertia(i, 2, 3) + 2*((z(i, 3)*inertia(i, 1, 3) &
+                   - z(i, 1)*inertia(i, 3, 3)) - z(i, 3)*change(i, 2))) + 2*mean(i, 1)
+         m(3, 3) = by_forces(i, 3, 3) + (rest(i)*inertia(i, 3, 3) + 2*((z(i, 1)*inertia(i, 2, 3) &
+                   - z(i, 2)*inertia(i, 1, 3)) - z(i, 3)*change(i, 3)))
+         r1 = m(2, 2)*m(3, 3) - m(3, 2)*m(2, 3)
+         r2 = m(3, 2)*m(1, 3) - m(1, 2)*m(3, 3)
+         r3 = m(1, 2)*m(2, 3) - m(2, 2)*m(1, 3)
+         det = r1*m(1, 1) + r2*m(2, 1) + r3*m(3, 1)
+         divisor = 1/max(det, least_determinant)
+         given_up(i) = merge(given_up(i), 1.0_wp, det > least_determinant)
+         determinant(i) = det
+         rows(i, 1, 1) = divisor*r1
+         rows(i, 2, 1) = divisor*r2
+         rows(i, 3, 1) = divisor*r3
+         rows(i, 1, 2) = divisor*(m(2, 3)*m(3, 1) - m(3, 3)*m(2, 1))
+         rows(i, 2, 2) = divisor*(m(3, 3)*m(1, 1) - m(1, 3)*m(3, 1))
+         rows(i, 3, 2) = divisor*(m(1, 3)*m(2, 1) - m(2, 3)*m(1, 1))
+         rows(i, 1, 3) = divisor*(m(2, 1)*m(3, 2) - m(3, 1)*m(2, 2))
+         rows(i, 2, 3) = divisor*(m(3, 1)*m(1, 2) - m(1, 1)*m(3, 2))
+         rows(i, 3, 3) = divisor*(m(1, 1)*m(2, 2) - m(2, 1)*m(1, 2))
       end do
-   end subroutine find_jacobian
+   end subroutine find_inverse
 
    !> Takes new numbers in the lanes whose last increment was coarse.
    pure subroutine choose_lanes(size, new, x)
@@ -151,153 +161,175 @@ contains
       end do
    end subroutine choose_lanes
 
-   pure subroutine scale_lanes(factor, x, scaled)
-      !> Shapes (lanes) and (lanes, 3).
-      real(wp), intent(in) :: factor(lanes), x(lanes, 3)
-      real(wp), intent(out) :: scaled(lanes, 3)
-      integer :: i, k
-      do k = 1, 3
-         do i = 1, lanes
-            scaled(i, k) = factor(i)*x(i, k)
-         end do
-      end do
-   end subroutine scale_lanes
-
-   !> Cross products of two columns of each lane's matrix.
-   pure subroutine cross_columns(m, a, b, c)
-      real(wp), intent(in) :: m(lanes, 3, 3)
-      integer, intent(in) :: a, b
-      real(wp), intent(out) :: c(lanes, 3)
-      integer :: i
-      do i = 1, lanes
-         c(i, 1) = m(i, 2, a)*m(i, 3, b) - m(i, 3, a)*m(i, 2, b)
-         c(i, 2) = m(i, 3, a)*m(i, 1, b) - m(i, 1, a)*m(i, 3, b)
-         c(i, 3) = m(i, 1, a)*m(i, 2, b) - m(i, 2, a)*m(i, 1, b)
-      end do
-   end subroutine cross_columns
-
-   !> One increment in the lanes that are not done, and which are then. A lane that leaves the bounds of a step is given
-   !> up.
-   pure subroutine correct_lanes(is_cubic, at, kept, given_up)
+   !> The first increment of all lanes.
+   pure subroutine correct_first(is_cubic, inertia, by_forces, at, given_up)
       !> F is a cubic polynomial, of which the next increment is known beforehand.
       logical, intent(in) :: is_cubic
+      !> J/s, and what potentials add to ∂F/∂b; shape (lanes, 3, 3).
+      real(wp), intent(in) :: inertia(lanes, 3, 3), by_forces(lanes, 3, 3)
+      type(iteration_t), intent(inout) :: at
+      !> 1: yes.
+      real(wp), intent(inout) :: given_up(lanes)
+      integer(long) :: open, ended, wide, far
+      call invert_lanes(inertia, by_forces, .true., at, given_up)
+      call take_first(merge(0.0_wp, 1.0_wp, is_cubic), at%rows, at%f, at%determinant, at%z, at%size, at%length, &
+                      at%moved, at%done, open, ended, wide, far)
+      at%goes_on = open /= 0
+      at%has_done = ended /= 0
+      at%is_coarse = wide /= 0
+      if (far /= 0) call give_up_far(at, given_up)
+   end subroutine correct_first
+
+   pure subroutine take_first(unbounded, rows, f, determinant, z, size, length, moved, done, open, ended, wide, far)
+      !> 0: a bound of the next increment can end the iteration.
+      real(wp), intent(in) :: unbounded
+      !> Shapes (lanes, 3, 3), (lanes, 3) and (lanes).
+      real(wp), intent(in) :: rows(lanes, 3, 3), f(lanes, 3), determinant(lanes)
+      real(wp), intent(inout) :: z(lanes, 3)
+      real(wp), intent(out) :: size(lanes), length(lanes), moved(lanes), done(lanes)
+      !> Lanes that are not done; that are; with a coarse increment; beyond the bounds of a step: 0, none.
+      integer(long), intent(out) :: open, ended, wide, far
+      real(wp) :: d1, d2, d3, last, longest, going, next, least, tiny_of
+      integer :: i
+      open = 0
+      ended = 0
+      wide = 0
+      far = 0
+      do i = 1, lanes
+         d1 = rows(i, 1, 1)*f(i, 1) + rows(i, 2, 1)*f(i, 2) + rows(i, 3, 1)*f(i, 3)
+         d2 = rows(i, 1, 2)*f(i, 1) + rows(i, 2, 2)*f(i, 2) + rows(i, 3, 2)*f(i, 3)
+         d3 = rows(i, 1, 3)*f(i, 1) + rows(i, 2, 3)*f(i, 2) + rows(i, 3, 3)*f(i, 3)
+         z(i, 1) = z(i, 1) - d1
+         z(i, 2) = z(i, 2) - d2
+         z(i, 3) = z(i, 3) - d3
+         last = max(abs(d1), abs(d2), abs(d3))
+         longest = max(abs(z(i, 1)), abs(z(i, 2)), abs(z(i, 3)))
+         next = curvature*last*last
+         least = (0.5_wp*eps)*longest*determinant(i)
+         tiny_of = round_off*longest
+         going = (0.5_wp - sign(0.5_wp, tiny_of - last))*max(0.5_wp - sign(0.5_wp, least - next), unbounded)
+         size(i) = last
+         moved(i) = last
+         length(i) = longest
+         done(i) = 1 - going
+         open = ior(open, transfer(going, open))
+         ended = ior(ended, transfer(done(i), ended))
+         wide = ior(wide, transfer(0.5_wp - sign(0.5_wp, coarse - last), wide))
+         far = ior(far, transfer(0.5_wp - sign(0.5_wp, 1 - longest), far))
+      end do
+   end subroutine take_first
+
+   !> A further increment in the lanes that are not done, and which are then. A lane that leaves the bounds of a step is
+   !> given up.
+   pure subroutine correct_again(is_cubic, inertia, by_forces, at, kept, given_up)
+      !> As `correct_first` has them.
+      logical, intent(in) :: is_cubic
+      real(wp), intent(in) :: inertia(lanes, 3, 3), by_forces(lanes, 3, 3)
       type(iteration_t), intent(inout) :: at
       !> 1: what potentials add to the Jacobian is worth keeping; 1: the lane is given up.
       real(wp), intent(inout) :: kept(lanes), given_up(lanes)
-      real(wp) :: d(lanes, 3), last(lanes), length(lanes), going(lanes), slow(lanes)
-      integer :: k
-      do k = 1, 3
-         call correct_component(at%rows(:, :, k), at%f, at%done, d(:, k), at%z(:, k))
-      end do
-      call find_largest(d, last)
-      call find_largest(at%z, length)
-      call find_unconverged(last, length, at%size, at%done, going, slow)
-      if (is_cubic) call stop_by_bound(last, length, at%determinant, at%moved, going, slow)
-      if (maxval(slow) > 0.5_wp) call judge_slow(last, length, at%size, slow, going, at%stalls, kept)
-      call note_increments(last, going, at%size, at%done)
-      if (maxval(length) > 1.0_wp) call give_up_far(length, at, given_up)
-   end subroutine correct_lanes
+      real(wp) :: slow(lanes)
+      integer(long) :: open, ended, wide, far, any_slow
+      if (at%is_coarse) call invert_lanes(inertia, by_forces, .false., at, given_up)
+      call take_next(merge(0.0_wp, 1.0_wp, is_cubic), at%rows, at%f, at%determinant, at%z, at%size, at%before, &
+                     at%length, at%moved, at%done, slow, open, ended, wide, far, any_slow)
+      at%goes_on = open /= 0
+      at%has_done = ended /= 0
+      at%is_coarse = wide /= 0
+      if (any_slow /= 0) call judge_slow(slow, at, kept)
+      if (far /= 0) call give_up_far(at, given_up)
+   end subroutine correct_again
 
-   !> 1: the increment of a lane is not yet at round-off, and: it falls slowly.
-   pure subroutine find_unconverged(last, length, size, done, going, slow)
-      !> Largest entry of the increment, of the unknowns, and of the increment before.
-      real(wp), intent(in) :: last(lanes), length(lanes), size(lanes), done(lanes)
-      real(wp), intent(out) :: going(lanes), slow(lanes)
-      real(wp) :: tiny_of(lanes), tenth(lanes)
+   pure subroutine take_next(unbounded, rows, f, determinant, z, size, before, length, moved, done, slow, open, &
+                             ended, wide, far, any_slow)
+      !> As `take_first` has them.
+      real(wp), intent(in) :: unbounded, rows(lanes, 3, 3), f(lanes, 3), determinant(lanes)
+      real(wp), intent(inout) :: z(lanes, 3), size(lanes), moved(lanes), done(lanes)
+      real(wp), intent(out) :: before(lanes), length(lanes)
+      !> 1: increments fall slowly.
+      real(wp), intent(out) :: slow(lanes)
+      integer(long), intent(out) :: open, ended, wide, far, any_slow
+      real(wp) :: d1, d2, d3, z1, z2, z3, last, longest, going, way, old, next, least, tiny_of, awake, nothing
       integer :: i
+      open = 0
+      ended = 0
+      wide = 0
+      far = 0
+      any_slow = 0
       do i = 1, lanes
-         tiny_of(i) = round_off*length(i)
-         tenth(i) = too_slow*size(i)
+         d1 = rows(i, 1, 1)*f(i, 1) + rows(i, 2, 1)*f(i, 2) + rows(i, 3, 1)*f(i, 3)
+         d2 = rows(i, 1, 2)*f(i, 1) + rows(i, 2, 2)*f(i, 2) + rows(i, 3, 2)*f(i, 3)
+         d3 = rows(i, 1, 3)*f(i, 1) + rows(i, 2, 3)*f(i, 2) + rows(i, 3, 3)*f(i, 3)
+         awake = 1 - done(i)
+         ! -0 leaves any number as it is; +0 makes +0 of the ±0 of a lane that is done.
+         nothing = sign(0.0_wp, done(i) - 0.5_wp)
+         z1 = z(i, 1) - (awake*d1 + nothing)
+         z2 = z(i, 2) - (awake*d2 + nothing)
+         z3 = z(i, 3) - (awake*d3 + nothing)
+         z(i, 1) = z1
+         z(i, 2) = z2
+         z(i, 3) = z3
+         last = max(abs(d1), abs(d2), abs(d3))
+         longest = max(abs(z1), abs(z2), abs(z3))
+         way = moved(i) + last
+         next = curvature*way*last
+         least = (0.5_wp*eps)*longest*determinant(i)
+         tiny_of = round_off*longest
+         going = (0.5_wp - sign(0.5_wp, tiny_of - last))*max(0.5_wp - sign(0.5_wp, least - next), unbounded)
+         going = awake*going
+         old = size(i)
+         slow(i) = going*(0.5_wp - sign(0.5_wp, too_slow*old - last))
+         before(i) = old
+         last = awake*last + done(i)*old
+         size(i) = last
+         moved(i) = way
+         length(i) = longest
+         done(i) = 1 - going
+         open = ior(open, transfer(going, open))
+         ended = ior(ended, transfer(done(i), ended))
+         wide = ior(wide, transfer(0.5_wp - sign(0.5_wp, coarse - last), wide))
+         far = ior(far, transfer(0.5_wp - sign(0.5_wp, 1 - longest), far))
+         any_slow = ior(any_slow, transfer(slow(i), any_slow))
       end do
-      do i = 1, lanes
-         going(i) = merge(1.0_wp, 0.0_wp, last(i) > tiny_of(i))
-         slow(i) = merge(1.0_wp, 0.0_wp, last(i) > tenth(i))
-      end do
-      do i = 1, lanes
-         slow(i) = (1 - done(i))*going(i)*slow(i)
-      end do
-   end subroutine find_unconverged
-
-   !> A bound of the next increment, by the way since the Jacobian was taken, can end the iteration.
-   pure subroutine stop_by_bound(last, length, determinant, moved, going, slow)
-      real(wp), intent(in) :: last(lanes), length(lanes), determinant(lanes)
-      real(wp), intent(inout) :: moved(lanes), going(lanes), slow(lanes)
-      real(wp) :: next(lanes), least_of(lanes), more(lanes)
-      integer :: i
-      do i = 1, lanes
-         moved(i) = moved(i) + last(i)
-         next(i) = curvature*moved(i)*last(i)
-         least_of(i) = (0.5_wp*eps)*length(i)*determinant(i)
-      end do
-      do i = 1, lanes
-         more(i) = merge(1.0_wp, 0.0_wp, next(i) > least_of(i))
-      end do
-      do i = 1, lanes
-         going(i) = going(i)*more(i)
-         slow(i) = slow(i)*more(i)
-      end do
-   end subroutine stop_by_bound
+   end subroutine take_next
 
    !> Lanes whose increments fall slowly: those at round-off are done, as are those with many that are noise; else the
    !> forces' part of the Jacobian is to be taken anew.
-   pure subroutine judge_slow(last, length, size, slow, going, stalls, kept)
-      real(wp), intent(in) :: last(lanes), length(lanes), size(lanes), slow(lanes)
-      real(wp), intent(inout) :: going(lanes), stalls(lanes), kept(lanes)
+   pure subroutine judge_slow(slow, at, kept)
+      real(wp), intent(in) :: slow(lanes)
+      type(iteration_t), intent(inout) :: at
+      real(wp), intent(inout) :: kept(lanes)
       integer :: k
       do k = 1, lanes
          if (slow(k) < 0.5_wp) cycle
-         if (last(k) > 0.5_wp*size(k)) then
-            if (last(k) <= usual_cancellation*eps*length(k)) going(k) = 0.0_wp
-            if (going(k) > 0.5_wp .and. last(k) <= attitude_noise) stalls(k) = stalls(k) + 1
-         end if
-         if (stalls(k) >= real(most_stalls, wp)) going(k) = 0.0_wp
-         if (going(k) > 0.5_wp) kept(k) = 0.0_wp
+         associate (last => at%size(k))
+            if (last > 0.5_wp*at%before(k)) then
+               if (last <= usual_cancellation*eps*at%length(k)) at%done(k) = 1.0_wp
+               if (at%done(k) < 0.5_wp .and. last <= attitude_noise) at%stalls(k) = at%stalls(k) + 1
+            end if
+         end associate
+         if (at%stalls(k) >= real(most_stalls, wp)) at%done(k) = 1.0_wp
+         if (at%done(k) < 0.5_wp) kept(k) = 0.0_wp
       end do
+      at%goes_on = any(at%done < 0.5_wp)
+      at%has_done = any(at%done > 0.5_wp)
    end subroutine judge_slow
 
-   !> Which lanes are done.
-   pure subroutine note_increments(last, going, size, done)
-      real(wp), intent(in) :: last(lanes), going(lanes)
-      real(wp), intent(inout) :: size(lanes), done(lanes)
-      integer :: i
-      do i = 1, lanes
-         size(i) = (1 - done(i))*last(i) + done(i)*size(i)
-         done(i) = 1 - (1 - done(i))*going(i)
-      end do
-   end subroutine note_increments
-
    !> Gives up the lanes whose unknowns belong to no step.
-   pure subroutine give_up_far(length, at, given_up)
-      real(wp), intent(in) :: length(lanes)
+   pure subroutine give_up_far(at, given_up)
       type(iteration_t), intent(inout) :: at
       real(wp), intent(inout) :: given_up(lanes)
       integer :: k
       do k = 1, lanes
-         if (length(k) <= 1.0_wp) cycle
+         if (at%length(k) <= 1.0_wp) cycle
          given_up(k) = 1.0_wp
          at%z(k, :) = 0.0_wp
          at%size(k) = 0.0_wp
          at%done(k) = 1.0_wp
       end do
+      at%goes_on = any(at%done < 0.5_wp)
+      at%has_done = any(at%done > 0.5_wp)
+      at%is_coarse = any(at%size > coarse)
    end subroutine give_up_far
-
-   !> One component of the increment, taken in the lanes that are not done.
-   pure subroutine correct_component(row, f, done, d, z)
-      !> A row of the inverse, and F; shape (lanes, 3).
-      real(wp), intent(in) :: row(lanes, 3), f(lanes, 3), done(lanes)
-      real(wp), intent(out) :: d(lanes)
-      real(wp), intent(inout) :: z(lanes)
-      real(wp) :: moved(lanes), a, b
-      integer :: i
-      do i = 1, lanes
-         d(i) = row(i, 1)*f(i, 1) + row(i, 2)*f(i, 2) + row(i, 3)*f(i, 3)
-         moved(i) = z(i) - d(i)
-      end do
-      do i = 1, lanes
-         a = moved(i)
-         b = z(i)
-         z(i) = merge(a, b, done(i) < 0.5_wp)
-      end do
-   end subroutine correct_component
 
 end module nutate_lane_newton

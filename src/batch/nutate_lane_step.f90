@@ -1,18 +1,20 @@
 !> The parts of a step in reduced form (`nutate_reduced_equations`), several bodies at once: where it starts, what is
 !> predicted, and where its root leads. Structure of arrays, one body a lane.
 !>
-!> Every lane does the arithmetic of the scalar stepper, operation by operation, so that its bits are the same. Loops
-!> have no branches, masks are nested merges: gfortran makes vector instructions of them, two lanes at once by SSE2.
-!> Lanes that are done, or given up, hold finite values and are only not taken.
+!> Every lane does the arithmetic of the scalar stepper, operation by operation, so that its bits are the same. A loop
+!> does as much as it can with what it has loaded, and has no branches: gfortran makes vector instructions of it, two
+!> lanes at once by SSE2. It leaves loops scalar where a number that is computed is taken under a condition; so masks
+!> are 0 and 1 made by `sign`, or merges of what is in memory. Whether a mask is set in some lane is told by its bits,
+!> since sums of real numbers keep their order. Lanes that are done, or given up, hold finite values and are only not
+!> taken.
 module nutate_lane_step
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, long
    use nutate_lane_width, only: lanes
    use nutate_predictor, only: most_steps
    implicit none
    private
 
-   public :: start_lanes, explicit_lanes, predict_lanes, find_largest
-   public :: measure_turns, turn_lanes, add_lanes
+   public :: start_lanes, explicit_lanes, predict_lanes, measure_turns, turn_lanes
 
    !> Momenta in the units of the step above belong to no step that a lane takes, and |q|² farther from 1 neither.
    real(wp), parameter, public :: greatest_momentum = 10.0_wp
@@ -33,11 +35,12 @@ contains
       real(wp), intent(out) :: half(lanes, 3), momentum(lanes, 3)
       !> 1: yes.
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: square(lanes), f, u1, u2, u3, u4, kept(lanes), largest(lanes)
+      real(wp) :: off(lanes), largest(lanes), square, f, u1, u2, u3, u4, h1, h2, h3
+      logical :: any_lost
       integer :: i
       do i = 1, lanes
-         square(i) = q(i, 1)*q(i, 1) + q(i, 2)*q(i, 2) + q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4)
-         f = 0.5_wp*(3 - square(i))
+         square = q(i, 1)*q(i, 1) + q(i, 2)*q(i, 2) + q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4)
+         f = 0.5_wp*(3 - square)
          u1 = f*q(i, 1)
          u2 = f*q(i, 2)
          u3 = f*q(i, 3)
@@ -46,29 +49,45 @@ contains
          frame(i, 2) = u2
          frame(i, 3) = u3
          frame(i, 4) = u4
-         half(i, 1) = 0.5_wp*(u1*p(i, 2) - u2*p(i, 1) - u3*p(i, 4) + u4*p(i, 3))
-         half(i, 2) = 0.5_wp*(u1*p(i, 3) + u2*p(i, 4) - u3*p(i, 1) - u4*p(i, 2))
-         half(i, 3) = 0.5_wp*(u1*p(i, 4) - u2*p(i, 3) + u3*p(i, 2) - u4*p(i, 1))
-         momentum(i, 1) = scale(i)*half(i, 1)
-         momentum(i, 2) = scale(i)*half(i, 2)
-         momentum(i, 3) = scale(i)*half(i, 3)
-         square(i) = abs(square(i) - 1)
+         h1 = 0.5_wp*(u1*p(i, 2) - u2*p(i, 1) - u3*p(i, 4) + u4*p(i, 3))
+         h2 = 0.5_wp*(u1*p(i, 3) + u2*p(i, 4) - u3*p(i, 1) - u4*p(i, 2))
+         h3 = 0.5_wp*(u1*p(i, 4) - u2*p(i, 3) + u3*p(i, 2) - u4*p(i, 1))
+         half(i, 1) = h1
+         half(i, 2) = h2
+         half(i, 3) = h3
+         h1 = scale(i)*h1
+         h2 = scale(i)*h2
+         h3 = scale(i)*h3
+         momentum(i, 1) = h1
+         momentum(i, 2) = h2
+         momentum(i, 3) = h3
+         off(i) = abs(square - 1)
+         ! A sum, which shows what is no number.
+         largest(i) = abs(h1) + abs(h2) + abs(h3)
       end do
-      do i = 1, lanes
-         kept(i) = merge(1.0_wp, 0.0_wp, square(i) <= near_manifold)
-      end do
-      ! A sum, which shows what is no number.
-      do i = 1, lanes
-         largest(i) = abs(momentum(i, 1)) + abs(momentum(i, 2)) + abs(momentum(i, 3))
-      end do
-      do i = 1, lanes
-         kept(i) = merge(kept(i), 0.0_wp, largest(i) <= greatest_momentum)
-      end do
-      do i = 1, lanes
-         given_up(i) = merge(given_up(i), 1.0_wp, kept(i) > 0.5_wp)
-      end do
-      if (maxval(given_up) > 0.5_wp) call clear_lanes(given_up, momentum)
+      call give_up_above(off, near_manifold, largest, greatest_momentum, given_up, any_lost)
+      if (any_lost) call clear_lanes(given_up, momentum)
    end subroutine start_lanes
+
+   !> Gives up the lanes where one of two numbers is not below its bound.
+   pure subroutine give_up_above(a, bound_a, b, bound_b, given_up, any_lost)
+      real(wp), intent(in) :: a(lanes), bound_a, b(lanes), bound_b
+      !> 1: yes.
+      real(wp), intent(inout) :: given_up(lanes)
+      !> Some lane has been.
+      logical, intent(out) :: any_lost
+      real(wp) :: was, now
+      integer(long) :: lost
+      integer :: i
+      lost = 0
+      do i = 1, lanes
+         was = given_up(i)
+         now = max(was, 1 - merge(1.0_wp, 0.0_wp, a(i) <= bound_a)*merge(1.0_wp, 0.0_wp, b(i) <= bound_b))
+         given_up(i) = now
+         lost = ior(lost, transfer(now - was, lost))
+      end do
+      any_lost = lost /= 0
+   end subroutine give_up_above
 
    !> Zeros in the lanes that are given up.
    pure subroutine clear_lanes(given_up, x)
@@ -82,17 +101,6 @@ contains
          end do
       end do
    end subroutine clear_lanes
-
-   !> The largest of three numbers of each lane, in size.
-   pure subroutine find_largest(x, largest)
-      !> Finite; shape (lanes, 3).
-      real(wp), intent(in) :: x(lanes, 3)
-      real(wp), intent(out) :: largest(lanes)
-      integer :: i
-      do i = 1, lanes
-         largest(i) = max(abs(x(i, 1)), abs(x(i, 2)), abs(x(i, 3)))
-      end do
-   end subroutine find_largest
 
    !> b of a step whose momentum stays; 0 in lanes that are given up.
    pure subroutine explicit_lanes(quarter, inverse, half, rotor, z, given_up)
@@ -121,14 +129,15 @@ contains
    end subroutine explicit_lanes
 
    !> The polynomial through the last steps, continued.
-   pure subroutine predict_lanes(known, weights, x1, x2, x3, x4, x5, x6, given_up, z)
+   pure subroutine predict_lanes(known, is_even, weights, x1, x2, x3, x4, x5, x6, z)
       !> Steps that each lane knows, 1 or more.
       integer, intent(in) :: known(lanes)
+      !> All as many.
+      logical, intent(in) :: is_even
       !> Column m: of the last m steps, the latest first.
       real(wp), intent(in) :: weights(most_steps, most_steps)
       !> Unknowns of the steps, the latest first; shape (lanes, 3).
       real(wp), dimension(lanes, 3), intent(in) :: x1, x2, x3, x4, x5, x6
-      real(wp), intent(in) :: given_up(lanes)
       !> Shape (lanes, 3).
       real(wp), intent(out) :: z(lanes, 3)
       real(wp) :: w(most_steps)
@@ -139,14 +148,12 @@ contains
             z(i, k) = (w(1)*x1(i, k) + w(3)*x3(i, k) + w(5)*x5(i, k)) + (w(2)*x2(i, k) + w(4)*x4(i, k) + w(6)*x6(i, k))
          end do
       end do
-      if (minval(known) < maxval(known)) then
-         do lane = 2, lanes
-            w = weights(:, known(lane))
-            z(lane, :) = (w(1)*x1(lane, :) + w(3)*x3(lane, :) + w(5)*x5(lane, :)) &
-                         + (w(2)*x2(lane, :) + w(4)*x4(lane, :) + w(6)*x6(lane, :))
-         end do
-      end if
-      if (maxval(given_up) > 0.5_wp) call clear_lanes(given_up, z)
+      if (is_even) return
+      do lane = 2, lanes
+         w = weights(:, known(lane))
+         z(lane, :) = (w(1)*x1(lane, :) + w(3)*x3(lane, :) + w(5)*x5(lane, :)) &
+                      + (w(2)*x2(lane, :) + w(4)*x4(lane, :) + w(6)*x6(lane, :))
+      end do
    end subroutine predict_lanes
 
    !> β, 2/(1+β) and the excess of the Cayley maps of the roots (`nutate_cayley`). Gives lanes up whose root is not
@@ -158,9 +165,10 @@ contains
       real(wp), intent(in) :: near(lanes)
       real(wp), intent(out) :: beta(lanes), factor(lanes), excess(lanes)
       real(wp), intent(inout) :: given_up(lanes)
+      logical :: any_lost
       !> Sums with it are whole multiples of 2⁻²⁵ (`nutate_cayley`).
       real(wp), parameter :: grid = 1.5_wp*2.0_wp**27
-      real(wp) :: h1, h2, h3, high, low, rest, factor_half, beta_half, missing, square(lanes)
+      real(wp) :: h1, h2, h3, high, low, rest, factor_half, beta_half, missing, square(lanes), negative(lanes)
       integer :: i
       do i = 1, lanes
          h1 = (z(i, 1) + grid) - grid
@@ -169,7 +177,8 @@ contains
          high = h1*h1 + h2*h2 + h3*h3
          low = (z(i, 1) - h1)*(z(i, 1) + h1) + (z(i, 2) - h2)*(z(i, 2) + h2) + (z(i, 3) - h3)*(z(i, 3) + h3)
          beta(i) = high + low
-         square(i) = z(i, 1)*z(i, 1) + z(i, 2)*z(i, 2) + z(i, 3)*z(i, 3)
+         square(i) = (z(i, 1)*z(i, 1) + z(i, 2)*z(i, 2) + z(i, 3)*z(i, 3)) - near(i)
+         negative(i) = -determinant(i)
          rest = (high - beta(i)) + low
          factor(i) = 2/(1 + beta(i))
          factor_half = (factor(i) + grid) - grid
@@ -178,42 +187,26 @@ contains
                    - (factor_half*(beta(i) - beta_half) + (factor(i) - factor_half)*beta(i))
          excess(i) = (0.5_wp*factor(i))*(factor(i)*rest - beta(i)*missing)
       end do
-      do i = 1, lanes
-         given_up(i) = merge(given_up(i), 1.0_wp, square(i) < near(i))
-         given_up(i) = merge(given_up(i), 1.0_wp, determinant(i) > 0.0_wp)
-      end do
+      call give_up_above(square, -tiny(1.0_wp), negative, -tiny(1.0_wp), given_up, any_lost)
    end subroutine measure_turns
 
-   !> x∘c - x; c - 1 = factor [-β, b].
-   pure subroutine turn_lanes(b, beta, factor, x, increment)
-      real(wp), intent(in) :: b(lanes, 3), beta(lanes), factor(lanes)
+   !> Moves what turns by the roots: adds x∘c - x, with c - 1 = factor [-β, b], and an impulse, with their compensation
+   !> (`nutate_state`).
+   pure subroutine turn_lanes(b, beta, factor, excess, impulse, x, lost)
+      !> Shapes (lanes, 3) and (lanes).
+      real(wp), intent(in) :: b(lanes, 3), beta(lanes), factor(lanes), excess(lanes)
       !> Shape (lanes, 4).
-      real(wp), intent(in) :: x(lanes, 4)
-      real(wp), intent(out) :: increment(lanes, 4)
+      real(wp), intent(in) :: impulse(lanes, 4)
+      real(wp), intent(inout) :: x(lanes, 4), lost(lanes, 4)
+      real(wp) :: d(4), increment, compensation, addend, missed, total, part
       integer :: i, k
       do i = 1, lanes
-         increment(i, 1) = -x(i, 1)*beta(i) - x(i, 2)*b(i, 1) - x(i, 3)*b(i, 2) - x(i, 4)*b(i, 3)
-         increment(i, 2) = x(i, 1)*b(i, 1) - x(i, 2)*beta(i) + x(i, 3)*b(i, 3) - x(i, 4)*b(i, 2)
-         increment(i, 3) = x(i, 1)*b(i, 2) - x(i, 2)*b(i, 3) - x(i, 3)*beta(i) + x(i, 4)*b(i, 1)
-         increment(i, 4) = x(i, 1)*b(i, 3) + x(i, 2)*b(i, 2) - x(i, 3)*b(i, 1) - x(i, 4)*beta(i)
-      end do
-      do k = 1, 4
-         do i = 1, lanes
-            increment(i, k) = factor(i)*increment(i, k)
-         end do
-      end do
-   end subroutine turn_lanes
-
-   !> Adds increments of what was turned, with their compensation (`nutate_state`).
-   pure subroutine add_lanes(increments, excess, x, lost)
-      !> Shape (lanes, 4).
-      real(wp), intent(in) :: increments(lanes, 4), excess(lanes)
-      real(wp), intent(inout) :: x(lanes, 4), lost(lanes, 4)
-      real(wp) :: increment, compensation, addend, missed, total, part
-      integer :: i, k
-      do k = 1, 4
-         do i = 1, lanes
-            increment = increments(i, k)
+         d(1) = -x(i, 1)*beta(i) - x(i, 2)*b(i, 1) - x(i, 3)*b(i, 2) - x(i, 4)*b(i, 3)
+         d(2) = x(i, 1)*b(i, 1) - x(i, 2)*beta(i) + x(i, 3)*b(i, 3) - x(i, 4)*b(i, 2)
+         d(3) = x(i, 1)*b(i, 2) - x(i, 2)*b(i, 3) - x(i, 3)*beta(i) + x(i, 4)*b(i, 1)
+         d(4) = x(i, 1)*b(i, 3) + x(i, 2)*b(i, 2) - x(i, 3)*b(i, 1) - x(i, 4)*beta(i)
+         do k = 1, 4
+            increment = factor(i)*d(k) + impulse(i, k)
             compensation = lost(i, k) - excess(i)*(x(i, k) + increment)
             addend = increment + compensation
             missed = compensation - (addend - increment)
@@ -223,6 +216,6 @@ contains
             x(i, k) = total
          end do
       end do
-   end subroutine add_lanes
+   end subroutine turn_lanes
 
 end module nutate_lane_step

@@ -3,7 +3,7 @@ module nutate_lane_width
    implicit none
    private
 
-   !> One or two registers of AVX-512, four of SSE2.
-   integer, parameter, public :: lanes = 8
+   !> Two registers of AVX-512, four of AVX2: enough that one is worked at while another waits (`bench_ensemble`).
+   integer, parameter, public :: lanes = 16
 
 end module nutate_lane_width

@@ -1,5 +1,5 @@
 !> Several bodies moved together by the reduced form of the conserving step, of order 2 or composed to 4, 6 or 8: free
-!> bodies, with rotors or linear potentials (weight, dipoles, constant fields) or without.
+!> bodies, with rotors, linear potentials (weight, dipoles, constant fields), gradients of gravity, or without.
 !>
 !>     call bodies%set_up(order, dt, potentials)
 !>     call bodies%put(lane, system, state)
@@ -16,12 +16,11 @@ module nutate_reduced_lanes
    use nutate_implicit_step, only: kept_after_surprise
    use nutate_kinds, only: wp
    use nutate_lane_loads, only: are_loads, lane_loads_t
-   use nutate_lane_newton, only: correct_lanes, invert_lanes, iteration_t, take_residuals
-   use nutate_lane_step, only: add_lanes, explicit_lanes, greatest_momentum, measure_turns, predict_lanes, &
-      start_lanes, turn_lanes
+   use nutate_lane_newton, only: begin_iteration, correct_again, correct_first, iteration_t, take_residuals
+   use nutate_lane_step, only: explicit_lanes, greatest_momentum, measure_turns, predict_lanes, start_lanes, turn_lanes
    use nutate_lane_width, only: lanes
    use nutate_predictor, only: most_steps, weights
-   use nutate_reduced, only: coarse, slow
+   use nutate_reduced, only: slow
    use nutate_root_proof, only: root_proof_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -51,10 +50,14 @@ module nutate_reduced_lanes
       !> Steps known, their roots, each in the place of the one that is forgotten, and the place of the latest; shape
       !> (lanes, 3, steps).
       integer :: known(lanes) = 0
+      !> All lanes know as many as there is room for.
+      logical :: knows_all = .false.
       real(wp) :: past(lanes, 3, 0:most_steps - 1) = 0.0_wp
       integer :: latest = 0
       !> The potentials' part of the Jacobian, shape (lanes, 3, 3), and 1: it is worth keeping.
       real(wp) :: by_forces(lanes, 3, 3) = 0.0_wp, kept(lanes) = 0.0_wp
+      !> The largest of its numbers, at least 1.
+      real(wp) :: stiffness(lanes) = 1.0_wp
    end type stage_t
 
    !> The bodies, each a lane.
@@ -62,6 +65,8 @@ module nutate_reduced_lanes
       private
       !> The lane has a body, which has not been given up.
       logical, public :: taken(lanes) = .false.
+      !> 1: it has none.
+      real(wp) :: idle(lanes) = 1.0_wp
       type(stage_t), allocatable :: stages(:)
       !> Shapes (lanes, 4).
       real(wp) :: q(lanes, 4) = 0.0_wp, p(lanes, 4) = 0.0_wp, q_lost(lanes, 4) = 0.0_wp, p_lost(lanes, 4) = 0.0_wp
@@ -84,7 +89,7 @@ module nutate_reduced_lanes
 
 contains
 
-   !> True if lanes can move a system: nothing acts on it but rotors and linear potentials.
+   !> True if lanes can move a system: nothing acts on it but rotors, linear potentials and gradients of gravity.
    pure logical function can_be_lanes(system)
       type(system_t), intent(in) :: system
       associate (effects => system%effects)
@@ -127,6 +132,7 @@ contains
       integer, intent(in) :: lane
       integer :: k
       self%taken(lane) = .false.
+      self%idle(lane) = 1.0_wp
       self%q(lane, :) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       self%p(lane, :) = 0.0_wp
       self%q_lost(lane, :) = 0.0_wp
@@ -146,6 +152,7 @@ contains
          self%stages(k)%past(lane, :, :) = 0.0_wp
          self%stages(k)%by_forces(lane, :, :) = 0.0_wp
          self%stages(k)%kept(lane) = 0.0_wp
+         self%stages(k)%stiffness(lane) = 1.0_wp
       end do
       call self%loads%rest(lane)
    end subroutine rest
@@ -173,10 +180,10 @@ contains
       self%p_lost(lane, :) = state%p_compensation
       self%inverse(lane, :, :) = system%body%inverse_inertia
       self%rotor(lane, :) = system%effects%rotor_momentum
-      call self%loads%put(lane, system%effects, torque)
-      self%taken(lane) = .true.
+      call self%loads%put(lane, system%effects, torque, self%taken(lane))
       call put_stages(self, lane, system, largest, torque)
       if (.not. self%taken(lane)) call rest(self, lane)
+      if (self%taken(lane)) self%idle(lane) = 0.0_wp
    end subroutine put
 
    !> True if the numbers of a body are those of a step that lanes can take.
@@ -191,7 +198,7 @@ contains
       is_in_range = all(abs(state%q) <= 2.0_wp) .and. momentum <= greatest .and. &
                     .not. (momentum > 0.0_wp .and. momentum < least) .and. &
                     minval(system%body%moments) >= least .and. maxval(system%body%moments) <= greatest .and. &
-                    .not. system%body%breaks_triangle .and. system%effects%n_potentials == self%loads%n .and. &
+                    .not. system%body%breaks_triangle .and. &
                     all(abs(self%stages%dt) >= least .and. abs(self%stages%dt) <= greatest)
    end function is_in_range
 
@@ -226,10 +233,12 @@ contains
    pure subroutine step(self)
       class(reduced_lanes_t), intent(inout) :: self
       real(wp) :: given_up(lanes)
+      logical :: any_lost
       integer :: lane, stage
       do stage = 1, size(self%stages)
-         given_up = merge(0.0_wp, 1.0_wp, self%taken)
-         call take_stage(self, self%stages(stage), given_up)
+         given_up = self%idle
+         call take_stage(self, self%stages(stage), given_up, any_lost)
+         if (.not. any_lost) cycle
          do lane = 1, lanes
             if (self%taken(lane) .and. given_up(lane) > 0.5_wp) call rest(self, lane)
          end do
@@ -237,38 +246,46 @@ contains
    end subroutine step
 
    !> One stage of a step.
-   pure subroutine take_stage(self, stage, given_up)
+   pure subroutine take_stage(self, stage, given_up, any_lost)
       type(reduced_lanes_t), intent(inout) :: self
       type(stage_t), intent(inout) :: stage
       !> 1: yes.
       real(wp), intent(inout) :: given_up(lanes)
+      !> Some lane has been given up.
+      logical, intent(out) :: any_lost
       type(iteration_t) :: at
       real(wp) :: frame(lanes, 4), half(lanes, 3), momentum(lanes, 3)
+      logical :: late(lanes)
       call start_lanes(self%q, self%p, stage%scale, frame, half, momentum, given_up)
       if (self%loads%n > 0) call self%loads%start(frame)
-      if (maxval(stage%known) > 0) then
+      if (stage%knows_all .or. maxval(stage%known) > 0) then
          associate (x => stage%past, k => stage%latest, n => most_steps)
-            call predict_lanes(stage%known, weights, x(:, :, k), x(:, :, modulo(k - 1, n)), x(:, :, modulo(k - 2, n)), &
-                               x(:, :, modulo(k - 3, n)), x(:, :, modulo(k - 4, n)), x(:, :, modulo(k - 5, n)), &
-                               given_up, at%z)
+            call predict_lanes(stage%known, stage%knows_all, weights, x(:, :, k), x(:, :, modulo(k - 1, n)), &
+                               x(:, :, modulo(k - 2, n)), x(:, :, modulo(k - 3, n)), x(:, :, modulo(k - 4, n)), &
+                               x(:, :, modulo(k - 5, n)), at%z)
          end associate
       else
          call explicit_lanes(0.25_wp*stage%dt, self%inverse, half, self%rotor, at%z, given_up)
       end if
-      call solve(self, stage, momentum, at, given_up)
+      call solve(self, stage, momentum, at, given_up, late)
       call finish(self, stage, frame, at, given_up)
       stage%latest = modulo(stage%latest + 1, most_steps)
       stage%past(:, :, stage%latest) = at%z
-      stage%known = min(stage%known + 1, most_steps)
-      if (maxval(at%count) <= slow) return
-      where (at%count > slow)
+      if (.not. stage%knows_all) then
+         stage%known = min(stage%known + 1, most_steps)
+         stage%knows_all = minval(stage%known) == most_steps
+      end if
+      any_lost = any(given_up > self%idle)
+      if (.not. at%is_late) return
+      where (late)
          stage%known = min(stage%known, kept_after_surprise)
          stage%kept = 0.0_wp
       end where
+      stage%knows_all = .false.
    end subroutine take_stage
 
    !> The modified Newton iteration, until every lane is done or given up.
-   pure subroutine solve(self, stage, momentum, at, given_up)
+   pure subroutine solve(self, stage, momentum, at, given_up, late)
       type(reduced_lanes_t), intent(inout) :: self
       type(stage_t), intent(inout) :: stage
       !> L0 in the units of the step; shape (lanes, 3).
@@ -276,20 +293,28 @@ contains
       !> With the prediction.
       type(iteration_t), intent(inout) :: at
       real(wp), intent(inout) :: given_up(lanes)
+      !> Lanes of which the prediction was bad; where there are any.
+      logical, intent(out) :: late(lanes)
       logical :: is_cubic
       integer :: k
       is_cubic = self%loads%n == 0
+      call begin_iteration(at)
       do k = 1, most_iterations
-         where (at%done < 0.5_wp) at%count = k
-         call take_residuals(self%inertia, momentum, stage%rotor, at%z, at%mean, at%change, at%rest, at%f)
-         if (.not. is_cubic) call self%loads%add_to_residuals(stage%weight, at)
-         if (maxval(at%size) > coarse) then
-            if (.not. is_cubic) call self%loads%linearize(stage%weight, at, stage%kept, stage%by_forces)
-            call invert_lanes(self%inertia, stage%by_forces, at%z, at%mean, at%change, at%rest, at%size, at%rows, &
-                              at%determinant, at%moved, given_up)
+         if (k == slow + 1) then
+            at%is_late = .true.
+            late = at%done < 0.5_wp
          end if
-         call correct_lanes(is_cubic, at, stage%kept, given_up)
-         if (minval(at%done) > 0.5_wp) return
+         call take_residuals(self%inertia, momentum, stage%rotor, at%z, at%mean, at%change, at%rest, at%f)
+         if (.not. is_cubic) then
+            call self%loads%add_to_residuals(stage%weight, at)
+            if (at%is_coarse) call self%loads%linearize(stage%weight, at, stage%kept, stage%by_forces, stage%stiffness)
+         end if
+         if (k == 1) then
+            call correct_first(is_cubic, self%inertia, stage%by_forces, at, given_up)
+         else
+            call correct_again(is_cubic, self%inertia, stage%by_forces, at, stage%kept, given_up)
+         end if
+         if (.not. at%goes_on) return
       end do
       where (at%done < 0.5_wp) given_up = 1.0_wp
    end subroutine solve
@@ -303,19 +328,18 @@ contains
       !> With the roots.
       type(iteration_t), intent(in) :: at
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: beta(lanes), factor(lanes), excess(lanes), increment(lanes, 4)
+      !> As an addend the first changes nothing, the second takes the sign of a zero away.
+      real(wp), parameter :: none(lanes, 4) = -0.0_wp, zero(lanes, 4) = 0.0_wp
+      real(wp) :: beta(lanes), factor(lanes), excess(lanes), impulse(lanes, 4)
       call measure_turns(at%z, at%determinant, stage%near, beta, factor, excess, given_up)
-      call turn_lanes(at%z, beta, factor, self%q, increment)
-      call add_lanes(increment, excess, self%q, self%q_lost)
-      call turn_lanes(at%z, beta, factor, self%p, increment)
+      call turn_lanes(at%z, beta, factor, excess, none, self%q, self%q_lost)
       if (self%loads%n > 0) then
-         call self%loads%follow(at, stage%by_forces)
-         call self%loads%add_impulse(stage%dt, frame, at%z, factor, increment)
+         call self%loads%follow(at, stage%stiffness)
+         call self%loads%find_impulse(stage%dt, frame, at%z, factor, impulse)
+         call turn_lanes(at%z, beta, factor, excess, impulse, self%p, self%p_lost)
       else
-         ! An impulse of zero, which takes the sign of a zero away.
-         increment = increment + 0.0_wp
+         call turn_lanes(at%z, beta, factor, excess, zero, self%p, self%p_lost)
       end if
-      call add_lanes(increment, excess, self%p, self%p_lost)
    end subroutine finish
 
    !> Where a body is. Its time is not touched.

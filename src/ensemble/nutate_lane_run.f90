@@ -1,5 +1,5 @@
-!> Members of an ensemble that are run together, each in a lane of `reduced_lanes_t`: free bodies, gyrostats and tops
-!> with steps of one length by the reduced form. Their rows have the bits of members that are run alone.
+!> Members of an ensemble that are run together, each in a lane of `reduced_lanes_t`: free bodies, gyrostats, tops and
+!> satellites with steps of one length by the reduced form. Their rows have the bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps

@@ -183,7 +183,7 @@ contains
       parts = usual_chunks
       if (present(workers)) parts = max(parts, chunks_of_each*workers)
       chunk = max(min((members + parts - 1)/parts, largest_chunk), 1_long)
-      if (chunk >= lanes) chunk = (chunk + lanes - 1)/lanes*lanes
+      if (2*chunk >= lanes) chunk = (chunk + lanes - 1)/lanes*lanes
    end function usual_chunk
 
    !> Starts sums, or goes on with those that another sweep has left. Errors: `NUTATE_BAD_ARGUMENT`.
