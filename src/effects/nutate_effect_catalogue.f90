@@ -45,8 +45,13 @@ module nutate_effect_catalogue
 contains
 
    !> Every effect that a scene can name.
-   function effect_kinds() result(kinds)
+   function effect_kinds(with_keys) result(kinds)
+      !> Their keys too, default; without them it is made in a thirtieth of the time, at every member of an ensemble.
+      logical, intent(in), optional :: with_keys
       type(effect_kind_t), allocatable :: kinds(:)
+      logical :: takes_keys
+      takes_keys = .true.
+      if (present(with_keys)) takes_keys = with_keys
       allocate (kinds(0))
       call add_kind(kinds, 'gravity', gravity_keys, build_gravity, repeatable=.false.)
       call add_kind(kinds, 'dipole', dipole_keys, build_dipole)
@@ -61,6 +66,31 @@ contains
       call add_kind(kinds, 'force', force_keys, build_force)
       call add_kind(kinds, 'wheel', wheel_keys, build_wheel)
       call add_kind(kinds, 'regulator', regulator_keys, build_regulator)
+
+   contains
+
+      subroutine add_kind(kinds, name, keys, build, repeatable)
+         type(effect_kind_t), allocatable, intent(inout) :: kinds(:)
+         !> Of the scene's group.
+         character(len=*), intent(in) :: name
+         type(key_t), intent(in) :: keys(:)
+         procedure(build_effect) :: build
+         !> Several groups of the name may stand in a scene; default `.true.`.
+         logical, intent(in), optional :: repeatable
+         type(effect_kind_t), allocatable :: longer(:)
+         integer :: n
+         n = size(kinds)
+         allocate (longer(n + 1))
+         longer(1:n) = kinds
+         longer(n + 1)%group%name = name
+         longer(n + 1)%group%repeatable = .true.
+         if (present(repeatable)) longer(n + 1)%group%repeatable = repeatable
+         if (takes_keys) &
+            longer(n + 1)%group%keys = [keys, key_t(name='name', kind=KEY_TEXT), key_t(name='on', kind=KEY_LOGICAL)]
+         longer(n + 1)%build => build
+         call move_alloc(longer, kinds)
+      end subroutine add_kind
+
    end function effect_kinds
 
    !> A torque as a scene's group asks for it: harmonic in time, or by a table.
@@ -75,26 +105,5 @@ contains
          call build_applied_torque(group, body, effect, status)
       end if
    end subroutine build_torque
-
-   subroutine add_kind(kinds, name, keys, build, repeatable)
-      type(effect_kind_t), allocatable, intent(inout) :: kinds(:)
-      !> Of the scene's group.
-      character(len=*), intent(in) :: name
-      type(key_t), intent(in) :: keys(:)
-      procedure(build_effect) :: build
-      !> Several groups of the name may stand in a scene; default `.true.`.
-      logical, intent(in), optional :: repeatable
-      type(effect_kind_t), allocatable :: longer(:)
-      integer :: n
-      n = size(kinds)
-      allocate (longer(n + 1))
-      longer(1:n) = kinds
-      longer(n + 1)%group%name = name
-      longer(n + 1)%group%keys = [keys, key_t(name='name', kind=KEY_TEXT), key_t(name='on', kind=KEY_LOGICAL)]
-      longer(n + 1)%group%repeatable = .true.
-      if (present(repeatable)) longer(n + 1)%group%repeatable = repeatable
-      longer(n + 1)%build => build
-      call move_alloc(longer, kinds)
-   end subroutine add_kind
 
 end module nutate_effect_catalogue

@@ -56,7 +56,7 @@ contains
       type(body_t) :: body
       integer :: i, k, pass
 
-      kinds = effect_kinds()
+      kinds = effect_kinds(with_keys=.false.)
       body = whole_body(system%body)
       do pass = FIRST, LAST
          do i = 1, size(groups)
