@@ -111,6 +111,7 @@ program unit
    use test_regulators, only: collect_regulators
    use test_wheel_limits, only: collect_wheel_limits
    use test_wheel_reference, only: collect_wheel_reference
+   use test_turning_tops, only: collect_turning_tops
    use test_wheels, only: collect_wheels
    use test_work_precision, only: collect_work_precision
    implicit none
@@ -252,6 +253,7 @@ contains
          new_testsuite("resume", collect_resume), &
          new_testsuite("earth_frames", collect_earth_frames), &
          new_testsuite("rotating_frame", collect_rotating_frame), &
+         new_testsuite("turning_tops", collect_turning_tops), &
          new_testsuite("rotation", collect_rotation), &
          new_testsuite("round_off", collect_round_off), &
          new_testsuite("run", collect_run), &

@@ -77,6 +77,7 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
+      character(len=16) :: label
       integer :: i, j, form
       problem = potentials_only(inclined)
       energy = conserved_energy(problem%system, problem%start)
@@ -97,7 +98,8 @@ contains
                if (allocated(error)) return
                call check_close(error, dot_product(state%q, state%q), 1.0_wp, 20*eps, "norm")
                if (allocated(error)) return
-               call check_close(error, dot_product(state%q, state%p), 0.0_wp, 20*eps*norm2(state%p), "q.p")
+               write (label, '(a,1x,i0,1x,i0)') trim(solvers(form)), j, i
+               call check_close(error, dot_product(state%q, state%p), 0.0_wp, 20*eps*norm2(state%p), label)
                if (allocated(error)) return
             end do
          end do
@@ -138,7 +140,6 @@ contains
    subroutine both_forms_agree(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: full, reduced
       type(state_t) :: a, b
       type(status_t) :: status
@@ -148,10 +149,8 @@ contains
          if (k == 2) problem = potentials_only([0.0_wp, 0.0_wp, 0.0_wp])
          if (k == 3) problem = forced_body()
          call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
-         settings%linear_solver = 'lapack'
-         call make_stepper(problem%system, settings, full, status)
-         settings%linear_solver = 'reduced'
-         call make_stepper(problem%system, settings, reduced, status)
+         call make_stepper(problem%system, integrator_settings_t(linear_solver='lapack'), full, status)
+         call make_stepper(problem%system, integrator_settings_t(linear_solver='reduced'), reduced, status)
          a = problem%start
          b = problem%start
          call march(problem%system, full, a, 0.02_wp, 300, status)

@@ -5,6 +5,7 @@ module nutate_methods
    use nutate_projected_stepper, only: projected_stepper_t
    use nutate_dop853, only: dop853_t
    use nutate_exact_stepper, only: exact_t
+   use nutate_invariants, only: follows_turning_axes
    use nutate_nielsen_krenk, only: nielsen_krenk_t
    use nutate_reduced, only: reduced_t
    use nutate_rk4, only: rk4_t
@@ -13,6 +14,7 @@ module nutate_methods
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_taylor_stepper, only: fixed_step_order, taylor_t
+   use nutate_turned_stepper, only: turned_stepper_t
    implicit none
    private
 
@@ -174,9 +176,22 @@ contains
          end if
          if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
       end select
+      if (follows_turning_axes(system%effects) .and. settings%attitude .and. settings%method /= 'taylor' .and. &
+          settings%method /= 'exact') call turn_stepper(settings%method == 'nielsen_krenk', stepper)
       if (settings%conserve .and. settings%method /= 'taylor') call project_stepper(methods(row)%spacing, stepper)
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
+
+   !> Puts a stepper with the turn of space axes that its motion does not know of in its place.
+   subroutine turn_stepper(compensated, stepper)
+      !> Its states are sums of increments.
+      logical, intent(in) :: compensated
+      class(stepper_t), allocatable, intent(inout) :: stepper
+      type(turned_stepper_t), allocatable :: turned
+      allocate (turned)
+      call turned%wrap(stepper, compensated)
+      call move_alloc(turned, stepper)
+   end subroutine turn_stepper
 
    !> Puts a stepper with the projection onto the invariants in its place.
    subroutine project_stepper(spacing, stepper)

@@ -36,7 +36,7 @@ module nutate_reduced
    !> Determinants below are those of singular systems: their inverse would leave the range of numbers.
    real(wp), parameter :: least_determinant = 1e-150_wp
 
-   !> The 3×3 stepper. Its unknowns are b; with forces in space axes that turn, r (`nutate_frame_turn`).
+   !> The 3×3 stepper. Its unknowns are b.
    type, extends(implicit_stepper_t) :: reduced_t
       private
       type(reduced_equations_t) :: equations
@@ -115,7 +115,6 @@ contains
       real(wp) :: length
       z = 0.0_wp
       z(1:3) = self%equations%explicit_guess(system)
-      if (self%equations%is_relative) z(1:3) = z(1:3) - self%equations%turn%start
       length = maxval(abs(z))
       if (length > farthest) z = z*(farthest/length)
    end subroutine explicit_guess
@@ -195,7 +194,6 @@ contains
       real(wp), intent(out) :: z(most_unknowns)
       z = 0.0_wp
       z(1:3) = b
-      if (self%equations%is_relative) z(1:3) = self%equations%turn%to_relative(b)
    end subroutine unknowns_of
 
    pure subroutine get_cayley_vector(self, z, b)
@@ -203,7 +201,6 @@ contains
       real(wp), intent(in) :: z(most_unknowns)
       real(wp), intent(out) :: b(3)
       b = z(1:3)
-      if (self%equations%is_relative) b = b + self%equations%turn%middle(b, dot_product(b, b))
    end subroutine get_cayley_vector
 
    !> Moves the state. The last increment must not leave the torque behind: a stiff one goes far in a small increment.

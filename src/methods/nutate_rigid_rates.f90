@@ -51,12 +51,12 @@ module nutate_rigid_rates
       real(wp), allocatable, private :: a(:, :), turns(:, :)
       real(wp), private :: first_momentum(most_wheels) = 0.0_wp, momentum(most_wheels) = 0.0_wp
       integer, private :: stage = 0
-      !> Integrate the attitude; else its rates are zero.
-      logical :: attitude = .true.
+      !> Integrate the attitude; else its rates are zero. They are so, or the space axes turn.
+      logical :: attitude = .true., turns_otherwise = .false.
       !> The space axes turn: half their turn in the step, ½Δt ω, rad, in these axes; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_turn(3) = 0.0_wp
-      !> There is an effect that exerts a force, or a wheel, or the space axes turn.
+      !> There is an effect that exerts a force, or a wheel.
       logical :: forced = .false.
       !> There is a potential that moves; the potentials where none does.
       logical :: moves = .false.
@@ -86,7 +86,8 @@ contains
       integer :: i
       self%attitude = attitude
       self%frame_turns = system%effects%frame_turns
-      self%forced = system%effects%n_potentials + system%effects%n_works() > 0 .or. self%frame_turns
+      self%turns_otherwise = self%frame_turns .or. .not. attitude
+      self%forced = system%effects%n_potentials + system%effects%n_works() > 0
       self%n_wheels = system%effects%n_wheels
       self%moves = system%effects%moves
       call self%potentials%prepare(system%effects)
@@ -220,6 +221,10 @@ contains
       !> Shape (n_rates).
       real(wp), intent(out) :: k(n_rates)
       real(wp) :: x1, x2, x3, angle1, angle2, angle3
+      if (self%turns_otherwise) then
+         call get_rates_otherwise(self, system, fraction, y, weight, k)
+         return
+      end if
       x1 = y(5) - self%rotor(1)
       x2 = y(6) - self%rotor(2)
       x3 = y(7) - self%rotor(3)
@@ -239,31 +244,48 @@ contains
       k(6) = y(7)*angle1 - y(5)*angle3
       k(7) = y(5)*angle2 - y(6)*angle1
       k(8) = 0.0_wp
-      if (.not. self%attitude) k(1:4) = 0.0_wp
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
    end subroutine get_rates
 
-   !> Takes the rate of space axes that turn from that of the attitude: ½ω∘q.
-   pure subroutine add_frame(v, y, k)
-      !> ½Δt ω; shape (3).
-      real(wp), intent(in) :: v(3)
-      real(wp), intent(in) :: y(n_rates)
-      real(wp), intent(inout) :: k(n_rates)
-      k(1) = k(1) + (v(1)*y(2) + v(2)*y(3) + v(3)*y(4))
-      k(2) = k(2) - (v(1)*y(1) + v(2)*y(4) - v(3)*y(3))
-      k(3) = k(3) - (v(2)*y(1) + v(3)*y(2) - v(1)*y(4))
-      k(4) = k(4) - (v(3)*y(1) + v(1)*y(3) - v(2)*y(2))
-   end subroutine add_frame
+   !> The same without attitude, or where the space axes turn: ½ q∘Ω - ½ω∘q in the sums and differences of the two,
+   !> with no products more than in axes that stand still. Apart, so that these are not held up by it.
+   pure subroutine get_rates_otherwise(self, system, fraction, y, weight, k)
+      type(rigid_rates_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: fraction, y(n_rates), weight
+      real(wp), intent(out) :: k(n_rates)
+      real(wp) :: x(3), angle(3), less(3), more(3)
+      integer :: i
+      x = y(5:7) - self%rotor
+      do i = 1, 3
+         angle(i) = self%to_angle(i, 1)*x(1) + self%to_angle(i, 2)*x(2) + self%to_angle(i, 3)*x(3)
+      end do
+      if (.not. max(abs(angle(1)), abs(angle(2)), abs(angle(3))) <= largest_angle) then
+         if (self%failure == 0) self%failure = NUTATE_OFF_BRANCH
+         k = 0.0_wp
+         return
+      end if
+      less = 0.5_wp*angle - self%frame_turn
+      more = 0.5_wp*angle + self%frame_turn
+      k(1) = -(y(2)*less(1) + y(3)*less(2) + y(4)*less(3))
+      k(2) = y(1)*less(1) + y(3)*more(3) - y(4)*more(2)
+      k(3) = y(1)*less(2) + y(4)*more(1) - y(2)*more(3)
+      k(4) = y(1)*less(3) + y(2)*more(2) - y(3)*more(1)
+      k(5) = y(6)*angle(3) - y(7)*angle(2)
+      k(6) = y(7)*angle(1) - y(5)*angle(3)
+      k(7) = y(5)*angle(2) - y(6)*angle(1)
+      k(8) = 0.0_wp
+      if (.not. self%attitude) k(1:4) = 0.0_wp
+      if (self%forced) call add_forces(self, system, fraction, y, weight, k)
+   end subroutine get_rates_otherwise
 
-   !> Adds Δtτ of all effects, and the turn of the space axes, to the rates.
+   !> Adds Δtτ of all effects to the rates.
    pure subroutine add_forces(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: fraction, y(n_rates), weight
       real(wp), intent(inout) :: k(n_rates)
       real(wp) :: tau(3), square
-      if (self%frame_turns .and. self%attitude) call add_frame(self%frame_turn, y, k)
-      if (system%effects%n_potentials + system%effects%n_works() == 0) return
       square = y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4)
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then

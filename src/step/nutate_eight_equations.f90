@@ -200,9 +200,12 @@ contains
       real(wp) :: a(4), xm(4), s(4), omega(3)
       a = self%mean_rate(z)
       xm = self%x0 + 0.5_wp*z(1:4)
-      r(1:4) = z(1:4) - (0.25_wp*self%dt)*quat_product(xm, a)
-      r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
-      if (self%turn%there) call add_frame(self%turn, xm, self%y0 + 0.5_wp*z(5:8), r)
+      if (self%turn%there) then
+         call self%turn%take_turns((0.25_wp*self%dt)*a, xm, self%y0 + 0.5_wp*z(5:8), z, r)
+      else
+         r(1:4) = z(1:4) - (0.25_wp*self%dt)*quat_product(xm, a)
+         r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
+      end if
       if (.not. self%forces%active) return
       omega = 0.5_wp*a(2:4)
       if (self%turn%there .and. system%effects%n_torques > 0) omega = omega - frame_rate(self, xm)
@@ -313,8 +316,8 @@ contains
       if (self%forces%active) then
          xm = self%x0 + 0.5_wp*z(1:4)
          ym = self%y0 + 0.5_wp*z(5:8)
-         impulse(5:8) = z(5:8) + 2*quat_product(ym, conjugation*alpha)
-         call add_frame(self%turn, xm, ym, impulse)
+         ! With the rounding of the residual, so that none of the free motion's is left.
+         call self%turn%take_turns(2*alpha, xm, ym, z, impulse)
          if (self%forces%projection) &
             impulse(5:8) = impulse(5:8) - (dot_product(xm, impulse(5:8))/dot_product(xm, xm))*xm
       end if

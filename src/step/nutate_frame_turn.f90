@@ -33,12 +33,12 @@ module nutate_frame_turn
       procedure :: prepare
       !> Starts a step.
       procedure :: begin
-      !> δ̄ of a step that turns the body by r.
-      procedure :: middle
-      !> ∂b/∂r.
-      procedure :: absolute_by_relative
       !> r of a b.
       procedure :: to_relative
+      !> ∂r/∂b.
+      procedure :: relative_by_absolute
+      !> The free part of the eight equations.
+      procedure :: take_turns
       !> What p gains.
       procedure :: momentum_increment
    end type frame_turn_t
@@ -66,26 +66,15 @@ contains
       self%square = (0.25_wp*dt)**2*dot_product(self%rate, self%rate)
    end subroutine begin
 
-   !> δ̄ = R(c½)ᵀ R(u)ᵀδ of a step that turns the body by the Cayley map of r; shape (3).
-   pure function middle(self, r, square) result(turn)
+   !> ∂r/∂b, the inverse of ∂b/∂r: of b = r + δ̄ a change δr turns the attitude at mid step by
+   !> θ = 2(δr - r×δr)/(1+|r|²), and δ̄ by δ̄×θ; shape (3,3).
+   pure function relative_by_absolute(self, b, r) result(by_b)
       class(frame_turn_t), intent(in) :: self
-      !> r, shape (3), and |r|².
-      real(wp), intent(in) :: r(3), square
-      real(wp) :: turn(3)
-      associate (v => self%start)
-         turn = ((1 - square)*v + (2*(r(1)*v(1) + r(2)*v(2) + r(3)*v(3)))*r - 2*across(r, v))/(1 + square)
-      end associate
-   end function middle
-
-   !> ∂b/∂r, b = r + δ̄: a change δr turns the attitude at mid step by θ = 2(δr - r×δr)/(1+|r|²), and δ̄ by δ̄×θ; shape
-   !> (3,3).
-   pure function absolute_by_relative(self, r, turn) result(by_r)
-      class(frame_turn_t), intent(in) :: self
-      !> r, and its δ̄; shape (3).
-      real(wp), intent(in) :: r(3), turn(3)
-      real(wp) :: by_r(3, 3), along, v(3)
+      !> b, and its r; shape (3).
+      real(wp), intent(in) :: b(3), r(3)
+      real(wp) :: by_b(3, 3), by_r(3, 3), rows(3, 3), along, v(3)
       integer :: j
-      v = (2/(1 + dot_product(r, r)))*turn
+      v = (2/(1 + dot_product(r, r)))*(b - r)
       along = 1 + dot_product(v, r)
       do j = 1, 3
          by_r(:, j) = -v(j)*r
@@ -97,19 +86,47 @@ contains
       by_r(3, 2) = by_r(3, 2) + v(1)
       by_r(1, 3) = by_r(1, 3) + v(2)
       by_r(2, 3) = by_r(2, 3) - v(1)
-   end function absolute_by_relative
+      rows(:, 1) = across(by_r(:, 2), by_r(:, 3))
+      rows(:, 2) = across(by_r(:, 3), by_r(:, 1))
+      rows(:, 3) = across(by_r(:, 1), by_r(:, 2))
+      by_b = transpose(rows)/dot_product(rows(:, 1), by_r(:, 1))
+   end function relative_by_absolute
 
    !> r of a b: the vector of x̄ = ½(1 + u*∘q1) over its scalar part; shape (3).
    pure function to_relative(self, b) result(r)
       class(frame_turn_t), intent(in) :: self
       !> Shape (3).
       real(wp), intent(in) :: b(3)
-      real(wp) :: r(3), beta
+      real(wp) :: r(3), beta, shrink
       beta = dot_product(b, b)
       associate (v => self%start, d => self%square)
-         r = ((1 + beta - d)*b - (1 + d - beta)*v - 2*across(v, b))/(1 + beta + d + 2*dot_product(v, b))
+         shrink = 1/(1 + beta + d + 2*(v(1)*b(1) + v(2)*b(2) + v(3)*b(3)))
+         r = (shrink*(1 + beta - d))*b - (shrink*(1 + d - beta))*v - (2*shrink)*across(v, b)
       end associate
    end function to_relative
+
+   !> Δx - 2(x̄∘α - δ∘x̄) and Δy + 2(ȳ∘Cα + δ∘ȳ) with α = ⅛Δt a, in the sums and differences of α and δ: no products
+   !> more than in axes that stand still.
+   pure subroutine take_turns(self, quarter, x, y, z, r)
+      class(frame_turn_t), intent(in) :: self
+      !> 2α, x̄ and ȳ; shape (4).
+      real(wp), intent(in) :: quarter(4), x(4), y(4)
+      !> (Δx, Δy); shape (8).
+      real(wp), intent(in) :: z(8)
+      real(wp), intent(out) :: r(8)
+      real(wp) :: a, less(3), more(3)
+      a = quarter(1)
+      less = quarter(2:4) - 2*self%start
+      more = quarter(2:4) + 2*self%start
+      r(1) = z(1) - (a*x(1) - (x(2)*less(1) + x(3)*less(2) + x(4)*less(3)))
+      r(2) = z(2) - (a*x(2) + (x(1)*less(1) + x(3)*more(3) - x(4)*more(2)))
+      r(3) = z(3) - (a*x(3) + (x(1)*less(2) + x(4)*more(1) - x(2)*more(3)))
+      r(4) = z(4) - (a*x(4) + (x(1)*less(3) + x(2)*more(2) - x(3)*more(1)))
+      r(5) = z(5) + (a*y(1) + (y(2)*less(1) + y(3)*less(2) + y(4)*less(3)))
+      r(6) = z(6) + (a*y(2) - (y(1)*less(1) + y(3)*more(3) - y(4)*more(2)))
+      r(7) = z(7) + (a*y(3) - (y(1)*less(2) + y(4)*more(1) - y(2)*more(3)))
+      r(8) = z(8) + (a*y(4) - (y(1)*less(3) + y(2)*more(2) - y(3)*more(1)))
+   end subroutine take_turns
 
    !> What ½u*∘p gains in the step that turns the body by r, on the constraint manifold: c∘L1 - L0, less what rounding
    !> left of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, of which b·ΔL = Δt b·τ̄;

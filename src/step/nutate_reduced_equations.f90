@@ -10,8 +10,8 @@
 !> and (5): the same root, with three unknowns in place of eight. The projection of (11) is that τ̄ alone enters, and no
 !> scalar part beside it.
 !>
-!> In space axes that turn (`nutate_frame_turn`) β-d takes the place of β, and where there are forces the unknown is r,
-!> by which attitudes turn, b what follows from it.
+!> In space axes that turn (`nutate_frame_turn`) β-d takes the place of β, and forces are those of the r of b, by which
+!> attitudes turn.
 !>
 !> They are solved in units of 4s/Δt, s the largest diagonal entry of J, in which L̄ is (J/s)b + hΔt/4s: numbers of
 !> order 1 whatever the body.
@@ -63,12 +63,11 @@ module nutate_reduced_equations
       real(wp) :: torque_limit = 0.0_wp
       logical :: too_strong = .false.
       type(discrete_forces_t) :: forces
-      !> Of space axes that turn; the unknown is r; then b of the r last taken, and δ̄, body axes; shape (3).
+      !> Of space axes that turn; there are forces in them.
       type(frame_turn_t) :: turn
       logical :: is_relative = .false.
       !> Without forces F is a cubic polynomial of b, whose coefficients are nearly those in axes that stand still.
       logical :: is_cubic = .false.
-      real(wp) :: b(3) = 0.0_wp, frame_middle(3) = 0.0_wp
       type(wheel_steps_t) :: wheels
    contains
       !> Takes the step's length.
@@ -169,32 +168,11 @@ contains
    !> Computes the mean momentum of a turn, for F and its derivative.
    pure subroutine take(self, b)
       class(reduced_equations_t), intent(inout) :: self
-      !> Or r.
-      real(wp), intent(in) :: b(3)
-      if (self%is_relative) then
-         call take_relative(self, b)
-      else
-         call take_absolute(self, b)
-      end if
-   end subroutine take
-
-   !> Takes an r.
-   pure subroutine take_relative(self, r)
-      class(reduced_equations_t), intent(inout) :: self
-      real(wp), intent(in) :: r(3)
-      self%frame_middle = self%turn%middle(r, dot_product(r, r))
-      self%b = r + self%frame_middle
-      call take_absolute(self, self%b)
-   end subroutine take_relative
-
-   !> Takes a b.
-   pure subroutine take_absolute(self, b)
-      class(reduced_equations_t), intent(inout) :: self
       real(wp), intent(in) :: b(3)
       self%mean = times_vector(self%inertia, b) + self%rotor
       self%change = self%mean - self%momentum
       self%beta = dot_product(b, b) - self%turn%square
-   end subroutine take_absolute
+   end subroutine take
 
    !> F(b) = (Δt/4s) G(b); shape (3). Keeps the torque. Without the torque's part where that is too strong.
    pure subroutine residual(self, system, b, f)
@@ -203,13 +181,13 @@ contains
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: f(3)
       real(wp) :: tau(3)
-      if (self%is_relative) then
-         call residual_in_frame(self, system, b, f)
-         return
-      end if
-      call take_absolute(self, b)
+      call take(self, b)
       f = (1 - self%beta)*self%change + 2*cross(b, self%mean)
       if (.not. self%forces%active) return
+      if (self%is_relative) then
+         call add_torque_in_frame(self, system, b, f)
+         return
+      end if
       call self%forces%turn(system%effects, b, self%rate, self%torque)
       if (max(abs(self%torque(1)), abs(self%torque(2)), abs(self%torque(3))) > self%torque_limit) then
          self%too_strong = .true.
@@ -219,23 +197,22 @@ contains
       f = f - (1 + self%beta)*tau + (2*dot_product(b, tau))*b
    end subroutine residual
 
-   !> The same where the space axes turn: (1-β+d)(L̄-L0) + 2b×L̄ - ½Δt((1+ρ)τ̄ - 2r(b·τ̄)), in units of the step.
-   pure subroutine residual_in_frame(self, system, r, f)
-      class(reduced_equations_t), intent(inout) :: self
+   !> The torque's part where the space axes turn, -½Δt((1+ρ)τ̄ - 2r(b·τ̄)), in units of the step.
+   pure subroutine add_torque_in_frame(self, system, b, f)
+      type(reduced_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: r(3)
-      real(wp), intent(out) :: f(3)
-      real(wp) :: tau(3)
-      call take_relative(self, r)
-      f = (1 - self%beta)*self%change + 2*cross(self%b, self%mean)
+      real(wp), intent(in) :: b(3)
+      real(wp), intent(inout) :: f(3)
+      real(wp) :: r(3), tau(3)
+      r = self%turn%to_relative(b)
       call self%forces%turn(system%effects, r, self%rate, self%torque)
       if (max(abs(self%torque(1)), abs(self%torque(2)), abs(self%torque(3))) > self%torque_limit) then
          self%too_strong = .true.
          return
       end if
       tau = self%weight*self%torque
-      f = f - (1 + dot_product(r, r))*tau + (2*dot_product(self%b, tau))*r
-   end subroutine residual_in_frame
+      f = f - (1 + (r(1)*r(1) + r(2)*r(2) + r(3)*r(3)))*tau + (2*(b(1)*tau(1) + b(2)*tau(2) + b(3)*tau(3)))*r
+   end subroutine add_torque_in_frame
 
    !> ∂F/∂b, the Jacobian; shape (3,3).
    pure subroutine jacobian(self, system, b, matrix)
@@ -245,11 +222,7 @@ contains
       real(wp), intent(out) :: matrix(3, 3)
       call self%take(b)
       if (self%forces%active) call self%linearize_forces(system, b)
-      if (self%is_relative) then
-         call add_free_part_in_frame(self, b, matrix)
-      else
-         call add_free_part(self, b, matrix)
-      end if
+      call add_free_part(self, b, matrix)
    end subroutine jacobian
 
    !> The derivative of -½Δt((1+β)τ̄ - 2b(b·τ̄)) at b, kept until asked for again.
@@ -259,13 +232,13 @@ contains
       real(wp), intent(in) :: b(3)
       real(wp) :: tau(3), by_b(3, 3), column(3), beta
       integer :: j
+      if (self%is_relative) then
+         call linearize_in_frame(self, system, b)
+         return
+      end if
       call self%forces%linearize_turn(system%effects, b, self%rate, tau, by_b)
       if (max(maxval(abs(tau)), maxval(abs(by_b))) > self%torque_limit) then
          self%too_strong = .true.
-         return
-      end if
-      if (self%is_relative) then
-         call add_forces_in_frame(self, b, tau, by_b)
          return
       end if
       beta = dot_product(b, b)
@@ -276,22 +249,29 @@ contains
       end do
    end subroutine linearize_forces
 
-   !> The derivative of -½Δt((1+ρ)τ̄ - 2r(b·τ̄)) by the r last taken.
-   pure subroutine add_forces_in_frame(self, r, tau, by_r)
-      class(reduced_equations_t), intent(inout) :: self
-      !> r, shape (3); τ̄, N m, and its derivative by r; shapes (3), (3,3).
-      real(wp), intent(in) :: r(3), tau(3), by_r(3, 3)
-      real(wp) :: column(3), b_by_r(3, 3), along
+   !> The derivative of -½Δt((1+ρ)τ̄ - 2r(b·τ̄)) at b.
+   pure subroutine linearize_in_frame(self, system, b)
+      type(reduced_equations_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: b(3)
+      real(wp) :: r(3), tau(3), by_b(3, 3), r_by_b(3, 3), column(3), along, factor
       integer :: j
-      b_by_r = self%turn%absolute_by_relative(r, self%frame_middle)
-      along = dot_product(self%b, tau)
+      r = self%turn%to_relative(b)
+      r_by_b = self%turn%relative_by_absolute(b, r)
+      call self%forces%linearize_turn(system%effects, r, self%rate, tau, by_b)
+      by_b = times_columns(by_b, r_by_b)
+      if (max(maxval(abs(tau)), maxval(abs(by_b))) > self%torque_limit) then
+         self%too_strong = .true.
+         return
+      end if
+      along = 2*dot_product(b, tau)
+      factor = 1 + dot_product(r, r)
       do j = 1, 3
-         column = (1 + dot_product(r, r))*by_r(:, j) + (2*r(j))*tau &
-                  - (2*(dot_product(self%b, by_r(:, j)) + dot_product(tau, b_by_r(:, j))))*r
-         column(j) = column(j) - 2*along
+         column = factor*by_b(:, j) + (2*dot_product(r, r_by_b(:, j)))*tau &
+                  - (2*(dot_product(b, by_b(:, j)) + tau(j)))*r - along*r_by_b(:, j)
          self%by_forces(:, j) = -self%weight*column
       end do
-   end subroutine add_forces_in_frame
+   end subroutine linearize_in_frame
 
    !> ∂F/∂b: the derivative of (1-β)(L̄ - L0) + 2b×L̄ and the effects' part.
    pure subroutine add_free_part(self, b, matrix)
@@ -322,21 +302,6 @@ contains
       matrix(2, 3) = matrix(2, 3) + twice(1)
    end subroutine add_cross_of_mean
 
-   !> The same by the r last taken: the derivative by b times ∂b/∂r.
-   pure subroutine add_free_part_in_frame(self, r, matrix)
-      type(reduced_equations_t), intent(in) :: self
-      real(wp), intent(in) :: r(3)
-      real(wp), intent(out) :: matrix(3, 3)
-      real(wp) :: n(3), by_b(3, 3)
-      integer :: j
-      do j = 1, 3
-         n = self%inertia(:, j)
-         by_b(:, j) = (1 - self%beta)*n + 2*(cross(self%b, n) - self%b(j)*self%change)
-      end do
-      call add_cross_of_mean(self%mean, by_b)
-      matrix = self%by_forces + times_columns(by_b, self%turn%absolute_by_relative(r, self%frame_middle))
-   end subroutine add_free_part_in_frame
-
    !> Inverse of ∂F/∂b at the b last taken, from its adjugate, with the effects' part as `linearize_forces` left it;
    !> none where the determinant vanishes.
    pure subroutine invert(self, b, rows, determinant)
@@ -346,11 +311,7 @@ contains
       real(wp), intent(out) :: rows(3, 3)
       real(wp), intent(out) :: determinant
       real(wp) :: m(3, 3)
-      if (self%is_relative) then
-         call add_free_part_in_frame(self, b, m)
-      else
-         call add_free_part(self, b, m)
-      end if
+      call add_free_part(self, b, m)
       rows(:, 1) = cross(m(:, 2), m(:, 3))
       rows(:, 2) = cross(m(:, 3), m(:, 1))
       rows(:, 3) = cross(m(:, 1), m(:, 2))
@@ -358,13 +319,12 @@ contains
       if (abs(determinant) > tiny(1.0_wp)) rows = (1/determinant)*rows
    end subroutine invert
 
-   !> Ω̄ of the step whose root is b, or r, body axes, rad/s; shape (3).
+   !> Ω̄ of the step whose root is b, body axes, rad/s; shape (3).
    pure function mean_rate(self, b) result(omega)
       class(reduced_equations_t), intent(in) :: self
       real(wp), intent(in) :: b(3)
       real(wp) :: omega(3)
       omega = self%rate*b
-      if (self%is_relative) omega = self%rate*(b + self%turn%middle(b, dot_product(b, b)))
    end function mean_rate
 
    !> Work of each torque in the step whose root is b.
@@ -374,7 +334,10 @@ contains
       real(wp), intent(in) :: b(3)
       !> J; shape (number of torques).
       real(wp), intent(inout) :: work(:)
-      call self%forces%get_work(system%effects, self%dt, [1.0_wp, b]/(1 + dot_product(b, b)), self%rate*b, work)
+      real(wp) :: r(3)
+      r = b
+      if (self%is_relative) r = self%turn%to_relative(b)
+      call self%forces%get_work(system%effects, self%dt, [1.0_wp, r]/(1 + dot_product(r, r)), self%rate*r, work)
    end subroutine get_work
 
    !> The update: moves the state to the end of the step whose root is b, q1 = q0∘c and p1 = p0∘c + Δt f, f the force of
@@ -408,21 +371,15 @@ contains
 
    !> The same where the space axes turn: q1 = q0∘c, and p1 = 2 q1∘L1 as an increment, 2u∘((c - 1)∘L1 + ΔL), without
    !> what rounding left of q·p.
-   pure subroutine finish_in_frame(self, root, state)
+   pure subroutine finish_in_frame(self, b, state)
       class(reduced_equations_t), intent(in) :: self
-      !> For which F has been asked last if there are effects.
-      real(wp), intent(in) :: root(3)
+      !> Root, for which F has been asked last if there are effects.
+      real(wp), intent(in) :: b(3)
       type(state_t), intent(inout) :: state
-      real(wp) :: b(3), r(3), c(4), impulse(3), square, factor, excess
-      if (self%is_relative) then
-         r = root
-         b = r + self%turn%middle(r, dot_product(r, r))
-         impulse = self%dt*self%torque
-      else
-         b = root
-         r = self%turn%to_relative(b)
-         impulse = 0.0_wp
-      end if
+      real(wp) :: r(3), c(4), impulse(3), square, factor, excess
+      impulse = 0.0_wp
+      if (self%is_relative) impulse = self%dt*self%torque
+      r = self%turn%to_relative(b)
       call measure_turn(r, square, factor, excess)
       c(1) = -square
       c(2:4) = r

@@ -11,7 +11,8 @@ module nutate_invariants
    implicit none
    private
 
-   public :: invariants_t, conserved_momentum, parallel, NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
+   public :: invariants_t, conserved_momentum, follows_turning_axes, parallel
+   public :: NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
 
    !> Which components of the space momentum are conserved; only its length where the attitude is not known.
    integer, parameter :: NO_COMPONENT = 0, ALONG_AXIS = 1, ONLY_LENGTH = 2, ALL_COMPONENTS = 3
@@ -178,6 +179,18 @@ contains
       if (has_outer_torques(effects) .or. effects%moves) components = NO_COMPONENT
       if (components /= ALONG_AXIS) axis = 0.0_wp
    end subroutine conserved_momentum
+
+   !> True where space axes turn and no effect knows of it, each being symmetric about their rate, or none: the motion
+   !> is that in axes which stand still, turned back by ω times the time. Wheels are left out: their motors may know.
+   pure logical function follows_turning_axes(effects) result(follows)
+      type(effect_list_t), intent(in) :: effects
+      integer :: components
+      real(wp) :: axis(3)
+      follows = .false.
+      if (.not. effects%frame_turns .or. effects%n_torques + effects%n_wheels > 0) return
+      call conserved_momentum(effects, components, axis)
+      follows = components == ALONG_AXIS
+   end function follows_turning_axes
 
    !> True if there is a torque on the body from outside: that of a regulator by wheels is none.
    pure logical function has_outer_torques(effects)

@@ -9,7 +9,8 @@
 !> have series of their own (`nutate_diagonal_series`).
 !>
 !> Where the space axes turn at ω, E is what is fixed in them: `Ė = E×(Ω - Rᵀω)`, and Rᵀω is a sum of the three rows
-!> with constant weights, so that `E×Rᵀω` needs no products. A free body moves as if they stood still.
+!> with constant weights, so that `E×Rᵀω` needs no products. Tops have a series of their own, and those that do not
+!> know of it move as if they stood still.
 !>
 !> Where body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
 !> (`nutate_axial_frame`) and starts with its axes: there L/J₁ takes the place of Ω in the products. The angle by which
@@ -18,6 +19,7 @@ module nutate_motion_series
    use nutate_axial_frame, only: axial_frame_t
    use nutate_effect_list, only: effect_list_t
    use nutate_diagonal_series, only: expand_axial_top, expand_free, expand_top, steepest_growth
+   use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp
    use nutate_lane_products, only: add_inner, add_outer, see_from_frame
    use nutate_quaternion, only: cross, quat_product, rotate_to_body
@@ -26,6 +28,7 @@ module nutate_motion_series
    use nutate_series_tail, only: most_parts, series_tail_t
    use nutate_torque_series, only: torque_series_t
    use nutate_system, only: system_t
+   use nutate_turning_top_series, only: expand_turning_top
    use nutate_wheel_series, only: wheel_series_t
    implicit none
    private
@@ -96,19 +99,22 @@ contains
          diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
       end associate
       call self%axial%recognise(system)
-      self%frame_turns = system%effects%frame_turns .and. (self%torques%has_more .or. self%torques%rank > 0)
+      self%frame_turns = system%effects%frame_turns .and. (self%torques%has_more .or. self%torques%rank > 0) .and. &
+                         .not. follows_turning_axes(system%effects)
+      if (self%frame_turns .and. .not. self%torques%has_more .and. self%wheels%n == 0) &
+         call self%torques%turn_basis(system%effects%frame_rate)
       self%frame_rate = matmul(system%effects%frame_rate, self%torques%basis)
       self%places = 1 + modulo(self%axial%axis + [0, 1, 2], 3)
       self%best = TWO_PAIRS
-      if (self%frame_turns .or. self%wheels%n > 0) return
+      if (self%wheels%n > 0) return
       if (.not. self%torques%has_more .and. self%torques%rank == 0) then
          self%best = ONE_PAIR
          if (diagonal) self%best = FREE_BODY
          if (self%axial%axis > 0) self%best = AXIAL_FREE
       else if (.not. self%torques%has_more .and. self%torques%n_moments == 1 .and. &
-               (diagonal .or. self%axial%axis > 0)) then
+               (diagonal .or. self%axial%axis > 0) .and. (self%torques%rank == 1 .or. .not. self%frame_turns)) then
          self%best = merge(AXIAL_TOP, TOP, self%axial%axis > 0)
-      else if (.not. attitude .and. self%torques%rank < 2) then
+      else if (.not. attitude .and. self%torques%rank < 2 .and. .not. self%frame_turns) then
          self%best = ONE_PAIR
       end if
    end subroutine prepare
@@ -149,7 +155,12 @@ contains
       if (self%equations == TOP) then
          self%lanes_1(1, :, 0) = self%frame(:, 1)
          self%lanes_1(2, :, 0) = self%frame(:, 2)
-         call expand_top(self%order, c, moments, self%omega, self%lanes_1, converges)
+         if (self%frame_turns) then
+            call expand_turning_top(self%order, .false., c, moments, self%time_unit*self%frame_rate(1:2), self%omega, &
+                                    self%lanes_1, converges)
+         else
+            call expand_top(self%order, c, moments, self%omega, self%lanes_1, converges)
+         end if
       else
          call expand_free(self%order, c, self%inertia/length_of(momentum), self%frame(:, 2), self%omega, self%angle, &
                           converges)
@@ -160,7 +171,7 @@ contains
    pure subroutine expand_axial(self, converges)
       class(motion_series_t), intent(inout) :: self
       logical, intent(out) :: converges
-      real(wp) :: rate
+      real(wp) :: rate, moments(3, 3)
       integer :: axis, k
       axis = self%axial%axis
       rate = self%time_unit*self%axial%inverse_across
@@ -176,8 +187,14 @@ contains
       end do
       self%lanes_1(1, :, 0) = self%frame(:, 1)
       self%lanes_1(2, :, 0) = self%frame(:, 2)
-      call expand_axial_top(self%order, rate*(self%time_unit*self%torques%moments(axis, 1)), self%omega, self%lanes_1, &
-                            converges)
+      if (self%frame_turns) then
+         moments = rate*(self%time_unit*self%torques%moments(axis, 1))
+         call expand_turning_top(self%order, .true., moments(:, 1), moments, self%time_unit*self%frame_rate(1:2), &
+                                 self%omega, self%lanes_1, converges)
+      else
+         call expand_axial_top(self%order, rate*(self%time_unit*self%torques%moments(axis, 1)), self%omega, &
+                               self%lanes_1, converges)
+      end if
    end subroutine expand_axial
 
    !> The rows at the start: of the basis of the directions; without torque a vector across L, and L.

@@ -6,6 +6,7 @@
 module nutate_taylor_stepper
    use nutate_archive, only: archive_t
    use nutate_hamiltonian, only: body_momentum, moving_energy
+   use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp, eps
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_exp, quat_product
@@ -58,6 +59,8 @@ module nutate_taylor_stepper
       !> Rate of the space axes, rad/s; shape (3); they turn, and the series is that of axes which do not.
       real(wp) :: frame_rate(3) = 0.0_wp
       logical :: turns_free = .false.
+      !> Time for which the turn of the axes was computed last, s, and the quaternion that undoes it; shape (4).
+      real(wp) :: turned_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> The state that the step under way leads to.
       type(state_t) :: next = state_t()
    contains
@@ -94,8 +97,10 @@ contains
       self%attitude = settings%attitude
       self%expanded = .false.
       self%frame_rate = system%effects%frame_rate
-      self%turns_free = system%effects%frame_turns .and. &
+      self%turns_free = follows_turning_axes(system%effects) .or. system%effects%frame_turns .and. &
                         .not. (self%series%torques%has_more .or. self%series%torques%rank > 0)
+      self%turned_time = 0.0_wp
+      self%turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       call prepare_rates(self%rates, system, settings%attitude)
       call self%projection%prepare(system, settings%attitude, usual_interval)
       call self%projection%remember_starts()
@@ -309,7 +314,13 @@ contains
       call self%series%evaluate(time/self%series%time_unit, y(5:7), rotation)
       y(1:4) = self%first%q
       if (self%attitude) y(1:4) = quat_product(self%first%q, rotation)
-      if (self%turns_free) y(1:4) = quat_product(quat_exp((-0.5_wp*time)*self%frame_rate), y(1:4))
+      if (self%turns_free) then
+         if (abs(time - self%turned_time) > 0.0_wp) then
+            self%turned_time = time
+            self%turn = quat_exp((-0.5_wp*time)*self%frame_rate)
+         end if
+         y(1:4) = quat_product(self%turn, y(1:4))
+      end if
       y(8) = 0.0_wp
       if (self%rates%n_wheels > 0) call self%series%wheels%evaluate( &
          self%series%order, time/self%series%time_unit, self%series%tail, self%rates%gain, self%rates%wheel_work)

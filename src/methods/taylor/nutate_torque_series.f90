@@ -59,6 +59,8 @@ module nutate_torque_series
    contains
       !> Finds out what the effects need.
       procedure :: prepare
+      !> Lays a basis by the rate of space axes that turn.
+      procedure :: turn_basis
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
       !> Work of a torque, or of potentials that move on the body, up to a time.
@@ -146,6 +148,23 @@ contains
          e(:, 3) = cross(e(:, 1), e(:, 2))
       end associate
    end subroutine choose_basis
+
+   !> Turns a basis of which the first vector alone matters about that: the rate lies in the plane of it and the second.
+   pure subroutine turn_basis(self, rate)
+      class(torque_series_t), intent(inout) :: self
+      !> ω, space axes, rad/s; shape (3); of two vectors that are not parallel.
+      real(wp), intent(in) :: rate(3)
+      real(wp) :: across(3)
+      if (self%rank /= 1) return
+      associate (e => self%basis)
+         across = cross(e(:, 1), rate/maxval(abs(rate)))
+         across = across/norm2(across)
+         ! Of two vectors that are nearly parallel, rounding leaves it a part along them.
+         across = across - dot_product(across, e(:, 1))*e(:, 1)
+         e(:, 3) = across/norm2(across)
+         e(:, 2) = cross(e(:, 3), e(:, 1))
+      end associate
+   end subroutine turn_basis
 
    !> Makes the basis one of all space.
    subroutine add_all_directions(self)

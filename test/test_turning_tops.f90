@@ -1,0 +1,209 @@
+!> Tops in space axes that turn, by their series: the equations of motion, the order, few steps, invariants.
+module test_turning_tops
+   use nutate_body, only: diagonal, make_body
+   use nutate_dop853, only: dop853_t
+   use nutate_effect, only: rotor_t
+   use nutate_gravity, only: gravity_t
+   use nutate_hamiltonian, only: body_momentum, conserved_energy, kinetic_energy, make_state
+   use nutate_invariants, only: follows_turning_axes
+   use nutate_kinds, only: wp, eps
+   use nutate_methods, only: default_settings, make_stepper
+   use nutate_progress, only: run_summary_t
+   use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
+   use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use test_controlled_run, only: recorder_t, run_to
+   use test_problems, only: bruls_top, march, problem_t
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_turning_tops
+
+   !> A rate that lies along nothing else, rad/s.
+   real(wp), parameter :: inclined(3) = [0.8_wp, -1.4_wp, 1.1_wp]
+
+contains
+
+   subroutine collect_turning_tops(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("which effects know that the axes turn", which_effects_know), &
+                  new_unittest("symmetric tops about each axis, and others, as by dop853", agree_with_dop853), &
+                  new_unittest("a rate along the field, nearly so, and against it", rates_along_the_field), &
+                  new_unittest("halved steps divide the error as the order says", orders), &
+                  new_unittest("a fast top takes few steps, and keeps H - omega.l", few_steps)]
+   end subroutine collect_turning_tops
+
+   !> A top whose centre of mass lies on a body axis, in axes that turn at a rate; of axis 0 no moments are equal.
+   type(problem_t) function top(axis, rate) result(problem)
+      integer, intent(in) :: axis
+      real(wp), intent(in) :: rate(3)
+      type(status_t) :: status
+      real(wp) :: moments(3), along(3)
+      moments = [2.0_wp, 2.6_wp, 1.5_wp]
+      along = [0.1_wp, -0.3_wp, 0.5_wp]
+      if (axis > 0) then
+         along = merge(1.0_wp, 0.0_wp, [1, 2, 3] == axis)
+         moments = 2.0_wp - 0.9_wp*along
+      end if
+      call make_body(diagonal(moments), problem%system%body, status, mass=1.0_wp, center_of_mass=0.7_wp*along)
+      call problem%system%effects%add(gravity_t(problem%system%body, [2.0_wp, 1.0_wp, -9.0_wp]))
+      if (axis > 0) call problem%system%effects%add(rotor_t(name='rotor', momentum=0.6_wp*along))
+      if (any(abs(rate) > 0.0_wp)) call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=rate))
+      problem%start = make_state(problem%system, quat_exp([0.3_wp, 0.1_wp, -0.2_wp]), [1.0_wp, 0.5_wp, 4.0_wp])
+   end function top
+
+   subroutine which_effects_know(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      real(wp), parameter :: down(3) = [2.0_wp, 1.0_wp, -9.0_wp]
+      problem = top(3, inclined)
+      call check(error,.not. follows_turning_axes(problem%system%effects), "an inclined field")
+      if (allocated(error)) return
+      problem = top(3, -0.3_wp*down)
+      call check(error, follows_turning_axes(problem%system%effects), "a field along the rate")
+      if (allocated(error)) return
+      problem = top(3, 0.0_wp*down)
+      call check(error,.not. follows_turning_axes(problem%system%effects), "axes that stand still")
+   end subroutine which_effects_know
+
+   !> 1 s by the series in 20 steps, and by DOP853 in 1000, that goes by no frame of its own.
+   subroutine compare_with_dop853(error, problem, what)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      character(len=*), intent(in) :: what
+      type(dop853_t) :: dop853
+      class(stepper_t), allocatable :: taylor
+      type(state_t) :: a, b
+      type(status_t) :: status
+      call make_stepper(problem%system, default_settings('taylor'), taylor, status)
+      call dop853%prepare(problem%system, integrator_settings_t(), status)
+      a = problem%start
+      b = problem%start
+      call march(problem%system, taylor, a, 0.05_wp, 20, status)
+      if (status%ok()) call march(problem%system, dop853, b, 0.001_wp, 1000, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      call check_below(error, attitude_distance(a%q, b%q), 4e-13_wp, what//': attitude')
+      if (allocated(error)) return
+      call check_close(error, body_momentum(a), body_momentum(b), 2e-12_wp*norm2(body_momentum(b)), what//': momentum')
+   end subroutine compare_with_dop853
+
+   subroutine agree_with_dop853(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=6) :: label
+      integer :: axis
+      do axis = 0, 3
+         write (label, '("axis ",i0)') axis
+         call compare_with_dop853(error, top(axis, inclined), label)
+         if (allocated(error)) return
+      end do
+   end subroutine agree_with_dop853
+
+   !> From where the turn of the axes is left to the end of a step to where it is not; and the motion along the field is
+   !> that of axes that stand still.
+   subroutine rates_along_the_field(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: off(5) = [0.0_wp, 1e-15_wp, 1e-13_wp, 1e-10_wp, 1e-5_wp]
+      real(wp) :: rate(3)
+      type(problem_t) :: still
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: a, b
+      type(status_t) :: status
+      integer :: i, axis
+      do axis = 0, 3, 3
+         do i = 1, 2*size(off)
+            rate = [-0.4_wp, -0.2_wp, 1.8_wp]*merge(1, -1, i <= size(off))
+            rate(1) = rate(1) + off(1 + modulo(i - 1, size(off)))
+            call compare_with_dop853(error, top(axis, rate), 'along the field')
+            if (allocated(error)) return
+            if (abs(off(1 + modulo(i - 1, size(off)))) > 0.0_wp) cycle
+            still = top(axis, [0.0_wp, 0.0_wp, 0.0_wp])
+            a = still%start
+            call make_stepper(still%system, default_settings('taylor'), stepper, status)
+            call march(still%system, stepper, a, 0.05_wp, 40, status)
+            still = top(axis, rate)
+            b = still%start
+            call make_stepper(still%system, default_settings('taylor'), stepper, status)
+            if (status%ok()) call march(still%system, stepper, b, 0.05_wp, 40, status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            call check_below(error, attitude_distance(b%q, quat_product(quat_exp(-rate), a%q)), 100*eps, 'at rest')
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine rates_along_the_field
+
+   subroutine orders(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(integrator_settings_t) :: settings
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: state, exact
+      type(status_t) :: status
+      real(wp) :: errors(2)
+      integer :: order, axis, k
+      do axis = 0, 3, 3
+         problem = top(axis, inclined)
+         settings = default_settings('dop853')
+         settings%conserve = .false.
+         call make_stepper(problem%system, settings, stepper, status)
+         exact = problem%start
+         call march(problem%system, stepper, exact, 0.002_wp, 1000, status)
+         do order = 4, 12, 4
+            settings = default_settings('taylor')
+            settings%series_order = order
+            do k = 1, 2
+               state = problem%start
+               if (status%ok()) call make_stepper(problem%system, settings, stepper, status)
+               if (status%ok()) call march(problem%system, stepper, state, 2.0_wp/(k*merge(40, 12, order < 8)), &
+                                           k*merge(40, 12, order < 8), status)
+               call check(error, status%ok(), trim(status%message))
+               if (allocated(error)) return
+               errors(k) = attitude_distance(state%q, exact%q)
+            end do
+            call check(error, errors(1)/errors(2) > 2.0_wp**(order - 0.6_wp) .or. errors(2) < 4e-13_wp, "order")
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine orders
+
+   !> The top of Brüls on the turning Earth, and on one that turns 1e4 times as fast.
+   subroutine few_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(recorder_t) :: recorder
+      type(run_summary_t) :: few, many
+      type(state_t) :: a, b
+      type(status_t) :: status
+      real(wp) :: energy
+      integer :: i
+      do i = 1, 2
+         problem = bruls_top()
+         call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=7.3e-5_wp*merge(1e4_wp, 1.0_wp, &
+                                                                                  i == 2)*[0.0_wp, 0.6_wp, 0.8_wp]))
+         energy = conserved_energy(problem%system, problem%start)
+         call run_to(problem, default_settings('taylor'), &
+                     run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-12_wp)), recorder, a, few, status)
+         call check(error, status%ok() .and. few%steps < 24, "many steps")
+         if (allocated(error)) return
+         call check_close(error, conserved_energy(problem%system, a), energy, 8*eps*kinetic_energy(problem%system, a), &
+                          "H - omega.l")
+         if (allocated(error)) return
+         problem%system%body%inertia(3, 3) = problem%system%body%inertia(1, 1)*(1 + 4*eps)
+         problem%system%body%inverse_inertia(3, 3) = problem%system%body%inverse_inertia(1, 1)*(1 - 4*eps)
+         call run_to(problem, default_settings('taylor'), &
+                     run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-12_wp)), recorder, b, many, status)
+         call check(error, status%ok() .and. many%steps > 100, "a nearly symmetric body has the frame")
+         if (allocated(error)) return
+         call check_below(error, attitude_distance(b%q, a%q), 1e-10_wp, "other motions")
+         if (allocated(error)) return
+      end do
+   end subroutine few_steps
+
+end module test_turning_tops
