@@ -1,4 +1,4 @@
-/* nutate: satellites. Frames that turn, orbits, wheels and regulators, added to a system or read from a stepper. Included
+/* nutate: satellites. Frames that turn, orbits, the Earth's field, forces, wheels and regulators, added to a system or read from a stepper. Included
  * by nutate.h, which says what the words and arrows mean; docs/scenes.md has the formulas, under the groups named here.
  *
  *    nutate_system_add_wheel(system, axis, 0.05, 0.0, 0.0, INFINITY, INFINITY);
@@ -38,6 +38,19 @@ int nutate_system_add_orbit(nutate_system *system, double semi_major_axis, doubl
                             double mu, int inertial);
 /* The gravity gradient of that orbit.   Status: NUTATE_BAD_ARGUMENT without one. */
 int nutate_system_add_orbital_gradient(nutate_system *system);
+
+/* A magnetic moment in the field of the Earth along that orbit: &earth_field.
+ *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for the magnets of a regulator alone
+ *   ==>  epoch_angle  of Greenwich at t = 0 from the equinox, rad
+ *   ==>  coefficients [3], g11, h11, g10 of the dipole, T; or NULL: those of 2025
+ * Status: NUTATE_BAD_ARGUMENT without an orbit. */
+int nutate_system_add_earth_field(nutate_system *system, const double *moment, double epoch_angle, const double *coefficients);
+/* A constant force at a point of the body: &force.
+ *   ==>  body_point  [3], body axes, m         ==>  force  [3], N, in its axes
+ *   ==>  axes        "space" or "body"; with an orbit "orbit" or "inertial"
+ *   ==>  start, stop s; -INFINITY and INFINITY: always */
+int nutate_system_add_force(nutate_system *system, const double body_point[3], const double force[3], const char *axes,
+                            double start, double stop);
 
 /* A wheel: &wheel, without a motor of its own. The body's inertia is that with its wheels locked.
  *   ==>  axis          [3], body axes, of any length but zero

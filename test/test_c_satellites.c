@@ -153,6 +153,18 @@ static int add_by_functions(nutate_system *system, int which)
         EXPECT(NUTATE_OK, nutate_system_add_orbital_gradient(system));
         EXPECT(NUTATE_OK, nutate_system_add_pointing(system, "magnets", NULL, 0.01, 0.1, 1, field, 0.0, INFINITY));
         break;
+    case 4:
+        EXPECT(NUTATE_OK, nutate_system_add_orbit(system, 7e6, 0.1, angles, 0.0, 0));
+        EXPECT(NUTATE_OK, nutate_system_add_earth_field(system, skew, 0.4, field));
+        EXPECT(NUTATE_OK, nutate_system_add_force(system, third, field, "orbit", -INFINITY, INFINITY));
+        EXPECT(NUTATE_OK, nutate_system_add_force(system, skew, third, "body", 0.35, 3.0));
+        break;
+    case 5:
+        EXPECT(NUTATE_OK, nutate_system_add_orbit(system, 7e6, 0.0, NULL, 0.0, 0));
+        EXPECT(NUTATE_OK, nutate_system_add_earth_field(system, NULL, 0.0, NULL));
+        EXPECT(NUTATE_OK, nutate_system_add_force(system, skew, third, "space", -INFINITY, INFINITY));
+        EXPECT(NUTATE_OK, nutate_system_add_detumbling(system, 1e6, NULL, 0.5, 10.0));
+        break;
     default:
         EXPECT(NUTATE_OK, nutate_system_add_orbit(system, 7e6, 0.0, NULL, 0.0, 1));
         EXPECT(NUTATE_OK, nutate_system_add_detumbling(system, 1e6, field, 0.5, 10.0));
@@ -170,6 +182,12 @@ int test_c_satellites_by_functions(void)
         "target = 0.6, 0, 0, 0.8, attitude_gain = 0.5, rate_gain = 2, sample = 0.25, limit = 1 /",
         "&orbit semi_major_axis = 7e6, mu = 4e14 / &gravity_gradient / &regulator law = 'quaternion', by = 'magnets', "
         "attitude_gain = 0.01, rate_gain = 0.1, field = 2e-5, 1e-5, -3e-5 /",
+        "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_perigee = 0.3, "
+        "mean_anomaly = 0.7 / &earth_field moment = 1, 2, 2, epoch_angle = 0.4, coefficients = 2e-5, 1e-5, -3e-5 / "
+        "&force body_point = 0, 0, 1, force = 2e-5, 1e-5, -3e-5, axes = 'orbit' / "
+        "&force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'body', start = 0.35, stop = 3 /",
+        "&orbit semi_major_axis = 7e6 / &earth_field / &force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'space' / "
+        "&regulator law = 'bdot', gain = 1e6, sample = 0.5, limit = 10 /",
         "&orbit semi_major_axis = 7e6, frame = 'inertial' / "
         "&regulator law = 'bdot', gain = 1e6, field = 2e-5, 1e-5, -3e-5, sample = 0.5, limit = 10 /"};
     /* The table by its lines: cut off at 0.25, nothing before 0.7. */
@@ -184,7 +202,7 @@ int test_c_satellites_by_functions(void)
     file = fopen("motor_table_of_a_test.csv", "w");
     CHECK(file);
     CHECK(fputs("t (s),u (N m)\n0.5,0\n2,0.3\n3.5,-0.2\n", file) >= 0 && fclose(file) == 0);
-    for (i = 0; i < 5; ++i) {
+    for (i = 0; i < 7; ++i) {
         for (k = 0; k < 2; ++k) {
             EXPECT(NUTATE_OK, nutate_system_create_moments(body, 0.0, NULL, 0, &system, NULL, 0));
             line = 0;
@@ -327,6 +345,15 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_OK, nutate_system_create_moments(body, 0.0, NULL, 0, &system, NULL, 0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_rotating_frame(none, third));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_latitude(none, 0.5));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_earth_field(none, third, 0.0, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_force(none, third, third, "space", 0.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_earth_field(system, third, 0.0, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, NULL, third, "space", 0.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, NULL, "space", 0.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, NULL, 0.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, "orbit", 0.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, "space", 1.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, "space", NAN, 1.0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_orbit(none, 7e6, 0.0, NULL, 0.0, 0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_orbital_gradient(none));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_wheel(none, third, 1.0, 0.0, 0.0, INFINITY, INFINITY));

@@ -56,6 +56,8 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_system_bound_potential": (Handle, Double, Double, Double),
     "nutate_system_bound_torque": (Handle, Double, Double, Double, Double),
     "nutate_system_add_table": (Handle, Size, Doubles, Doubles, Text),
+    "nutate_system_add_earth_field": (Handle, Doubles, Double, Doubles),
+    "nutate_system_add_force": (Handle, Doubles, Doubles, Text, Double, Double),
     "nutate_system_add_wheel": (Handle, Doubles, Double, Double, Double, Double, Double),
     "nutate_system_wheel_count": (Handle, Sizes),
     "nutate_system_add_motor": (Handle, Size, Double, Double, Double, Double, Double),

@@ -25,9 +25,31 @@ class Wheel(NamedTuple):
 
 
 class WheelMounting(Recipe):
-    """The part of a System that has wheels. Frames, orbits and regulators are added as in a scene:
+    """The part of a System that has wheels, the Earth's field and forces. Frames, orbits and regulators are added as in a scene:
     system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("regulator", law="quaternion", by="wheels",
     attitude_gain=0.01, rate_gain=0.12, sample=0.5)."""
+
+    def add_earth_field(self, moment: Optional[npt.ArrayLike] = None, *, epoch_angle: float = 0.0,
+                        coefficients: Optional[npt.ArrayLike] = None) -> None:
+        """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit, which must be there; without a moment
+        the field is there for the magnets of a regulator. epoch_angle is that of Greenwich at t = 0 from the equinox, rad,
+        coefficients are g11, h11, g10 of the dipole, T; those of 2025 unless given."""
+        self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), float(epoch_angle),
+                              None if coefficients is None else vector(coefficients, 3, "coefficients").copy())
+
+    def _add_earth_field(self, moment: Optional[Array], epoch_angle: float, coefficients: Optional[Array]) -> None:
+        self._call("nutate_system_add_earth_field", pointer(moment), epoch_angle, pointer(coefficients))
+        self._add("_add_earth_field", moment, epoch_angle, coefficients)
+
+    def add_force(self, body_point: npt.ArrayLike, force: npt.ArrayLike, axes: str = "space", *, start: float = -np.inf,
+                  stop: float = np.inf) -> None:
+        """Adds a constant force, N, at a point of the body, body axes, m, from start to stop, s. Its axes are "space", "body" or, with
+        an orbit, "orbit" or "inertial"."""
+        self._add_force(vector(body_point, 3, "body_point").copy(), vector(force, 3, "force").copy(), axes, float(start), float(stop))
+
+    def _add_force(self, body_point: Array, force: Array, axes: str, start: float, stop: float) -> None:
+        self._call("nutate_system_add_force", pointer(body_point), pointer(force), encoded(axes), start, stop)
+        self._add("_add_force", body_point, force, axes, start, stop)
 
     def add_wheel(self, axis: npt.ArrayLike, inertia: float, speed: float = 0.0, *, friction: float = 0.0,
                   torque_limit: float = np.inf, speed_limit: float = np.inf, torque: Optional[float] = None, frequency: float = 0.0,

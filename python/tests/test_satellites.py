@@ -91,6 +91,40 @@ class SatellitesTest(unittest.TestCase):
         q, angles = stepper.orbit_attitude
         self.assertEqual([*angles, *q], [last[name] for name in ("roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3")])
 
+    def test_the_field_of_the_earth_and_forces_are_those_of_scenes(self):
+        def orbiting():
+            system = nutate.System(moments=(0.02, 0.03, 0.04))
+            system.add("orbit", altitude=500e3, inclination=1.2)
+            return system
+
+        ends = []
+        for by_group in (False, True):
+            system = orbiting()
+            if by_group:
+                system.add("earth_field", moment=(0, 0.02, 0.1), epoch_angle=0.7, coefficients=(0, 5e-6, -3e-5))
+                system.add("force", body_point=(0, 0.1, 0.02), force=(-1e-5, 0, 0), axes="inertial")
+                system.add("force", body_point=(0, 0.1, 0), force=(0, 0, 2e-5), axes="body", start=3.3, stop=40.0)
+            else:
+                system.add_earth_field((0, 0.02, 0.1), epoch_angle=0.7, coefficients=(0, 5e-6, -3e-5))
+                system.add_force((0, 0.1, 0.02), (-1e-5, 0, 0), "inertial")
+                system.add_force((0, 0.1, 0), (0, 0, 2e-5), "body", start=3.3, stop=40)
+                self.assertIn("earth_field, force, force", repr(system))
+                system = pickle.loads(pickle.dumps(system))
+            stepper = nutate.Stepper(system, time_step=1.0)
+            stepper.set_state(q=(1, 0, 0, 0), omega=(0.02, -0.01, 0.03))
+            stepper.run(60)
+            ends.append([*stepper.quaternion, *stepper.angular_velocity, stepper.world_work, *stepper.energy])
+        self.assertEqual(ends[0], ends[1])
+        self.assertNotEqual(ends[0][7], 0.0)
+
+    def test_forces_and_fields_are_refused_by_name(self):
+        system = nutate.System(moments=(0.02, 0.03, 0.04))
+        for wrong in (lambda: system.add_earth_field(), lambda: system.add_force((0, 1, 0), (0, 0, 1), "orbit"),
+                      lambda: system.add_force((0, 1, 0), (0, 0, 1), "nowhere"), lambda: system.add_force((0, 1), (0, 0, 1)),
+                      lambda: system.add_force((0, 1, 0), (0, 0, 1), start=2.0, stop=1.0)):
+            with self.assertRaises(nutate.NutateValueError):
+                wrong()
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,5 +1,5 @@
-!> C interface: frames, orbits, wheels and regulators of a system. What each function does stands in
-!> `include/nutate_satellites.h`.
+!> C interface: frames, orbits, the Earth's field, forces, wheels and regulators of a system. What each function does
+!> stands in `include/nutate_satellites.h`.
 module nutate_c_satellites
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr, c_size_t
@@ -14,9 +14,9 @@ module nutate_c_satellites
    private
 
    public :: nutate_system_add_rotating_frame, nutate_system_add_latitude, nutate_system_add_orbit, &
-      nutate_system_add_orbital_gradient, nutate_system_add_wheel, nutate_system_wheel_count, &
-      nutate_system_add_motor, &
-      nutate_system_add_motor_table, nutate_system_add_pointing, nutate_system_add_detumbling
+      nutate_system_add_orbital_gradient, nutate_system_add_earth_field, nutate_system_add_force, &
+      nutate_system_add_wheel, nutate_system_wheel_count, nutate_system_add_motor, nutate_system_add_motor_table, &
+      nutate_system_add_pointing, nutate_system_add_detumbling
 
 contains
 
@@ -73,6 +73,34 @@ contains
                                       'before)', 'system'))
       end if
    end function nutate_system_add_orbital_gradient
+
+   integer(c_int) function nutate_system_add_earth_field(system, moment, epoch_angle, coefficients) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system
+      real(c_double), intent(in), optional :: moment(3), coefficients(3)
+      real(c_double), intent(in), value :: epoch_angle
+      type(group_t) :: group
+      if (present(moment)) call put_numbers(group, 'moment', moment)
+      call put_numbers(group, 'epoch_angle', [epoch_angle])
+      if (present(coefficients)) call put_numbers(group, 'coefficients', coefficients)
+      code = add(system, 'earth_field', group, .false.)
+   end function nutate_system_add_earth_field
+
+   integer(c_int) function nutate_system_add_force(system, body_point, force, axes, start, stop) result(code) bind(C)
+      type(c_ptr), intent(in), value :: system, axes
+      real(c_double), intent(in), optional :: body_point(3), force(3)
+      real(c_double), intent(in), value :: start, stop
+      type(group_t) :: group
+      character(len=:), allocatable :: name
+      if (present(body_point)) call put_numbers(group, 'body_point', body_point)
+      if (present(force)) call put_numbers(group, 'force', force)
+      if (c_associated(axes)) then
+         call take_text(axes, name)
+         call put_text(group, 'axes', name)
+      end if
+      if (is_finite_or_bad(-start)) call put_numbers(group, 'start', [start])
+      if (is_finite_or_bad(stop)) call put_numbers(group, 'stop', [stop])
+      code = add(system, 'force', group, .not. (present(body_point) .and. present(force) .and. c_associated(axes)))
+   end function nutate_system_add_force
 
    integer(c_int) function nutate_system_add_wheel(system, axis, inertia, speed, friction, torque_limit, speed_limit) &
       result(code) bind(C)
