@@ -42,7 +42,7 @@ contains
       settings = integrator_settings_t(method=method, order=0, linear_solver='', conserve=.true.)
    end function settings_of
 
-   !> A pendulum of random moments in a fluid, thrown at random. In `end_time` it loses all but some 1e-10 of its energy.
+   !> A pendulum of random moments in a fluid, thrown at random. In `end_time` it loses all but 1e-10 of its energy.
    subroutine draw(seed, problem)
       integer(int64), intent(inout) :: seed
       type(problem_t), intent(out) :: problem

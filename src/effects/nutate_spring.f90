@@ -114,7 +114,8 @@ contains
       class(spring_t), intent(in) :: self
       real(wp), intent(in) :: gamma(3)
       real(wp) :: gradient(3)
-      gradient = -self%stiffness*slackness(self%rest_length, length(self, gamma))*(self%body_point - self%closeness*gamma)
+      gradient = -self%stiffness*slackness(self%rest_length, length(self, gamma)) &
+                 *(self%body_point - self%closeness*gamma)
    end function spring_gradient
 
    !> ck(1 - l₀/ℓ) I + k l₀/ℓ³ (x - cγ)(x - cγ)ᵀ

@@ -76,7 +76,7 @@ module nutate_invariant_projection
       real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
       !> The conserved components of l.
       type(momentum_target_t) :: target
-      !> H₀ + work, of the last state seen, which has the wheels `plan%wheels`: another one is compared with the targets.
+      !> H₀ + work of the last state seen, which has the wheels `plan%wheels`: another one is compared with the targets.
       type(energy_account_t) :: account
       !> What pilot runs add to every state before it is projected, and to its energy, as part of `size`.
       type(noise_t) :: noise

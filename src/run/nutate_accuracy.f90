@@ -229,8 +229,8 @@ contains
       search%first_pair = .true.
    end subroutine run_noisy
 
-   !> Runs B. Where round-off keeps the error of a step above its tolerance, a larger one is all that can be had, at most
-   !> what an earlier run had. Errors: those of the run.
+   !> Runs B. Where round-off keeps the error of a step above its tolerance, a larger one is all that can be had, at
+   !> most what an earlier run had. Errors: those of the run.
    subroutine run_fine(search, first, fresh, system, settings, progress, own, at_limit, status, observer)
       type(search_t), intent(inout) :: search
       !> There is no earlier run without noise; this one belongs to a new pair.
