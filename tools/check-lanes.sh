@@ -78,7 +78,7 @@ build_copy() {
    grep -q "lanes = $2\$" "$width" || die "src/batch/nutate_lane_width.f90 has no width to change"
    quietly lanes-configure cmake -S "$copy" -B "$folder" -DCMAKE_BUILD_TYPE=None -DNUTATE_WHOLE=OFF \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 -DNUTATE_LANES="$1" &&
-      quietly lanes cmake --build "$folder" --parallel "$(nproc)" --target nutate_program
+      quietly lanes cmake --build "$folder" --parallel "$jobs" --target nutate_program
 }
 [ $# -gt 0 ] || set -- 1 4 8 avx2 avx512
 for part; do

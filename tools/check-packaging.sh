@@ -25,7 +25,7 @@ configure() { # subdirectory|fetch
 # Libraries for C and Fortran; neither the program nor an install, unless asked for.
 as_part_of_a_cmake_project() {
    local build=$scratch/subdirectory
-   configure subdirectory && cmake --build "$build" --parallel "$(nproc)" &&
+   configure subdirectory && cmake --build "$build" --parallel "$jobs" &&
       "$build/tumble_c" && "$build/tumble_fortran" && [ ! -e "$build/nutate/nutate" ] &&
       cmake --install "$build" --prefix "$scratch/nothing" && [ ! -e "$scratch/nothing/lib" ]
 }

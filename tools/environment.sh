@@ -7,8 +7,10 @@ venv=$top/.venv
 program=$top/build/nutate
 mpi_program=$top/build/nutate-mpi
 logs=$top/build/logs
-# Where CMake builds: a folder configured for one compiler cannot be used for another.
+# Where CMake builds: a folder configured for one compiler cannot be used for another, and other flags compile all anew.
 cmake_folder=$top/build/cmake-$(basename "${FPM_FC:-gfortran}")
+# How many processes at a time; NUTATE_JOBS says otherwise where something else runs beside them.
+jobs=${NUTATE_JOBS:-$(nproc)}
 # The flags of everything but the strict and the flang build. To tune for the machine at hand:
 #    make FFLAGS='-O3 -march=native'
 FFLAGS=${FFLAGS:--O3}
@@ -19,7 +21,7 @@ case ${FPM_FC:-gfortran}-$(uname -m) in
    *gfortran*-x86_64) unfused="$unfused -mno-fma -mno-avx512f" ;;
 esac
 # OPENMP=1 builds with threads, which run the members of an ensemble.
-if [ "${OPENMP:-0}" = 1 ]; then unfused="$unfused -fopenmp"; fi
+if [ "${OPENMP:-0}" = 1 ]; then unfused="$unfused -fopenmp" cmake_folder=$cmake_folder-threads; fi
 # LANES=native moves the members of ensembles by all vector instructions of this machine, with the same results; avx2 and
 # avx512 name them.
 lanes=${LANES-}
@@ -57,7 +59,7 @@ quietly() {
 }
 
 # fpm_with_flags ARGUMENT...: fpm with $FFLAGS for Fortran and $FPM_CFLAGS for C.
-fpm_with_flags() { fpm "$@" --flag "$FFLAGS $unfused" --c-flag "${FPM_CFLAGS-} $unfused"; }
+fpm_with_flags() { OMP_NUM_THREADS=$jobs fpm "$@" --flag "$FFLAGS $unfused" --c-flag "${FPM_CFLAGS-} $unfused"; }
 
 # build NAME ARGUMENT...: fpm build with $FFLAGS. fpm leaves a test module as it was whose own text is unchanged when a module
 # below it has changed; gfortran then cannot read the old .mod files, and only a fresh build helps.
@@ -79,7 +81,7 @@ cmake_build() {
    quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
       -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="${OPENMP:-0}" -DNUTATE_MPI="${NUTATE_MPI:-0}" -DNUTATE_LANES="$lanes" &&
-      quietly "$name" cmake --build "$cmake_folder" --parallel "$(nproc)" "$@"
+      quietly "$name" cmake --build "$cmake_folder" --parallel "$jobs" "$@"
 }
 
 # Names of the suites of unit tests.

@@ -1,8 +1,8 @@
 """Runs the tests of a folder, FOLDER/test_*.py, against the program that $NUTATE names, or those of the modules named.
    run_python_tests.py FOLDER [MODULE]...
 
-Each module in a process of its own, as many at a time as there are cores. Reports failures only and ends with a line
-`N passed, N failed, N skipped`, where a test with several failing parts counts once, and a module that breaks off too.
+Each module in a process of its own, $NUTATE_JOBS at a time, or as many as there are cores. Reports failures only and ends with
+a line `N passed, N failed, N skipped`, where a test with several failing parts counts once, and a module that breaks off too.
 """
 
 import concurrent.futures
@@ -64,7 +64,7 @@ def main():
     if not modules:
         sys.exit(f"{sys.argv[1]} has no tests (expected test_*.py)")
     counts = [0, 0, 0]
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+    with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("NUTATE_JOBS") or os.cpu_count())) as pool:
         for lines, came_to in pool.map(lambda name: start_module(sys.argv[1], name), modules):
             print(*lines, sep="\n", end="\n" if lines else "", flush=True)
             counts = [a + b for a, b in zip(counts, came_to)]

@@ -34,7 +34,7 @@ total() {
    fi
 }
 
-# Each suite in a process of its own, as many at a time as there are cores.
+# Each suite in a process of its own, `jobs` at a time.
 run_unit() {
    local path folder=$logs/unit-$name suite log
    path=$(fpm_path test unit)
@@ -42,7 +42,7 @@ run_unit() {
    say "Unit tests ($path)"
    rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
    # shellcheck disable=SC2016
-   suites | xargs -P "$(nproc)" -I '{}' sh -c '"$0" "$1" >"$2/$1.log" 2>&1 </dev/null; echo $? >"$2/$1.status"' \
+   suites | xargs -P "$jobs" -I '{}' sh -c '"$0" "$1" >"$2/$1.log" 2>&1 </dev/null; echo $? >"$2/$1.status"' \
       "$path" '{}' "$folder"
    for suite in $(suites); do
       log=$folder/$suite.log

@@ -53,7 +53,7 @@ contains
       !> Of the scene.
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: first, last
-      !> How many; 1: the one that calls, and no parallel region is entered.
+      !> How many at most; 1: the one that calls, and no parallel region is entered.
       integer, intent(in) :: threads
       !> Asked whether to go on, by every thread.
       class(sweep_watcher_t), intent(in), target :: watcher
@@ -61,16 +61,19 @@ contains
       integer(long), intent(inout) :: fields(:, :)
       type(status_t), intent(out) :: status
       integer(long) :: share, next
+      integer :: workers
       if (threads > 1 .and. .not. has_threads()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'this library was built without threads (expected 1)', 'threads')
          return
       end if
-      share = max(min((last - first + 1)/(usual_shares*threads), largest_share), 1_long)
+      ! A member alone is run by the thread that calls, which may be the only one that hears when it is to end.
+      workers = int(max(min(int(threads, long), last - first + 1), 1_long))
+      share = max(min((last - first + 1)/(usual_shares*workers), largest_share), 1_long)
       ! Whole lanes, where there is one for each thread.
-      if ((last - first + 1)/threads >= lanes) share = (share + lanes - 1)/lanes*lanes
+      if ((last - first + 1)/workers >= lanes) share = (share + lanes - 1)/lanes*lanes
       next = first
-      if (threads > 1) then
-         !$omp parallel num_threads(threads) default(shared)
+      if (workers > 1) then
+         !$omp parallel num_threads(workers) default(shared)
          call take_shares(scene, layout, first, last, share, next, watcher, fields, status)
          !$omp end parallel
       else

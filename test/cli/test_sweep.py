@@ -236,7 +236,7 @@ class Sums(SweepTest):
 class Interrupted(SweepTest):
     """Members long enough for signals at random moments."""
 
-    LONG = ("--set", "integrator.end_time=30", "--set", "ensemble.chunk=3")
+    LONG = ("--set", f"integrator.end_time={12 if os.environ.get('NUTATE_SLOW_BUILD') else 30}", "--set", "ensemble.chunk=3")
 
     def setUp(self):
         super().setUp()
