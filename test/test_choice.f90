@@ -9,6 +9,7 @@ module test_choice
    use nutate_kinds, only: wp, eps
    use nutate_methods, only: default_settings, make_stepper
    use nutate_quaternion, only: attitude_distance
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
@@ -111,6 +112,11 @@ contains
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
       call expect(error, problem, 2.0_wp, 1e-1_wp, 'taylor', 'slow motion')
       if (allocated(error)) return
+      call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.1_wp, -0.2_wp, 0.3_wp]))
+      call expect(error, problem, 2.0_wp, 1e-1_wp, 'taylor', 'slow motion')
+      if (allocated(error)) return
+      problem = bruls_top()
+      call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
       ! What is not symmetric about the axis of the body; 250 rad and 50 rad.
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.2_wp]))
       call expect(error, problem, 2.0_wp, 1e-3_wp, 'taylor', 'from 1e-3')

@@ -200,12 +200,12 @@ contains
                .and. is_axial(system)
    end function is_top
 
-   !> True where body and effects are symmetric about an axis, in a frame that stands still.
+   !> True where body and effects are symmetric about an axis, in space axes that turn too.
    pure logical function is_axial(system)
       type(system_t), intent(in) :: system
       type(axial_frame_t) :: frame
       call frame%recognise(system)
-      is_axial = frame%axis > 0 .and. .not. system%effects%frame_turns
+      is_axial = frame%axis > 0
    end function is_axial
 
    !> True where all potentials and torques have linear series.
