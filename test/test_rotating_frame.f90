@@ -79,7 +79,6 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: energy
-      character(len=16) :: label
       integer :: i, j, form
       problem = potentials_only(inclined)
       energy = conserved_energy(problem%system, problem%start)
@@ -100,9 +99,8 @@ contains
                if (allocated(error)) return
                call check_close(error, dot_product(state%q, state%q), 1.0_wp, 20*eps, "norm")
                if (allocated(error)) return
-               write (label, '(a,1x,i0,1x,i0)') trim(solvers(form)), j, i
                call check_close(error, dot_product(state%q, state%p), 0.0_wp, 2*sqrt(real(n_steps, wp))*eps* &
-                                norm2(state%p), label)
+                                norm2(state%p), "q.p")
                if (allocated(error)) return
             end do
          end do
