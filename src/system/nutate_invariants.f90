@@ -152,7 +152,7 @@ contains
       integer, intent(out) :: components
       !> Unit vector along the conserved component, space axes; zero where there is not just one; shape (3).
       real(wp), intent(out) :: axis(3)
-      real(wp) :: length
+      real(wp) :: length, rate(3)
       integer :: i
       components = ALL_COMPONENTS
       axis = 0.0_wp
@@ -169,11 +169,13 @@ contains
          end associate
       end do
       if (effects%frame_turns) then
-         length = norm2(effects%frame_rate)
+         ! Scaled first: the length of a tiny rate may be zero.
+         rate = effects%frame_rate/maxval(abs(effects%frame_rate))
+         length = norm2(rate)
          if (components == ALL_COMPONENTS) then
             components = ALONG_AXIS
-            axis = effects%frame_rate/length
-         else if (norm2(cross(axis, effects%frame_rate)) > parallel*length) then
+            axis = rate/length
+         else if (norm2(cross(axis, rate)) > parallel*length) then
             components = NO_COMPONENT
          end if
       end if
