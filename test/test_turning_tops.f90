@@ -36,8 +36,39 @@ contains
                   new_unittest("symmetric tops about each axis, and others, as by dop853", agree_with_dop853), &
                   new_unittest("a rate along the field, nearly so, and against it", rates_along_the_field), &
                   new_unittest("halved steps divide the error as the order says", orders), &
-                  new_unittest("a fast top takes few steps, and keeps H - omega.l", few_steps)]
+                  new_unittest("a fast top takes few steps, and keeps H - omega.l", few_steps), &
+                  new_unittest("a rate that is all but zero turns nothing", tiny_rates)]
    end subroutine collect_turning_tops
+
+   !> Rates whose length, or its square, is no number but zero, along the field and beside it.
+   subroutine tiny_rates(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: down(3) = [2.0_wp, 1.0_wp, -9.0_wp], sizes(3) = [1e-120_wp, 1e-200_wp, 1e-300_wp]
+      character(len=*), parameter :: methods(4) = [character(len=13) :: 'taylor', 'dop853', 'rk8', 'nielsen_krenk']
+      class(stepper_t), allocatable :: stepper
+      type(problem_t) :: problem
+      type(state_t) :: state, still
+      type(status_t) :: status
+      integer :: i, k, way
+      do k = 1, size(methods)
+         problem = top(0, 0.0_wp*down)
+         still = problem%start
+         call make_stepper(problem%system, default_settings(trim(methods(k))), stepper, status)
+         if (status%ok()) call march(problem%system, stepper, still, 0.01_wp, 20, status)
+         do i = 1, size(sizes)
+            do way = 1, 2
+               problem = top(0, sizes(i)*merge(down, inclined, way == 1))
+               state = problem%start
+               if (status%ok()) call make_stepper(problem%system, default_settings(trim(methods(k))), stepper, status)
+               if (status%ok()) call march(problem%system, stepper, state, 0.01_wp, 20, status)
+               call check(error, status%ok(), trim(methods(k))//': '//trim(status%message))
+               if (allocated(error)) return
+               call check_below(error, attitude_distance(state%q, still%q), 100*eps, trim(methods(k)))
+               if (allocated(error)) return
+            end do
+         end do
+      end do
+   end subroutine tiny_rates
 
    !> A top whose centre of mass lies on a body axis, in axes that turn at a rate; of axis 0 no moments are equal.
    type(problem_t) function top(axis, rate) result(problem)

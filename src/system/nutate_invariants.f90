@@ -4,7 +4,7 @@ module nutate_invariants
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: conserved_energy, kinetic_energy, potential_energy, space_momentum
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_moderate
+   use nutate_limits, only: is_direction
    use nutate_quaternion, only: cross
    use nutate_regulator, only: regulator_t, BY_WHEELS
    use nutate_state, only: state_t
@@ -185,7 +185,7 @@ contains
 
    !> True where space axes turn and no effect knows of it, each being symmetric about their rate, or none: the motion
    !> is that in axes which stand still, turned back by ω times the time. Wheels are left out: their motors may know.
-   !> False where a number of an effect is none that a run accepts.
+   !> False where a number of an effect is none that a run accepts, or the rate so small that it has no direction.
    pure logical function follows_turning_axes(effects) result(follows)
       type(effect_list_t), intent(in) :: effects
       integer :: components
@@ -193,7 +193,7 @@ contains
       integer :: i
       follows = .false.
       if (.not. effects%frame_turns .or. effects%n_torques + effects%n_wheels > 0) return
-      if (.not. all(is_moderate(effects%frame_rate))) return
+      if (.not. is_direction(effects%frame_rate)) return
       do i = 1, effects%n_potentials + effects%n_off
          if (.not. effects%potentials(i)%item%is_moderate()) return
       end do

@@ -152,12 +152,14 @@ contains
    !> Turns a basis of which the first vector alone matters about that: the rate lies in the plane of it and the second.
    pure subroutine turn_basis(self, rate)
       class(torque_series_t), intent(inout) :: self
-      !> ω, space axes, rad/s; shape (3); of two vectors that are not parallel.
+      !> ω, space axes, rad/s; shape (3).
       real(wp), intent(in) :: rate(3)
       real(wp) :: across(3)
       if (self%rank /= 1) return
       associate (e => self%basis)
          across = cross(e(:, 1), rate/maxval(abs(rate)))
+         ! Along the first vector; a rate so small that `follows_turning_axes` does not ask for its direction.
+         if (.not. norm2(across) > tiny(1.0_wp)) return
          across = across/norm2(across)
          ! Of two vectors that are nearly parallel, rounding leaves it a part along them.
          across = across - dot_product(across, e(:, 1))*e(:, 1)
