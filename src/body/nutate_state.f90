@@ -30,6 +30,8 @@ module nutate_state
    contains
       !> Becomes a copy of another one.
       procedure :: take
+      !> True for this attitude and momentum, to the last digit.
+      procedure :: is_at
       !> Shows its values to an archive.
       procedure :: transfer => transfer_state
       !> The same of what belongs to wheels, and of the work of the world.
@@ -37,6 +39,16 @@ module nutate_state
    end type state_t
 
 contains
+
+   !> True for this attitude and momentum, to the last digit.
+   pure logical function is_at(self, q, p)
+      class(state_t), intent(in) :: self
+      !> Shape (4).
+      real(wp), intent(in) :: q(4), p(4)
+      real(wp) :: difference(4)
+      difference = abs(self%q - q) + abs(self%p - p)
+      is_at = (difference(1) + difference(2)) + (difference(3) + difference(4)) <= 0.0_wp
+   end function is_at
 
    !> Becomes a copy of another one; without wheels that costs less than an assignment.
    pure subroutine take(self, other, wheels)

@@ -29,7 +29,7 @@ module nutate_energy_account
       !> Takes a step to a state, and the energy there.
       procedure :: book
       !> Takes a state as the last one; its energy is that of the last one.
-      procedure :: rename
+      procedure :: move_to
       !> True for the last state.
       procedure :: is_at
       !> True for the state from which the step to the last one started.
@@ -47,7 +47,7 @@ contains
       type(energy_sum_t), intent(in) :: energy
       self%now = energy
       self%before = energy
-      call self%rename(state)
+      call self%move_to(state)
       self%open = .true.
    end subroutine resume
 
@@ -60,23 +60,23 @@ contains
       self%now = energy
       self%start_q = self%last_q
       self%start_p = self%last_p
-      call self%rename(state)
+      call self%move_to(state)
    end subroutine book
 
    !> Takes a state as the last one.
-   pure subroutine rename(self, state)
+   pure subroutine move_to(self, state)
       class(energy_account_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       self%last_q = state%q
       self%last_p = state%p
-   end subroutine rename
+   end subroutine move_to
 
    !> True for the last state.
    pure logical function is_at(self, state)
       class(energy_account_t), intent(in) :: self
       type(state_t), intent(in) :: state
       is_at = self%open
-      if (is_at) is_at = is_same(state, self%last_q, self%last_p)
+      if (is_at) is_at = state%is_at(self%last_q, self%last_p)
    end function is_at
 
    !> True for the state from which the step to the last one started.
@@ -84,18 +84,8 @@ contains
       class(energy_account_t), intent(in) :: self
       type(state_t), intent(in) :: state
       began_at = self%open
-      if (began_at) began_at = is_same(state, self%start_q, self%start_p)
+      if (began_at) began_at = state%is_at(self%start_q, self%start_p)
    end function began_at
-
-   !> True for a state with this attitude and momentum.
-   pure logical function is_same(state, q, p)
-      type(state_t), intent(in) :: state
-      !> Shape (4).
-      real(wp), intent(in) :: q(4), p(4)
-      real(wp) :: difference(4)
-      difference = abs(state%q - q) + abs(state%p - p)
-      is_same = (difference(1) + difference(2)) + (difference(3) + difference(4)) <= 0.0_wp
-   end function is_same
 
    !> Shows what the next steps depend on to an archive: where the last step started counts only until it is taken.
    subroutine transfer(self, archive)

@@ -57,7 +57,7 @@ module nutate_invariant_projection
    !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
    !> be round-off. States that differ by no more than the third, the second left at both ends, are on one account. What
    !> round-off of the account comes to where damping has brought a body all but to rest is below the fourth.
-   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps, unknown = 64*eps
+   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps, in_account = 64*eps
    !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
    !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is
    !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
@@ -181,7 +181,7 @@ contains
          if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t)
          call find_account(self, point, on)
          if (on) then
-            call self%account%rename(state)
+            call self%account%move_to(state)
             return
          end if
       end if
@@ -378,7 +378,7 @@ contains
          call move(self, excess, slope, point)
       end do
       reached = .false.
-      undetermined = first <= unknown*unit*self%size
+      undetermined = first <= in_account*unit*self%size
    end subroutine set_energy
 
    !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =

@@ -5,8 +5,9 @@ module nutate_projected_stepper
    use nutate_noise, only: noise_t
    use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -15,9 +16,8 @@ module nutate_projected_stepper
 
    !> A stepper and the projection of its states. The estimate of the error is that of the stepper: the projection moves
    !> the state by no more than the error, and mostly takes some of it away. `step` allocates nothing.
-   type, extends(stepper_t) :: projected_stepper_t
+   type, extends(stepper_wrapper_t) :: projected_stepper_t
       private
-      class(stepper_t), allocatable :: base
       type(spaced_projection_t) :: projection
       !> Steps to a projection, unless every one is asked for.
       integer :: spacing = 1
@@ -33,12 +33,9 @@ module nutate_projected_stepper
       procedure :: set_up
       procedure :: advance
       procedure :: show
-      procedure :: copy
       procedure :: keep_steps
       procedure :: mark_step
       procedure :: state_at
-      procedure :: forget_steps
-      procedure :: take_commands
       procedure :: transfer
    end type projected_stepper_t
 
@@ -69,7 +66,7 @@ contains
       type(state_t), intent(in) :: state
       select type (other)
       class is (projected_stepper_t)
-         call self%projection%projection%adopt(other%projection%projection, state)
+         call self%projection%adopt(other%projection, state)
       end select
    end subroutine adopt_account
 
@@ -79,11 +76,8 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      if (.not. allocated(self%base)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a projection onto the invariants needs a stepper')
-         return
-      end if
-      call self%base%prepare(system, settings, status)
+      call self%check_base('a projection onto the invariants', status)
+      if (status%ok()) call self%base%prepare(system, settings, status)
       if (.not. status%ok()) return
       self%has_wheels = system%effects%n_wheels > 0
       call self%projection%prepare(system, settings%attitude, merge(1, self%spacing, settings%project_each))
@@ -102,19 +96,15 @@ contains
       call self%kept%take(state, self%has_wheels)
       call self%projection%begin_step(system, state)
       call self%base%advance(system, state, dt, window_time, status)
-      self%iterations = self%base%iterations
-      self%residual = self%base%residual
-      self%continued = self%base%continued
-      self%unproved = self%base%unproved
+      call self%take_counts()
       if (status%code == 0) then
+         call self%take_work()
          work = 0.0_wp
          do i = 1, size(self%work)
-            self%work(i) = self%base%work(i)
             work = work + self%work(i)
          end do
-         self%error_estimate = self%base%error_estimate
          call self%projection%end_step(system, state, .false., work, status)
-         self%moved_by_round_off = self%projection%projection%moved_by_round_off
+         self%moved_by_round_off = self%projection%moved_by_round_off()
       end if
       if (status%code /= 0) call state%take(self%kept, self%has_wheels)
    end subroutine advance
@@ -126,20 +116,6 @@ contains
       type(state_t), intent(inout) :: state
       call self%projection%show(system, state)
    end subroutine show
-
-   !> Makes a stepper that goes on as this one would.
-   recursive subroutine copy(self, twin)
-      class(projected_stepper_t), intent(inout) :: self
-      class(stepper_t), allocatable, intent(out) :: twin
-      class(stepper_t), allocatable :: base
-      call move_alloc(self%base, base)
-      allocate (twin, source=self)
-      select type (twin)
-      class is (projected_stepper_t)
-         call base%copy(twin%base)
-      end select
-      call move_alloc(base, self%base)
-   end subroutine copy
 
    !> The starts of steps are kept where they are taken again: without the projection.
    recursive subroutine keep_steps(self)
@@ -173,18 +149,6 @@ contains
       if (status%ok()) call self%projection%project_inside(system, inside, work, status)
       if (status%ok()) state = inside
    end subroutine state_at
-
-   !> So does the stepper.
-   recursive subroutine forget_steps(self)
-      class(projected_stepper_t), intent(inout) :: self
-      call self%base%forget_steps()
-   end subroutine forget_steps
-
-   !> So does it then. The targets of the projection stay: what holds other values does work as before.
-   recursive subroutine take_commands(self)
-      class(projected_stepper_t), intent(inout) :: self
-      call self%base%take_commands()
-   end subroutine take_commands
 
    !> What the stepper and the projection remember.
    subroutine transfer(self, archive)

@@ -23,7 +23,7 @@ module nutate_spaced_projection
    !> The projection of one run.
    type :: spaced_projection_t
       private
-      type(invariant_projection_t), public :: projection
+      type(invariant_projection_t) :: projection
       !> Every step is projected.
       logical :: each = .true.
       !> A step has been taken; steps that began where one did before are told from others.
@@ -43,6 +43,10 @@ module nutate_spaced_projection
       procedure :: prepare
       !> Takes the noise of a pilot run.
       procedure :: disturb
+      !> Takes the targets that another projection has for the state from which a step starts.
+      procedure :: adopt
+      !> How far round-off of the energy moved the last state that was projected.
+      procedure :: moved_by_round_off
       !> From now on steps may be taken again from where they began.
       procedure :: remember_starts
       !> Puts the state that a step left in the place of a copy that was seen.
@@ -84,6 +88,21 @@ contains
       call self%projection%disturb(noise)
    end subroutine disturb
 
+   !> Takes the targets that another projection has for the state from which a step starts.
+   pure subroutine adopt(self, other, state)
+      class(spaced_projection_t), intent(inout) :: self
+      !> Of the same system.
+      class(spaced_projection_t), intent(in) :: other
+      type(state_t), intent(in) :: state
+      call self%projection%adopt(other%projection, state)
+   end subroutine adopt
+
+   !> How far round-off of the energy moved the last state that was projected, rad.
+   pure real(wp) function moved_by_round_off(self)
+      class(spaced_projection_t), intent(in) :: self
+      moved_by_round_off = self%projection%moved_by_round_off
+   end function moved_by_round_off
+
    !> From now on steps may be taken again from where they began.
    pure subroutine remember_starts(self)
       class(spaced_projection_t), intent(inout) :: self
@@ -95,7 +114,7 @@ contains
       class(spaced_projection_t), intent(in) :: self
       type(state_t), intent(inout) :: state
       if (self%each .or. .not. (self%begun .and. self%seen)) return
-      if (.not. is_same(state, self%seen_q, self%seen_p)) return
+      if (.not. state%is_at(self%seen_q, self%seen_p)) return
       state%q = self%left_q
       state%p = self%left_p
    end subroutine find_origin
@@ -113,9 +132,9 @@ contains
       end if
       call self%find_origin(state)
       known = self%begun
-      if (known) known = is_same(state, self%left_q, self%left_p)
+      if (known) known = state%is_at(self%left_q, self%left_p)
       if (self%begun .and. self%remembers .and. .not. known) then
-         known = is_same(state, self%first_q, self%first_p)
+         known = state%is_at(self%first_q, self%first_p)
          if (known) self%count = self%first_count
          if (known) self%interval = self%first_interval
       end if
@@ -132,16 +151,6 @@ contains
       self%first_count = self%count
       self%first_interval = self%interval
    end subroutine begin_step
-
-   !> True for a state with this attitude and momentum.
-   pure logical function is_same(state, q, p)
-      type(state_t), intent(in) :: state
-      !> Shape (4).
-      real(wp), intent(in) :: q(4), p(4)
-      real(wp) :: difference(4)
-      difference = abs(state%q - q) + abs(state%p - p)
-      is_same = (difference(1) + difference(2)) + (difference(3) + difference(4)) <= 0.0_wp
-   end function is_same
 
    !> Counts a step, and projects the state if that is due. Errors, with state and count as they were: those of the
    !> projection.
@@ -187,7 +196,7 @@ contains
       type(state_t), intent(inout) :: state
       type(status_t) :: status
       if (self%each .or. .not. self%begun .or. self%count == 0) return
-      if (.not. is_same(state, self%left_q, self%left_p)) return
+      if (.not. state%is_at(self%left_q, self%left_p)) return
       call self%projection%project_aside(system, state, .false., 0.0_wp, status)
       self%seen = .true.
       self%seen_q = state%q

@@ -5,14 +5,14 @@
 !> ωΔt, exactly. What the step keeps in these axes, T + V, l·ω and |l|, stays, and with it H - ω·l; what is proved of
 !> its root is proved.
 module nutate_turned_stepper
-   use nutate_archive, only: archive_t
    use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp, pi
    use nutate_limits, only: greatest_turn
    use nutate_range, only: check_start
-   use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
+   use nutate_state, only: add_increment, state_t
+   use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -20,9 +20,8 @@ module nutate_turned_stepper
    public :: turned_stepper_t
 
    !> A stepper and the turn of its states. `step` allocates nothing.
-   type, extends(stepper_t) :: turned_stepper_t
+   type, extends(stepper_wrapper_t) :: turned_stepper_t
       private
-      class(stepper_t), allocatable :: base
       !> Its states are sums of increments, with their compensation.
       logical :: compensated = .false.
       !> The system of the last `prepare` may be stepped so; the same in axes that stand still.
@@ -40,13 +39,9 @@ module nutate_turned_stepper
       procedure :: wrap
       procedure :: set_up
       procedure :: advance
-      procedure :: copy
       procedure :: keep_steps
       procedure :: mark_step
       procedure :: state_at
-      procedure :: forget_steps
-      procedure :: take_commands
-      procedure :: transfer
    end type turned_stepper_t
 
 contains
@@ -69,10 +64,8 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      if (.not. allocated(self%base)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a turn of the axes needs a stepper')
-         return
-      end if
+      call self%check_base('a turn of the axes', status)
+      if (.not. status%ok()) return
       self%follows = follows_turning_axes(system%effects) .and. settings%attitude
       self%length = 0.0_wp
       self%untested = .true.
@@ -96,7 +89,6 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      integer :: i
       if (self%untested .and. self%compensated) call check_start(system, state, dt, status)
       if (status%code == 0 .and. dt /= self%length) call set_length(self, dt, status)
       if (status%code /= 0) return
@@ -105,16 +97,10 @@ contains
       else
          call self%base%advance(system, state, dt, window_time, status)
       end if
-      self%iterations = self%base%iterations
-      self%residual = self%base%residual
-      self%continued = self%base%continued
-      self%unproved = self%base%unproved
+      call self%take_counts()
       if (status%code /= 0) return
       self%untested = .false.
-      self%error_estimate = self%base%error_estimate
-      do i = 1, size(self%work)
-         self%work(i) = self%base%work(i)
-      end do
+      call self%take_work()
       if (self%follows) call turn_state(self, state)
    end subroutine advance
 
@@ -145,68 +131,24 @@ contains
       class(turned_stepper_t), intent(in) :: self
       type(state_t), intent(inout) :: state
       if (self%compensated) then
-         call add_turn(self%change, state%q, state%q_compensation)
-         call add_turn(self%change, state%p, state%p_compensation)
+         call add_increment(state%q, state%q_compensation, turned(self%change, state%q))
+         call add_increment(state%p, state%p_compensation, turned(self%change, state%p))
       else
-         call turn_plainly(self%change, state%q)
-         call turn_plainly(self%change, state%p)
+         state%q = state%q + turned(self%change, state%q)
+         state%p = state%p + turned(self%change, state%p)
       end if
    end subroutine turn_state
 
-   !> x + d∘x, written out: it is all that a frame costs.
-   pure subroutine turn_plainly(d, x)
-      real(wp), intent(in) :: d(4)
-      real(wp), intent(inout) :: x(4)
-      real(wp) :: a, b, c, e
-      a = x(1)
-      b = x(2)
-      c = x(3)
-      e = x(4)
-      x(1) = a + (d(1)*a - d(2)*b - d(3)*c - d(4)*e)
-      x(2) = b + (d(1)*b + d(2)*a + d(3)*e - d(4)*c)
-      x(3) = c + (d(1)*c + d(3)*a + d(4)*b - d(2)*e)
-      x(4) = e + (d(1)*e + d(4)*a + d(2)*c - d(3)*b)
-   end subroutine turn_plainly
-
-   !> The same with the compensation of x. What it misses where a component is shorter than its increment, and of the
-   !> turn of the compensation itself, is rounding of the increment.
-   pure subroutine add_turn(d, x, compensation)
-      real(wp), intent(in) :: d(4)
-      real(wp), intent(inout) :: x(4), compensation(4)
-      real(wp) :: a, b, c, e
-      a = x(1)
-      b = x(2)
-      c = x(3)
-      e = x(4)
-      call add(d(1)*a - d(2)*b - d(3)*c - d(4)*e, x(1), compensation(1))
-      call add(d(1)*b + d(2)*a + d(3)*e - d(4)*c, x(2), compensation(2))
-      call add(d(1)*c + d(3)*a + d(4)*b - d(2)*e, x(3), compensation(3))
-      call add(d(1)*e + d(4)*a + d(2)*c - d(3)*b, x(4), compensation(4))
-   contains
-      pure subroutine add(increment, total, rest)
-         real(wp), intent(in) :: increment
-         real(wp), intent(inout) :: total, rest
-         real(wp) :: addend, rounded
-         addend = increment + rest
-         rounded = total + addend
-         rest = addend - (rounded - total)
-         total = rounded
-      end subroutine add
-   end subroutine add_turn
-
-   !> Makes a stepper that goes on as this one would.
-   recursive subroutine copy(self, twin)
-      class(turned_stepper_t), intent(inout) :: self
-      class(stepper_t), allocatable, intent(out) :: twin
-      class(stepper_t), allocatable :: base
-      call move_alloc(self%base, base)
-      allocate (twin, source=self)
-      select type (twin)
-      class is (turned_stepper_t)
-         call base%copy(twin%base)
-      end select
-      call move_alloc(base, self%base)
-   end subroutine copy
+   !> d∘x, in this file so that it is compiled into its callers: it is all that a frame costs. The compensation of x is
+   !> not turned: what that misses is rounding of the increment.
+   pure function turned(d, x)
+      real(wp), intent(in) :: d(4), x(4)
+      real(wp) :: turned(4)
+      turned(1) = d(1)*x(1) - d(2)*x(2) - d(3)*x(3) - d(4)*x(4)
+      turned(2) = d(1)*x(2) + d(2)*x(1) + d(3)*x(4) - d(4)*x(3)
+      turned(3) = d(1)*x(3) + d(3)*x(1) + d(4)*x(2) - d(2)*x(4)
+      turned(4) = d(1)*x(4) + d(4)*x(1) + d(2)*x(3) - d(3)*x(2)
+   end function turned
 
    !> The starts of steps are kept where they are taken again: before the turn.
    recursive subroutine keep_steps(self)
@@ -246,24 +188,5 @@ contains
       end if
       state = inside
    end subroutine state_at
-
-   !> So does the stepper.
-   recursive subroutine forget_steps(self)
-      class(turned_stepper_t), intent(inout) :: self
-      call self%base%forget_steps()
-   end subroutine forget_steps
-
-   !> So does it then.
-   recursive subroutine take_commands(self)
-      class(turned_stepper_t), intent(inout) :: self
-      call self%base%take_commands()
-   end subroutine take_commands
-
-   !> What the stepper remembers.
-   subroutine transfer(self, archive)
-      class(turned_stepper_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      call self%base%transfer(archive)
-   end subroutine transfer
 
 end module nutate_turned_stepper

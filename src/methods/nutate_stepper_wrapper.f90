@@ -1,0 +1,91 @@
+!> A stepper around another one, which takes the steps: what does something to the states of any method.
+module nutate_stepper_wrapper
+   use nutate_archive, only: archive_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: stepper_t
+   implicit none
+   private
+
+   public :: stepper_wrapper_t
+
+   !> What all such steppers have in common.
+   type, abstract, extends(stepper_t) :: stepper_wrapper_t
+      !> The stepper inside.
+      class(stepper_t), allocatable :: base
+   contains
+      !> Says where there is no stepper inside.
+      procedure, non_overridable :: check_base
+      !> Takes what the stepper inside tells of its last step, whether it succeeded or not; work and estimate apart.
+      procedure, non_overridable :: take_counts
+      !> Takes the work of the last step, and the estimate of its error.
+      procedure, non_overridable :: take_work
+      procedure :: copy
+      procedure :: forget_steps
+      procedure :: take_commands
+      procedure :: transfer
+   end type stepper_wrapper_t
+
+contains
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` where there is no stepper inside.
+   subroutine check_base(self, name, status)
+      class(stepper_wrapper_t), intent(in) :: self
+      !> What needs one.
+      character(len=*), intent(in) :: name
+      type(status_t), intent(inout) :: status
+      if (.not. allocated(self%base)) status = fail(NUTATE_BAD_ARGUMENT, name//' needs a stepper')
+   end subroutine check_base
+
+   !> Takes what the stepper inside tells of its last step.
+   subroutine take_counts(self)
+      class(stepper_wrapper_t), intent(inout) :: self
+      self%iterations = self%base%iterations
+      self%residual = self%base%residual
+      self%continued = self%base%continued
+      self%unproved = self%base%unproved
+   end subroutine take_counts
+
+   !> Takes the work of the last step, and the estimate of its error.
+   subroutine take_work(self)
+      class(stepper_wrapper_t), intent(inout) :: self
+      integer :: i
+      self%error_estimate = self%base%error_estimate
+      do i = 1, size(self%work)
+         self%work(i) = self%base%work(i)
+      end do
+   end subroutine take_work
+
+   !> Makes a stepper that goes on as this one would.
+   recursive subroutine copy(self, twin)
+      class(stepper_wrapper_t), intent(inout) :: self
+      class(stepper_t), allocatable, intent(out) :: twin
+      class(stepper_t), allocatable :: base
+      call move_alloc(self%base, base)
+      allocate (twin, source=self)
+      select type (twin)
+      class is (stepper_wrapper_t)
+         call base%copy(twin%base)
+      end select
+      call move_alloc(base, self%base)
+   end subroutine copy
+
+   !> So does the stepper inside.
+   recursive subroutine forget_steps(self)
+      class(stepper_wrapper_t), intent(inout) :: self
+      call self%base%forget_steps()
+   end subroutine forget_steps
+
+   !> So does it then.
+   recursive subroutine take_commands(self)
+      class(stepper_wrapper_t), intent(inout) :: self
+      call self%base%take_commands()
+   end subroutine take_commands
+
+   !> What the stepper inside remembers.
+   subroutine transfer(self, archive)
+      class(stepper_wrapper_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call self%base%transfer(archive)
+   end subroutine transfer
+
+end module nutate_stepper_wrapper
