@@ -8,11 +8,14 @@ program bench_ensemble
       stepper_t, system_t, total_energy, wp
    use nutate_member_rows, only: fill_rows, has_threads
    use nutate_npy, only: npy_header
+   use nutate_lane_bodies, only: lane_bodies_t
+   use nutate_methods, only: default_settings
    use nutate_reduced_lanes, only: lanes, reduced_lanes_t
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_sweep_csv, only: write_csv
    use nutate_sweep_file, only: sweep_file_t
    use nutate_sweep_watcher, only: sweep_watcher_t
+   use nutate_taylor_lanes, only: taylor_lanes_t
    implicit none
 
    interface
@@ -30,17 +33,30 @@ program bench_ensemble
    integer, parameter :: repeats = 25, orders(4) = [2, 4, 6, 8]
    character(len=*), parameter :: kinds(4) = [character(len=9) :: 'free box', 'gyrostat', 'top', 'satellite']
    real(wp), parameter :: dt(4) = [0.01_wp, 0.01_wp, 0.0005_wp, 10.0_wp]
+   !> The steps by Taylor series, s, and their orders.
+   real(wp), parameter :: series_dt(4) = [0.1_wp, 0.1_wp, 0.002_wp, 100.0_wp]
+   integer, parameter :: series_orders(3) = [12, 16, 24]
+   !> The bodies that lanes move by series.
+   integer, parameter :: by_series(1) = [1]
    integer :: i, k
 
    write (*, '(a)') 'ns a body-step: alone, in a lane, and the ratio'
    do k = 1, size(kinds)
       do i = 1, size(orders)
-         call compare(k, orders(i), 20000/orders(i)**2)
+         call compare('nielsen_krenk', k, orders(i), 20000/orders(i)**2)
       end do
    end do
-   write (*, '(/,a)') 'largest error of energy and of what is conserved of momentum, in lanes, 1e6 steps of order 2'
+   do k = 1, size(by_series)
+      do i = 1, size(series_orders)
+         call compare('taylor', by_series(k), series_orders(i), 3000)
+      end do
+   end do
+   write (*, '(/,a)') 'largest error of energy and of what is conserved of momentum, in lanes, 1e6 steps: order 2; series'
    do k = 1, size(kinds)
-      call drift(k, 1000000)
+      call drift('nielsen_krenk', k, 2, 1000000)
+   end do
+   do k = 1, size(by_series)
+      call drift('taylor', by_series(k), 16, 1000000)
    end do
    write (*, '(/,a)') 'us a member of 100 steps of order 2 (one thread: CPU time; two: CPU time of both, wall time)'
    write (*, '(a)') '  members threads alone together'
@@ -77,13 +93,24 @@ contains
    end subroutine take
 
    !> Fills all lanes.
-   subroutine fill(k, order, bodies)
+   subroutine fill(method, k, order, bodies)
+      character(len=*), intent(in) :: method
       integer, intent(in) :: k, order
-      type(reduced_lanes_t), intent(out) :: bodies
+      class(lane_bodies_t), allocatable, intent(out) :: bodies
+      type(reduced_lanes_t), allocatable :: reduced
+      type(taylor_lanes_t), allocatable :: series
       type(system_t) :: system
       type(state_t) :: state
       integer :: n
-      call bodies%set_up(order, dt(k), merge(1, 0, k >= 3))
+      if (method == 'taylor') then
+         allocate (series)
+         call series%set_up(order, series_dt(k))
+         call move_alloc(series, bodies)
+      else
+         allocate (reduced)
+         call reduced%set_up(order, dt(k), merge(1, 0, k >= 3))
+         call move_alloc(reduced, bodies)
+      end if
       do n = 1, lanes
          call take(k, n, system, state)
          call bodies%put(n, system, state)
@@ -91,26 +118,37 @@ contains
    end subroutine fill
 
    !> Least times of interleaved repeats.
-   subroutine compare(k, order, steps)
+   subroutine compare(method, k, order, steps)
+      character(len=*), intent(in) :: method
       integer, intent(in) :: k, order, steps
-      type(reduced_lanes_t) :: bodies
+      class(lane_bodies_t), allocatable :: bodies
       type(system_t) :: system
       type(state_t) :: state
       type(status_t) :: status
+      type(integrator_settings_t) :: settings
       class(stepper_t), allocatable :: stepper
-      real(wp) :: alone, together, start
+      real(wp) :: alone, together, start, step
       integer :: i, n
       alone = huge(alone)
       together = huge(together)
+      settings = default_settings(method)
+      if (method == 'taylor') then
+         settings%series_order = order
+         step = series_dt(k)
+      else
+         settings%order = order
+         settings%linear_solver = 'reduced'
+         step = dt(k)
+      end if
       do i = 1, repeats
          call take(k, 1, system, state)
-         call make_stepper(system, integrator_settings_t(order=order, linear_solver='reduced'), stepper, status)
+         call make_stepper(system, settings, stepper, status)
          start = bench_thread_seconds()
          do n = 1, steps
-            call stepper%step(system, state, dt(k), status)
+            call stepper%advance(system, state, step, state%t + 0.5_wp*step, status)
          end do
          alone = min(alone, 1e9_wp*(bench_thread_seconds() - start)/steps)
-         call fill(k, order, bodies)
+         call fill(method, k, order, bodies)
          start = bench_thread_seconds()
          do n = 1, steps
             call bodies%step()
@@ -118,21 +156,23 @@ contains
          together = min(together, 1e9_wp*(bench_thread_seconds() - start)/(real(steps, wp)*lanes))
          if (.not. all(bodies%taken)) error stop 'a body of the benchmark was given up'
       end do
-      write (*, '(3x,a,", order ",i0,3f10.2)') kinds(k), order, alone, together, together/alone
+      write (*, '(3x,a,1x,a,", order ",i0,3f10.2)') trim(kinds(k)), method, order, alone, together, together/alone
    end subroutine compare
 
    !> Energy over that of the rotation, momentum over its length; of tops and satellites that about the vertical.
-   subroutine drift(k, steps)
-      integer, intent(in) :: k, steps
-      type(reduced_lanes_t) :: bodies
+   subroutine drift(method, k, order, steps)
+      character(len=*), intent(in) :: method
+      integer, intent(in) :: k, order, steps
+      class(lane_bodies_t), allocatable :: bodies
       type(system_t) :: system
       type(state_t) :: first, last
       real(wp) :: errors(2), change(3)
       integer :: n
-      call fill(k, 2, bodies)
+      call fill(method, k, order, bodies)
       do n = 1, steps
          call bodies%step()
       end do
+      call bodies%look()
       errors = 0.0_wp
       do n = 1, lanes
          if (.not. bodies%taken(n)) error stop 'a body of the benchmark was given up'
@@ -144,7 +184,7 @@ contains
          errors = max(errors, [abs(total_energy(system, last) - total_energy(system, first))/ &
                                kinetic_energy(system, first), norm2(change)/norm2(space_momentum(first))])
       end do
-      write (*, '(3x,a,2es9.1)') kinds(k), errors
+      write (*, '(3x,a,1x,a,2es9.1)') trim(kinds(k)), method, errors
    end subroutine drift
 
    !> Rows a second that go into a file of NumPy, each chunk on the disk before the next, and from it into CSV.

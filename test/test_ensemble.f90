@@ -44,6 +44,7 @@ contains
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("members run together have the rows of members run alone", together_and_alone), &
                   new_unittest("so have tops, gyrostats and satellites", loaded_together), &
+                  new_unittest("so have those by Taylor series", series_together), &
                   new_unittest("a frame that only some members turn is theirs alone", frames_together), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
@@ -386,6 +387,29 @@ contains
          if (allocated(error)) return
       end do
    end subroutine loaded_together
+
+   !> Free bodies by Taylor series, at several orders and ways to look; some turn too fast for the step.
+   subroutine series_together(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: tail(4) = [character(len=100) :: &
+         "end_time = 5 / &output columns = 'quaternion', 'energy', every = 7 /", &
+         "series_order = 9, end_time = 3 / &output columns = 'angular_momentum_space', 'constraints' /", &
+         "series_order = 24, end_time = 1 / &output columns = 'angular_velocity_space', every = 100 /", &
+         "end_time = 1 / &output columns = 'quaternion', every = 2 /"]
+      integer(long), allocatable :: status_of(:)
+      integer :: i
+      do i = 1, size(tail)
+         call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / "// &
+                           "&integrator method = 'taylor', time_step = 0.1, "//trim(tail(i))//line_feed// &
+                           "&ensemble members = 61, seed = 2 / &vary key = 'body.inertia.2', "// &
+                           "distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
+                           "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 20.0 / "// &
+                           "&vary key = 'initial.quaternion', distribution = 'rotation' /", lanes/3, status_of, error)
+         if (allocated(error)) return
+         call check(error, count(status_of == 0) > 40 .and. count(status_of == NUTATE_BAD_BODY) > 3, 'statuses')
+         if (allocated(error)) return
+      end do
+   end subroutine series_together
 
    !> Every third member turns no frame, and can be run in a lane.
    subroutine frames_together(error)

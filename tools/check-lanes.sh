@@ -44,12 +44,22 @@ cat >"$scratch/satellite.nml" <<'END'
 &vary key = 'initial.quaternion', distribution = 'rotation' /
 &vary key = 'gravity_gradient.strength', distribution = 'uniform', low = 0.0, high = 1e-2 /
 END
+cat >"$scratch/series.nml" <<'END'
+&body inertia = 5.0, 20.0, 17.0 /
+&initial angular_velocity = 0.1, 0.0, 10.0 /
+&integrator method = 'taylor', time_step = 0.1, end_time = 10.0 /
+&output columns = 'quaternion', 'energy', every = 7 /
+&ensemble members = 61, seed = 4, chunk = 61 /
+&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 9.0, 9.0 /
+&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 18.0, 16.7, high = 5.1, 24.0, 17.3 /
+END
+scenes=(free top satellite series)
 
 passed=0 failed=0
 # compare PROGRAM WAY [OPTION]...: its files with those of the program of `make`.
 compare() {
    local scene
-   for scene in free top satellite; do
+   for scene in "${scenes[@]}"; do
       "$1" sweep "$scratch/$scene.nml" --output "$scratch/other.npy" --quiet "${@:3}" >/dev/null
       if cmp -s "$scratch/other.npy" "$scratch/$scene.npy"; then
          passed=$((passed + 1))
@@ -59,7 +69,7 @@ compare() {
       rm -f "$scratch/other.npy"*
    done
 }
-for scene in free top satellite; do
+for scene in "${scenes[@]}"; do
    "$program" sweep "$scratch/$scene.nml" --output "$scratch/$scene.npy" --quiet >/dev/null || exit 1
 done
 

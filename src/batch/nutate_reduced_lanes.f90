@@ -15,6 +15,7 @@ module nutate_reduced_lanes
    use nutate_composition, only: compositions
    use nutate_implicit_step, only: kept_after_surprise
    use nutate_kinds, only: wp
+   use nutate_lane_bodies, only: lane_bodies_t
    use nutate_lane_loads, only: are_loads, lane_loads_t
    use nutate_lane_newton, only: begin_iteration, correct_again, correct_first, iteration_t, take_residuals
    use nutate_lane_step, only: explicit_lanes, greatest_momentum, measure_turns, predict_lanes, start_lanes, turn_lanes
@@ -61,11 +62,9 @@ module nutate_reduced_lanes
    end type stage_t
 
    !> The bodies, each a lane.
-   type :: reduced_lanes_t
+   type, extends(lane_bodies_t) :: reduced_lanes_t
       private
-      !> The lane has a body, which has not been given up.
-      logical, public :: taken(lanes) = .false.
-      !> 1: it has none.
+      !> 1: the lane has no body.
       real(wp) :: idle(lanes) = 1.0_wp
       type(stage_t), allocatable :: stages(:)
       !> Shapes (lanes, 4).
@@ -79,11 +78,8 @@ module nutate_reduced_lanes
    contains
       !> Empties all lanes, for steps of a length.
       procedure :: set_up
-      !> Puts a body into a lane.
       procedure :: put
-      !> One step of all bodies.
       procedure :: step
-      !> Where a body is.
       procedure :: get
    end type reduced_lanes_t
 

@@ -1,10 +1,12 @@
-!> Members of an ensemble that are run together, each in a lane of `reduced_lanes_t`: free bodies, gyrostats, tops and
-!> satellites with steps of one length by the reduced form. Their rows have the bits of members that are run alone.
+!> Members of an ensemble that are run together, each in a lane, with steps of one length: free bodies, gyrostats, tops
+!> and satellites by the reduced form (`reduced_lanes_t`), free bodies by Taylor series (`taylor_lanes_t`). Their rows
+!> have the bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
+   use nutate_lane_bodies, only: lane_bodies_t
    use nutate_limits, only: same_time
    use nutate_observer, only: run_record_t
    use nutate_reduced_lanes, only: can_be_lanes, lanes, reduced_lanes_t
@@ -14,6 +16,7 @@ module nutate_lane_run
    use nutate_status, only: status_t, fail, NUTATE_OK, NUTATE_STOPPED
    use nutate_sweep_watcher, only: sweep_watcher_t
    use nutate_system, only: system_t
+   use nutate_taylor_lanes, only: can_be_series_lanes, taylor_lanes_t
    implicit none
    private
 
@@ -41,7 +44,7 @@ module nutate_lane_run
       logical :: possible = .false.
       !> Of each lane; shape (lanes).
       type(lane_member_t), allocatable, private :: members(:)
-      type(reduced_lanes_t), private :: bodies
+      class(lane_bodies_t), allocatable, private :: bodies
       integer(long), private :: steps = 0
    contains
       !> Takes a scene with an ensemble.
@@ -66,22 +69,58 @@ contains
       type(scene_t), intent(in) :: scene
       !> Chosen.
       type(columns_t), intent(in) :: columns
-      self%possible = can_be_lanes(scene%system) .and. steps_suit(scene) .and. .not. columns%follows_steps .and. &
+      type(reduced_lanes_t), allocatable :: reduced
+      type(taylor_lanes_t), allocatable :: series
+      self%possible = method_suits(scene) .and. steps_suit(scene) .and. .not. columns%follows_steps .and. &
                       scene%events%count() == 0 .and. .not. any(scene%output%columns == 'solver')
       if (.not. self%possible) return
       self%steps = count_steps(scene%initial%t, scene%plan)
       if (.not. allocated(self%members)) allocate (self%members(lanes))
+      if (scene%integrator%method == 'taylor') then
+         allocate (series)
+         call move_alloc(series, self%bodies)
+      else
+         allocate (reduced)
+         call move_alloc(reduced, self%bodies)
+      end if
    end subroutine prepare
 
-   !> True if all members take the same steps of one length by the reduced form, the last one as long as the others.
+   !> True if lanes know a method and its settings, and may know the system.
+   pure logical function method_suits(scene)
+      type(scene_t), intent(in) :: scene
+      associate (settings => scene%integrator)
+         select case (settings%method)
+         case ('nielsen_krenk')
+            method_suits = settings%linear_solver == 'reduced' .and. settings%projection .and. &
+                           .not. settings%conserve .and. settings%tolerance <= 0.0_wp .and. &
+                           settings%max_iterations >= fewest_iterations
+         case ('taylor')
+            method_suits = settings%conserve
+         case default
+            method_suits = .false.
+         end select
+         method_suits = method_suits .and. settings%attitude
+      end associate
+      if (method_suits) method_suits = system_suits(scene%integrator%method, scene%system)
+   end function method_suits
+
+   !> True if lanes may know what acts in a system.
+   pure logical function system_suits(method, system)
+      character(len=*), intent(in) :: method
+      type(system_t), intent(in) :: system
+      if (method == 'taylor') then
+         system_suits = can_be_series_lanes(system)
+      else
+         system_suits = can_be_lanes(system)
+      end if
+   end function system_suits
+
+   !> True if all members take the same steps of one length, the last one as long as the others.
    pure logical function steps_suit(scene)
       type(scene_t), intent(in) :: scene
       integer(long) :: n
-      associate (settings => scene%integrator, plan => scene%plan)
-         steps_suit = settings%method == 'nielsen_krenk' .and. settings%linear_solver == 'reduced' .and. &
-                      settings%projection .and. settings%attitude .and. .not. settings%conserve .and. &
-                      settings%tolerance <= 0.0_wp .and. settings%max_iterations >= fewest_iterations .and. &
-                      scene%choice == '' .and. .not. plan%goal%active() .and. plan%interval <= 0.0_wp .and. &
+      associate (plan => scene%plan)
+         steps_suit = scene%choice == '' .and. .not. plan%goal%active() .and. plan%interval <= 0.0_wp .and. &
                       .not. allocated(plan%times) .and. plan%steps < 0 .and. plan%time_step > 0.0_wp
          if (.not. steps_suit) return
          steps_suit = all(scene%ensemble%groups(scene%ensemble%targets%group)%name /= 'integrator')
@@ -97,7 +136,12 @@ contains
       !> Prepared.
       class(lane_run_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
-      call self%bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
+      select type (bodies => self%bodies)
+      type is (reduced_lanes_t)
+         call bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
+      type is (taylor_lanes_t)
+         call bodies%set_up(scene%integrator%series_order, scene%plan%time_step)
+      end select
    end subroutine begin
 
    !> Puts a member into a lane; it is not taken where lanes do not know what acts on it, or its numbers are out of
@@ -112,7 +156,7 @@ contains
       !> Chosen.
       type(columns_t), intent(in) :: columns
       ! A number that was drawn can set a frame turning.
-      if (abs(member%initial%t) > 0.0_wp .or. .not. can_be_lanes(member%system)) return
+      if (abs(member%initial%t) > 0.0_wp .or. .not. system_suits(member%integrator%method, member%system)) return
       call self%bodies%put(lane, member%system, member%initial)
       if (.not. self%bodies%taken(lane)) return
       associate (own => self%members(lane), j0 => member%integrator%inverse_auxiliary_inertia)
@@ -138,6 +182,7 @@ contains
          call self%bodies%step()
          if (.not. any(self%bodies%taken)) return
          if (mod(k, scene%plan%every) == 0 .or. k == self%steps) then
+            call self%bodies%look()
             do i = 1, lanes
                if (self%bodies%taken(i)) call measure(self%members(i), self%bodies, i)
             end do
@@ -152,7 +197,7 @@ contains
    !> Looks where a member is.
    subroutine measure(own, bodies, lane)
       type(lane_member_t), intent(inout) :: own
-      type(reduced_lanes_t), intent(in) :: bodies
+      class(lane_bodies_t), intent(in) :: bodies
       integer, intent(in) :: lane
       call bodies%get(lane, own%state)
       call own%invariants%measure(own%system, own%state, 0.0_wp)

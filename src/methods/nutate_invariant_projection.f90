@@ -52,6 +52,7 @@ module nutate_invariant_projection
    private
 
    public :: invariant_projection_t
+   public :: round_off, doubtful, longest, longest_doubtful, negligible, most_moves
 
    !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
    !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may

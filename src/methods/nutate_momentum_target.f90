@@ -15,7 +15,7 @@ module nutate_momentum_target
    type :: momentum_target_t
       private
       !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
-      real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
+      real(wp), public :: momentum(3) = 0.0_wp, component = 0.0_wp
       !> The first l and its time, N m s and s, where l turns; shape (3).
       real(wp) :: first(3) = 0.0_wp, first_time = 0.0_wp
    contains

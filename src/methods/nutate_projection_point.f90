@@ -16,7 +16,7 @@ module nutate_projection_point
    implicit none
    private
 
-   public :: projection_plan_t, projection_point_t, slope_t, get_slope
+   public :: projection_plan_t, projection_point_t, slope_t, get_slope, nearly_unit
    public :: read_point, take_attitude, take_momentum, set_rows, set_gamma, evaluate, times, write_state
 
    !> |qᵀq - 1| up to which the first term of 1/|q| is exact: the next one, 3/8 of its square, is below ε/4.

@@ -14,7 +14,7 @@ module nutate_spaced_projection
    implicit none
    private
 
-   public :: spaced_projection_t
+   public :: spaced_projection_t, small
 
    !> Move of a projection, of q and of p relative to |p|, up to which the next may wait: a few times it is far from
    !> what the projection refuses, and steps with larger errors are cheap beside what they lose.

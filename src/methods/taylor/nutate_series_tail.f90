@@ -17,6 +17,7 @@ module nutate_series_tail
    private
 
    public :: series_tail_t, most_parts
+   public :: least_denominator, largest_rest, same_direction, least, largest
 
    !> Components of a coefficient at most: L, three rows and an angle.
    integer, parameter :: most_parts = 13

@@ -21,7 +21,7 @@ module nutate_taylor_stepper
    implicit none
    private
 
-   public :: taylor_t, least_order, fixed_step_order
+   public :: taylor_t, least_order, fixed_step_order, usual_interval
 
    !> Lowest order: the last two terms, which choose the step, must lie beyond the first three, which give its scale.
    integer, parameter :: least_order = 4

@@ -1,0 +1,398 @@
+!> The projection onto the invariants of several bodies at once: one body a lane, each with its own numbers.
+!>
+!> The arithmetic is that of `nutate_invariant_projection`. A lane whose move would be too long, or where there is too
+!> little to remove for the way to be known, is given up.
+module nutate_lane_projection
+   use nutate_invariant_projection, only: doubtful, longest, longest_doubtful, most_moves, negligible, round_off
+   use nutate_kinds, only: wp
+   use nutate_lane_choice, only: choose_lanes, replace_lanes
+   use nutate_lane_width, only: lanes
+   use nutate_momentum_target, only: momentum_target_t
+   use nutate_projection_point, only: nearly_unit, projection_plan_t, projection_point_t, read_point
+   use nutate_state, only: state_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: lane_projection_t
+
+   !> What each body is projected to.
+   type :: lane_projection_t
+      private
+      !> J⁻¹ on its diagonal, kg⁻¹ m⁻², and l, space axes, N m s; shape (lanes, 3).
+      real(wp) :: inverse(lanes, 3) = 1.0_wp, target(lanes, 3) = 0.0_wp
+      !> H, J.
+      real(wp) :: energy(lanes) = 0.0_wp
+      !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
+      real(wp) :: size(lanes) = 0.0_wp, largest(lanes) = 0.0_wp, to_order_one(lanes) = 1.0_wp
+   contains
+      !> Takes the invariants of a body.
+      procedure :: put
+      !> A lane without a body.
+      procedure :: rest
+      !> Projects states.
+      procedure :: project
+   end type lane_projection_t
+
+   !> Bodies under way to their energy. No component has a first value: they would be set at every projection.
+   type :: lane_points_t
+      !> q, L, body axes, N m s; shapes (lanes, 4) and (lanes, 3).
+      real(wp) :: q(lanes, 4), momentum(lanes, 3)
+      !> H and T + Σ|U|, J, and L̇, N m; shape (lanes, 3).
+      real(wp) :: energy(lanes), size(lanes), rate(lanes, 3)
+      !> 1: to be moved by c down the slope, and that is the last move.
+      real(wp) :: moving(lanes), little(lanes), c(lanes)
+   end type lane_points_t
+
+contains
+
+   !> Takes the invariants of a free body of diagonal inertia from its first state.
+   pure subroutine put(self, lane, system, state)
+      class(lane_projection_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(projection_plan_t) :: plan
+      type(projection_point_t) :: point
+      type(momentum_target_t) :: target
+      integer :: i
+      call plan%prepare(system, .true.)
+      call read_point(plan, system%effects, state, point)
+      call target%take(plan%components, point, state%t)
+      self%target(lane, :) = target%momentum
+      do i = 1, 3
+         self%inverse(lane, i) = system%body%inverse_inertia(i, i)
+      end do
+      self%energy(lane) = point%energy
+      self%size(lane) = point%size
+      self%largest(lane) = max(point%size, abs(point%rate(1)), abs(point%rate(2)), abs(point%rate(3)))
+      self%to_order_one(lane) = unit_of(self%largest(lane))
+   end subroutine put
+
+   !> A power of two that brings a number to order one.
+   pure real(wp) function unit_of(largest)
+      real(wp), intent(in) :: largest
+      unit_of = scale(1.0_wp, -max(exponent(largest), -1000))
+   end function unit_of
+
+   !> A sphere that turns about axis 3.
+   pure subroutine rest(self, lane)
+      class(lane_projection_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      self%inverse(lane, :) = 1.0_wp
+      self%target(lane, :) = [0.0_wp, 0.0_wp, 1.0_wp]
+      self%energy(lane) = 0.5_wp
+      self%size(lane) = 0.5_wp
+      self%largest(lane) = 0.5_wp
+      self%to_order_one(lane) = 1.0_wp
+   end subroutine rest
+
+   !> Projects states, of which other lanes keep theirs.
+   pure subroutine project(self, due, q, p, given_up)
+      class(lane_projection_t), intent(inout) :: self
+      !> 1: to be projected.
+      real(wp), intent(in) :: due(lanes)
+      !> Shape (lanes, 4).
+      real(wp), intent(inout) :: q(lanes, 4), p(lanes, 4)
+      !> 1: yes.
+      real(wp), intent(inout) :: given_up(lanes)
+      type(lane_points_t) :: points
+      real(wp) :: pending(lanes), lost(lanes), new_p(lanes, 4)
+      integer :: move
+      pending = due
+      call take_attitudes(q, points%q, lost)
+      call put_momenta(points%q, self%target, points%momentum)
+      do move = 1, most_moves
+         call evaluate_lanes(self%inverse, points)
+         call note_sizes(self, pending, points)
+         call measure(self, pending, points, lost)
+         call find_pending(points, pending)
+         if (.not. maxval(points%moving) > 0.5_wp) exit
+         call move_points(self, points)
+      end do
+      call give_up_lanes(due, lost, pending, given_up)
+      call write_momenta(points%q, points%momentum, new_p)
+      do move = 1, 4
+         call choose_lanes(due, points%q(:, move), q(:, move))
+         call choose_lanes(due, new_p(:, move), p(:, move))
+      end do
+   end subroutine project
+
+   !> q normalised, as a step leaves it: all but a unit one; others are lost.
+   pure subroutine take_attitudes(q, unit, lost)
+      real(wp), intent(in) :: q(lanes, 4)
+      real(wp), intent(out) :: unit(lanes, 4)
+      !> 1: yes.
+      real(wp), intent(out) :: lost(lanes)
+      real(wp) :: square, factor
+      integer :: i
+      do i = 1, lanes
+         square = (q(i, 1)*q(i, 1) + q(i, 2)*q(i, 2)) + (q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4))
+         factor = 1.5_wp - 0.5_wp*square
+         unit(i, 1) = factor*q(i, 1)
+         unit(i, 2) = factor*q(i, 2)
+         unit(i, 3) = factor*q(i, 3)
+         unit(i, 4) = factor*q(i, 4)
+         lost(i) = merge(0.0_wp, 1.0_wp, abs(square - 1) <= nearly_unit)
+      end do
+   end subroutine take_attitudes
+
+   !> L = Rᵀl.
+   pure subroutine put_momenta(q, target, momentum)
+      real(wp), intent(in) :: q(lanes, 4), target(lanes, 3)
+      real(wp), intent(out) :: momentum(lanes, 3)
+      real(wp) :: r11, r22, r33, r12, r21, r13, r31, r23, r32
+      integer :: i
+      do i = 1, lanes
+         r11 = 1 - 2*(q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4))
+         r22 = 1 - 2*(q(i, 2)*q(i, 2) + q(i, 4)*q(i, 4))
+         r33 = 1 - 2*(q(i, 2)*q(i, 2) + q(i, 3)*q(i, 3))
+         r12 = 2*(q(i, 2)*q(i, 3) + q(i, 1)*q(i, 4))
+         r21 = 2*(q(i, 2)*q(i, 3) - q(i, 1)*q(i, 4))
+         r13 = 2*(q(i, 2)*q(i, 4) - q(i, 1)*q(i, 3))
+         r31 = 2*(q(i, 2)*q(i, 4) + q(i, 1)*q(i, 3))
+         r23 = 2*(q(i, 3)*q(i, 4) + q(i, 1)*q(i, 2))
+         r32 = 2*(q(i, 3)*q(i, 4) - q(i, 1)*q(i, 2))
+         momentum(i, 1) = r11*target(i, 1) + r12*target(i, 2) + r13*target(i, 3)
+         momentum(i, 2) = r21*target(i, 1) + r22*target(i, 2) + r23*target(i, 3)
+         momentum(i, 3) = r31*target(i, 1) + r32*target(i, 2) + r33*target(i, 3)
+      end do
+   end subroutine put_momenta
+
+   !> H, the size of its terms and L̇.
+   pure subroutine evaluate_lanes(inverse, points)
+      real(wp), intent(in) :: inverse(lanes, 3)
+      type(lane_points_t), intent(inout) :: points
+      associate (l => points%momentum)
+         call find_energies(inverse, l(:, 1), l(:, 2), l(:, 3), points%energy, points%size, points%rate)
+      end associate
+   end subroutine evaluate_lanes
+
+   !> Those of the rotation.
+   pure subroutine find_energies(inverse, l1, l2, l3, energy, size, rate)
+      real(wp), intent(in) :: inverse(lanes, 3)
+      !> L; shape (lanes).
+      real(wp), dimension(lanes), intent(in) :: l1, l2, l3
+      real(wp), intent(out) :: energy(lanes), size(lanes), rate(lanes, 3)
+      real(wp) :: w1, w2, w3
+      integer :: i
+      do i = 1, lanes
+         w1 = inverse(i, 1)*l1(i)
+         w2 = inverse(i, 2)*l2(i)
+         w3 = inverse(i, 3)*l3(i)
+         energy(i) = 0.5_wp*(l1(i)*w1 + l2(i)*w2 + l3(i)*w3)
+         size(i) = energy(i)
+         rate(i, 1) = l2(i)*w3 - l3(i)*w2
+         rate(i, 2) = l3(i)*w1 - l1(i)*w3
+         rate(i, 3) = l1(i)*w2 - l2(i)*w1
+      end do
+   end subroutine find_energies
+
+   !> Keeps the largest energies of the lanes that are pending.
+   pure subroutine note_sizes(self, pending, points)
+      class(lane_projection_t), intent(inout) :: self
+      real(wp), intent(in) :: pending(lanes)
+      type(lane_points_t), intent(in) :: points
+      real(wp) :: largest(lanes), above(lanes)
+      integer :: lane
+      call find_largest(pending, points%size, points%rate, self%largest, self%size, largest, above)
+      if (.not. maxval(above) > 0.5_wp) return
+      do lane = 1, lanes
+         if (above(lane) < 0.5_wp) cycle
+         self%largest(lane) = largest(lane)
+         self%to_order_one(lane) = unit_of(largest(lane))
+      end do
+   end subroutine note_sizes
+
+   !> The largest of energies and rates, and where it is above the one so far.
+   pure subroutine find_largest(pending, energy, rate, before, size, largest, above)
+      real(wp), intent(in) :: pending(lanes), energy(lanes), rate(lanes, 3), before(lanes)
+      !> Largest energy so far.
+      real(wp), intent(inout) :: size(lanes)
+      real(wp), intent(out) :: largest(lanes)
+      !> 1: yes.
+      real(wp), intent(out) :: above(lanes)
+      real(wp) :: new(lanes)
+      integer :: i
+      do i = 1, lanes
+         new(i) = max(size(i), energy(i))
+         largest(i) = max(max(energy(i), abs(rate(i, 1))), max(abs(rate(i, 2)), abs(rate(i, 3))))
+         above(i) = merge(1.0_wp, 0.0_wp, largest(i) > before(i))
+      end do
+      call choose_lanes(pending, new, size)
+      do i = 1, lanes
+         above(i) = pending(i)*above(i)
+      end do
+   end subroutine find_largest
+
+   !> How far each body is to be moved.
+   pure subroutine measure(self, pending, points, lost)
+      class(lane_projection_t), intent(in) :: self
+      real(wp), intent(in) :: pending(lanes)
+      type(lane_points_t), intent(inout) :: points
+      !> 1: too far.
+      real(wp), intent(inout) :: lost(lanes)
+      real(wp) :: steepness(lanes), settled(lanes), far(lanes)
+      call find_slopes(self%to_order_one, self%energy, self%size, points, steepness, points%c, settled, far, &
+                       points%little)
+      call sort_lanes(pending, settled, far, lost, points%moving)
+      call replace_lanes(points%moving, 1.0_wp, steepness)
+      call replace_lanes(points%moving, 0.0_wp, points%c)
+      call divide_lanes(steepness, points%c)
+   end subroutine measure
+
+   !> The excess of energy and the slope, both brought to order one; where nothing is to be done, where that is too far,
+   !> and where the move is so short that its square is round-off.
+   pure subroutine find_slopes(to_order_one, target, size, points, steepness, excess, settled, far, little)
+      real(wp), dimension(lanes), intent(in) :: to_order_one, target, size
+      type(lane_points_t), intent(in) :: points
+      !> |L̇|²
+      real(wp), dimension(lanes), intent(out) :: steepness, excess
+      !> 1: yes.
+      real(wp), dimension(lanes), intent(out) :: settled, far, little
+      real(wp), dimension(lanes) :: square, long, differs
+      real(wp) :: r1, r2, r3, e
+      integer :: i
+      do i = 1, lanes
+         e = points%energy(i) - target(i)
+         differs(i) = 1 - merge(1.0_wp, 0.0_wp, abs(e) <= round_off*size(i))
+         r1 = to_order_one(i)*points%rate(i, 1)
+         r2 = to_order_one(i)*points%rate(i, 2)
+         r3 = to_order_one(i)*points%rate(i, 3)
+         steepness(i) = r1*r1 + r2*r2 + r3*r3
+         excess(i) = to_order_one(i)*e
+         square(i) = excess(i)*excess(i)
+      end do
+      do i = 1, lanes
+         long(i) = 1 - merge(1.0_wp, 0.0_wp, square(i) < longest_doubtful*steepness(i))
+         settled(i) = merge(1.0_wp, 0.0_wp, abs(excess(i)) <= doubtful*(to_order_one(i)*size(i)))
+         far(i) = 1 - merge(1.0_wp, 0.0_wp, square(i) < longest*steepness(i))
+         little(i) = merge(1.0_wp, 0.0_wp, square(i) <= negligible*steepness(i))
+      end do
+      do i = 1, lanes
+         settled(i) = 1 - differs(i)*(1 - long(i)*settled(i))
+         far(i) = long(i)*far(i)
+      end do
+   end subroutine find_slopes
+
+   !> Which of the bodies that are pending are to be moved.
+   pure subroutine sort_lanes(pending, settled, far, lost, moving)
+      real(wp), dimension(lanes), intent(in) :: pending, settled, far
+      real(wp), intent(inout) :: lost(lanes)
+      real(wp), intent(out) :: moving(lanes)
+      real(wp) :: open
+      integer :: i
+      do i = 1, lanes
+         open = pending(i)*(1 - settled(i))
+         lost(i) = max(lost(i), open*far(i))
+         moving(i) = open*(1 - far(i))
+      end do
+   end subroutine sort_lanes
+
+   pure subroutine divide_lanes(divisor, x)
+      real(wp), intent(in) :: divisor(lanes)
+      real(wp), intent(inout) :: x(lanes)
+      integer :: i
+      do i = 1, lanes
+         x(i) = x(i)/divisor(i)
+      end do
+   end subroutine divide_lanes
+
+   !> Moves bodies down their slopes, by δ = cL̇ at fixed l: those whose move is little with its first term, others by
+   !> the Cayley map.
+   pure subroutine move_points(self, points)
+      class(lane_projection_t), intent(in) :: self
+      type(lane_points_t), intent(inout) :: points
+      real(wp) :: q(lanes, 4), momentum(lanes, 3), half(lanes)
+      integer :: k
+      half = 0.0_wp
+      if (maxval(points%moving - points%little) > 0.5_wp) half = 1 - points%little
+      call turn_little(self%to_order_one, points%c, points%rate, points%q, q)
+      if (maxval(half) > 0.5_wp) call normalise_turns(half, self%to_order_one, points%c, points%rate, q)
+      call put_momenta(q, self%target, momentum)
+      do k = 1, 4
+         call choose_lanes(points%moving, q(:, k), points%q(:, k))
+      end do
+      do k = 1, 3
+         call choose_lanes(points%moving, momentum(:, k), points%momentum(:, k))
+      end do
+   end subroutine move_points
+
+   !> q + q∘b, b = ½cL̇.
+   pure subroutine turn_little(to_order_one, c, rate, q, turned)
+      real(wp), intent(in) :: to_order_one(lanes), c(lanes), rate(lanes, 3), q(lanes, 4)
+      real(wp), intent(out) :: turned(lanes, 4)
+      real(wp) :: h, b1, b2, b3
+      integer :: i
+      do i = 1, lanes
+         h = 0.5_wp*c(i)
+         b1 = h*(to_order_one(i)*rate(i, 1))
+         b2 = h*(to_order_one(i)*rate(i, 2))
+         b3 = h*(to_order_one(i)*rate(i, 3))
+         turned(i, 1) = q(i, 1) + (-(q(i, 2)*b1 + q(i, 3)*b2 + q(i, 4)*b3))
+         turned(i, 2) = q(i, 2) + (q(i, 1)*b1 + q(i, 3)*b3 - q(i, 4)*b2)
+         turned(i, 3) = q(i, 3) + (q(i, 1)*b2 + q(i, 4)*b1 - q(i, 2)*b3)
+         turned(i, 4) = q(i, 4) + (q(i, 1)*b3 + q(i, 2)*b2 - q(i, 3)*b1)
+      end do
+   end subroutine turn_little
+
+   !> Divides by √(1 + |b|²) in some lanes.
+   pure subroutine normalise_turns(chosen, to_order_one, c, rate, q)
+      !> 1: yes.
+      real(wp), intent(in) :: chosen(lanes), to_order_one(lanes), c(lanes), rate(lanes, 3)
+      real(wp), intent(inout) :: q(lanes, 4)
+      real(wp) :: h, b1, b2, b3, factor(lanes)
+      integer :: i, k
+      do i = 1, lanes
+         h = 0.5_wp*c(i)
+         b1 = h*(to_order_one(i)*rate(i, 1))
+         b2 = h*(to_order_one(i)*rate(i, 2))
+         b3 = h*(to_order_one(i)*rate(i, 3))
+         factor(i) = 1/sqrt(1 + (b1*b1 + b2*b2 + b3*b3))
+      end do
+      call replace_lanes(chosen, 1.0_wp, factor)
+      do k = 1, 4
+         do i = 1, lanes
+            q(i, k) = factor(i)*q(i, k)
+         end do
+      end do
+   end subroutine normalise_turns
+
+   !> Bodies whose move was not the last one are to be looked at again.
+   pure subroutine find_pending(points, pending)
+      type(lane_points_t), intent(in) :: points
+      real(wp), intent(inout) :: pending(lanes)
+      integer :: i
+      do i = 1, lanes
+         pending(i) = points%moving(i)*(1 - points%little(i))
+      end do
+   end subroutine find_pending
+
+   !> Gives up what is lost, or still pending after the last move.
+   pure subroutine give_up_lanes(due, lost, pending, given_up)
+      real(wp), dimension(lanes), intent(in) :: due, lost, pending
+      real(wp), intent(inout) :: given_up(lanes)
+      integer :: i
+      do i = 1, lanes
+         given_up(i) = max(given_up(i), due(i)*max(lost(i), pending(i)))
+      end do
+   end subroutine give_up_lanes
+
+   !> p = 2 q∘[0, L].
+   pure subroutine write_momenta(q, momentum, p)
+      real(wp), intent(in) :: q(lanes, 4), momentum(lanes, 3)
+      real(wp), intent(out) :: p(lanes, 4)
+      real(wp) :: l1, l2, l3
+      integer :: i
+      do i = 1, lanes
+         l1 = 2*momentum(i, 1)
+         l2 = 2*momentum(i, 2)
+         l3 = 2*momentum(i, 3)
+         p(i, 1) = -(q(i, 2)*l1 + q(i, 3)*l2 + q(i, 4)*l3)
+         p(i, 2) = q(i, 1)*l1 + q(i, 3)*l3 - q(i, 4)*l2
+         p(i, 3) = q(i, 1)*l2 + q(i, 4)*l1 - q(i, 2)*l3
+         p(i, 4) = q(i, 1)*l3 + q(i, 2)*l2 - q(i, 3)*l1
+      end do
+   end subroutine write_momenta
+
+end module nutate_lane_projection

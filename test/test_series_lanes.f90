@@ -1,0 +1,291 @@
+!> Bodies moved together by Taylor series, lane by lane: the bits of the scalar stepper, whoever stands beside.
+module test_series_lanes
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use nutate_body, only: diagonal, make_body
+   use nutate_hamiltonian, only: kinetic_energy, make_state, space_momentum, total_energy
+   use nutate_kinds, only: wp, eps, long
+   use nutate_lane_width, only: lanes
+   use nutate_methods, only: default_settings, make_stepper
+   use nutate_philox, only: uniform_of
+   use nutate_quaternion, only: quat_normalized
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
+   use nutate_taylor_lanes, only: taylor_lanes_t
+   use test_support, only: check_below
+   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+   implicit none
+   private
+
+   public :: collect_series_lanes
+
+contains
+
+   subroutine collect_series_lanes(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("lanes have the bits of the scalar stepper, at every order and length", same_bits), &
+                  new_unittest("spins about principal axes and slow bodies", special_bodies), &
+                  new_unittest("bodies given up leave the others as they are", poisoned_lanes), &
+                  new_unittest("steps of any length: what is taken is what the scalar stepper takes", long_steps), &
+                  new_unittest("energy and momentum of each body over 50 000 steps", long_run)]
+   end subroutine collect_series_lanes
+
+   !> A body drawn at random, of no symmetry, and its start.
+   subroutine draw(number, rate, system, state, error)
+      integer, intent(in) :: number
+      !> Angular velocity up to this, rad/s.
+      real(wp), intent(in) :: rate
+      type(system_t), intent(out) :: system
+      type(state_t), intent(out) :: state
+      type(error_type), allocatable, intent(inout) :: error
+      type(status_t) :: status
+      real(wp) :: u(12)
+      integer :: i
+      u = [(uniform_of(6_long, int(number, long), i), i=1, 12)]
+      call make_body(diagonal(10**(4*u(1) - 2)*(1 + 0.9_wp*u(2:4))), system%body, status)
+      if (.not. status%ok()) call test_failed(error, trim(status%message))
+      state = make_state(system, quat_normalized([u(8:10), 0.5_wp] - 0.5_wp + [0.1_wp, 0.0_wp, 0.0_wp, 0.5_wp]), &
+                         rate*(2*u(10:12) - 1))
+   end subroutine draw
+
+   !> Takes the scalar steps of a body, and looks at it after some of them.
+   subroutine take_scalar(order, system, dt, steps, state, seen, error)
+      integer, intent(in) :: order, steps
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      !> As the last step leaves it.
+      type(state_t), intent(inout) :: state
+      !> As it is to be seen.
+      type(state_t), intent(out) :: seen
+      type(error_type), allocatable, intent(inout) :: error
+      class(stepper_t), allocatable :: stepper
+      type(integrator_settings_t) :: settings
+      type(status_t) :: status
+      integer :: i
+      settings = default_settings('taylor')
+      settings%series_order = order
+      call make_stepper(system, settings, stepper, status)
+      do i = 1, steps
+         if (status%ok()) call stepper%advance(system, state, dt, state%t + 0.5_wp*dt, status)
+      end do
+      if (.not. status%ok()) call test_failed(error, trim(status%message))
+      seen = state
+      call stepper%show(system, seen)
+   end subroutine take_scalar
+
+   pure logical function agree(a, b)
+      type(state_t), intent(in) :: a, b
+      agree = all(bits(a) == bits(b))
+   end function agree
+
+   pure function bits(state)
+      type(state_t), intent(in) :: state
+      integer(long) :: bits(16)
+      bits = transfer([state%q, state%p, state%q_compensation, state%p_compensation], bits)
+   end function bits
+
+   !> Compares a lane with the scalar stepper.
+   subroutine compare(bodies, lane, order, system, dt, steps, first, place, error)
+      !> After so many steps, and before the last of these are looked at.
+      type(taylor_lanes_t), intent(in) :: bodies
+      integer, intent(in) :: lane, order, steps
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: dt
+      type(state_t), intent(in) :: first
+      character(len=*), intent(in) :: place
+      type(error_type), allocatable, intent(inout) :: error
+      type(taylor_lanes_t) :: looked
+      type(state_t) :: state, scalar, seen
+      scalar = first
+      call take_scalar(order, system, dt, steps, scalar, seen, error)
+      if (allocated(error)) return
+      state = first
+      call bodies%get(lane, state)
+      call check(error, agree(state, scalar), place)
+      if (allocated(error)) return
+      looked = bodies
+      call looked%look()
+      call check(error, looked%taken(lane), place//': given up when it was looked at')
+      if (allocated(error)) return
+      call looked%get(lane, state)
+      call check(error, agree(state, seen), place//', as it is seen')
+   end subroutine compare
+
+   subroutine same_bits(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: orders(6) = [0, 4, 7, 12, 20, 28]
+      type(taylor_lanes_t) :: bodies
+      type(system_t) :: systems(lanes)
+      type(state_t) :: states(lanes)
+      character(len=60) :: place
+      integer :: block, i, k, n, taken, drawn
+      taken = 0
+      drawn = 0
+      do block = 1, 48
+         ! Rows may end at any step from a projection to the next.
+         n = 200 + mod(block, 4)
+         associate (order => orders(1 + mod(block, 6)))
+            call bodies%set_up(order, 0.1_wp)
+            ! From one lane that is used to all of them.
+            do i = 1, 1 + mod(block, lanes)
+               call draw(100*block + i, 0.05_wp*2**mod(block, 8), systems(i), states(i), error)
+               if (allocated(error)) return
+               call bodies%put(i, systems(i), states(i))
+            end do
+            do k = 1, n
+               call bodies%step()
+               ! Not after the last one.
+               if (mod(k, 9) == 0) call bodies%look()
+            end do
+            do i = 1, 1 + mod(block, lanes)
+               drawn = drawn + 1
+               if (.not. bodies%taken(i)) cycle
+               taken = taken + 1
+               write (place, '("block ",i0,", lane ",i0,", order ",i0)') block, i, order
+               call compare(bodies, i, order, systems(i), 0.1_wp, n, states(i), trim(place), error)
+               if (allocated(error)) return
+            end do
+         end associate
+      end do
+      call check(error, 10*taken > 9*drawn, 'too few bodies were taken')
+   end subroutine same_bits
+
+   !> Series whose coefficients vanish, or are all but zero, have no recurrence.
+   subroutine special_bodies(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(taylor_lanes_t) :: bodies
+      type(system_t) :: system
+      type(state_t) :: states(6)
+      type(status_t) :: status
+      real(wp), parameter :: rates(3, 6) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp, 0.0_wp, &
+                                                    0.0_wp, 0.0_wp, 2.0_wp, 1e-9_wp, 1.0_wp, 1e-12_wp, &
+                                                    1e-20_wp, 1e-20_wp, 0.0_wp, 1e-160_wp, 1.0_wp, 1e-170_wp], [3, 6])
+      integer :: i, k
+      call make_body(diagonal([5.0_wp, 20.0_wp, 17.0_wp]), system%body, status)
+      call bodies%set_up(0, 0.125_wp)
+      do i = 1, 6
+         states(i) = make_state(system, quat_normalized([1.0_wp, 2.0_wp, 3.0_wp, -1.0_wp]), rates(:, i))
+         if (i <= lanes) call bodies%put(i, system, states(i))
+      end do
+      do k = 1, 50
+         call bodies%step()
+      end do
+      do i = 1, min(6, lanes)
+         call check(error, bodies%taken(i), 'taken')
+         if (allocated(error)) return
+         call compare(bodies, i, 0, system, 0.125_wp, 50, states(i), 'a body spinning about an axis', error)
+         if (allocated(error)) return
+      end do
+   end subroutine special_bodies
+
+   subroutine poisoned_lanes(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(taylor_lanes_t) :: alone, beside
+      type(system_t) :: system, bad
+      type(state_t) :: state, poison, a, b
+      character(len=40) :: place
+      integer :: case, k
+      do case = 1, 7
+         call draw(7, 0.5_wp, system, state, error)
+         call draw(8, 0.5_wp, bad, poison, error)
+         if (allocated(error)) return
+         select case (case)
+         case (1)
+            poison%p = 1e4_wp*poison%p
+         case (2)
+            poison%q = 1.1_wp*poison%q
+         case (3)
+            poison%p(2) = huge(1.0_wp)
+         case (4)
+            poison%p = 1e-200_wp*poison%p
+         case (5)
+            poison%p(3) = ieee_value(1.0_wp, ieee_quiet_nan)
+         case (6)
+            poison%p = 0.0_wp
+         case default
+            ! As long as no series can follow it, but the first tries to.
+            call draw(9, 40.0_wp, bad, poison, error)
+         end select
+         call alone%set_up(0, 0.5_wp)
+         call beside%set_up(0, 0.5_wp)
+         call alone%put(lanes, system, state)
+         do k = 1, lanes - 1
+            call beside%put(k, bad, poison)
+         end do
+         call beside%put(lanes, system, state)
+         call check(error, lanes == 1 .or. (any(beside%taken(:lanes - 1)) .eqv. (case == 1 .or. case == 7)), 'put')
+         if (allocated(error)) return
+         do k = 1, 200
+            call alone%step()
+            call beside%step()
+         end do
+         write (place, '("case ",i0,": ",l1,1x,i0)') case, alone%taken(lanes), count(beside%taken)
+         call check(error, alone%taken(lanes) .and. count(beside%taken) == 1 .and. beside%taken(lanes), place)
+         if (allocated(error)) return
+         call alone%get(lanes, a)
+         call beside%get(lanes, b)
+         call check(error, agree(a, b), 'a poisoned lane changes another one')
+         if (allocated(error)) return
+      end do
+   end subroutine poisoned_lanes
+
+   !> Rates from short steps to far too long ones.
+   subroutine long_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(taylor_lanes_t) :: bodies
+      type(system_t) :: system
+      type(state_t) :: state
+      integer :: i, k, taken
+      taken = 0
+      do i = 1, 60
+         call draw(i, 0.4_wp*1.1_wp**i, system, state, error)
+         if (allocated(error)) return
+         call bodies%set_up(0, 0.5_wp)
+         call bodies%put(1, system, state)
+         do k = 1, 50
+            call bodies%step()
+         end do
+         if (.not. bodies%taken(1)) cycle
+         taken = taken + 1
+         call compare(bodies, 1, 0, system, 0.5_wp, 50, state, 'a long step that was taken', error)
+         if (allocated(error)) return
+      end do
+      call check(error, taken > 20 .and. taken < 55, 'steps are neither taken nor given up')
+   end subroutine long_steps
+
+   !> Shorter than `make bench` runs them.
+   subroutine long_run(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(taylor_lanes_t) :: bodies
+      type(system_t) :: systems(lanes)
+      type(state_t) :: states(lanes), state
+      integer :: i, k
+      call bodies%set_up(0, 0.5_wp)
+      do i = 1, lanes
+         call draw(i, 0.5_wp, systems(i), states(i), error)
+         if (allocated(error)) return
+         call bodies%put(i, systems(i), states(i))
+      end do
+      do k = 1, 50000
+         call bodies%step()
+      end do
+      call bodies%look()
+      call check(error, all(bodies%taken), 'taken')
+      do i = 1, lanes
+         if (allocated(error)) return
+         state = states(i)
+         call bodies%get(i, state)
+         ! The projection leaves what rounding of an evaluation makes: both ends have it.
+         call check_below(error, abs(total_energy(systems(i), state) - total_energy(systems(i), states(i))), &
+                          32*eps*kinetic_energy(systems(i), states(i)), 'energy')
+         if (allocated(error)) return
+         call check_below(error, norm2(space_momentum(state) - space_momentum(states(i))), &
+                          16*eps*norm2(space_momentum(states(i))), 'momentum')
+         if (allocated(error)) return
+         call check_below(error, abs(dot_product(state%q, state%q) - 1), 4*eps, 'norm')
+      end do
+   end subroutine long_run
+
+end module test_series_lanes
