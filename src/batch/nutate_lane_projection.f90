@@ -6,6 +6,9 @@ module nutate_lane_projection
    use nutate_invariant_projection, only: doubtful, longest, longest_doubtful, most_moves, negligible, round_off
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
+   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS
+   use nutate_lane_weight, only: add_weight, find_pushes, push_momenta, restore_component, take_momenta, turn_momenta, &
+      turn_momenta_little
    use nutate_lane_width, only: lanes
    use nutate_momentum_target, only: momentum_target_t
    use nutate_projection_point, only: nearly_unit, projection_plan_t, projection_point_t, read_point
@@ -19,13 +22,19 @@ module nutate_lane_projection
    !> What each body is projected to.
    type :: lane_projection_t
       private
-      !> J⁻¹ on its diagonal, kg⁻¹ m⁻², and l, space axes, N m s; shape (lanes, 3).
+      !> Of l the component along a direction n is conserved, there being potentials linear in it; else all of l.
+      logical :: along = .false.
+      !> J⁻¹ on its diagonal, kg⁻¹ m⁻², and l, space axes, N m s, or n; shape (lanes, 3).
       real(wp) :: inverse(lanes, 3) = 1.0_wp, target(lanes, 3) = 0.0_wp
+      !> l·n, N m s, and ∇U, J; shape (lanes, 3).
+      real(wp) :: component(lanes) = 0.0_wp, slope(lanes, 3) = 0.0_wp
       !> H, J.
       real(wp) :: energy(lanes) = 0.0_wp
       !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
       real(wp) :: size(lanes) = 0.0_wp, largest(lanes) = 0.0_wp, to_order_one(lanes) = 1.0_wp
    contains
+      !> Says what is conserved.
+      procedure :: set_up
       !> Takes the invariants of a body.
       procedure :: put
       !> A lane without a body.
@@ -40,26 +49,42 @@ module nutate_lane_projection
       real(wp) :: q(lanes, 4), momentum(lanes, 3)
       !> H and T + Σ|U|, J, and L̇, N m; shape (lanes, 3).
       real(wp) :: energy(lanes), size(lanes), rate(lanes, 3)
+      !> γ; Ω and, behind the slope, its part across γ, rad/s; what that is multiplied by, kg m²; shape (lanes, 3).
+      real(wp) :: gamma(lanes, 3), omega(lanes, 3), inertia(lanes)
       !> 1: to be moved by c down the slope, and that is the last move.
       real(wp) :: moving(lanes), little(lanes), c(lanes)
    end type lane_points_t
 
 contains
 
-   !> Takes the invariants of a free body of diagonal inertia from its first state.
-   pure subroutine put(self, lane, system, state)
+   !> Says what is conserved.
+   pure subroutine set_up(self, along)
+      class(lane_projection_t), intent(inout) :: self
+      !> Of l the component along one direction; else all of it.
+      logical, intent(in) :: along
+      self%along = along
+   end subroutine set_up
+
+   !> Takes the invariants of a body of diagonal inertia without rotors from its first state.
+   pure subroutine put(self, lane, system, state, fits)
       class(lane_projection_t), intent(inout) :: self
       integer, intent(in) :: lane
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
+      !> False: other things are conserved.
+      logical, intent(out) :: fits
       type(projection_plan_t) :: plan
       type(projection_point_t) :: point
       type(momentum_target_t) :: target
       integer :: i
       call plan%prepare(system, .true.)
+      fits = plan%components == merge(ALONG_AXIS, ALL_COMPONENTS, self%along) .and. .not. plan%has_others
+      if (.not. fits) return
       call read_point(plan, system%effects, state, point)
       call target%take(plan%components, point, state%t)
-      self%target(lane, :) = target%momentum
+      self%target(lane, :) = merge(plan%axis, target%momentum, self%along)
+      self%component(lane) = target%component
+      self%slope(lane, :) = -plan%weight
       do i = 1, 3
          self%inverse(lane, i) = system%body%inverse_inertia(i, i)
       end do
@@ -81,6 +106,8 @@ contains
       integer, intent(in) :: lane
       self%inverse(lane, :) = 1.0_wp
       self%target(lane, :) = [0.0_wp, 0.0_wp, 1.0_wp]
+      self%component(lane) = 1.0_wp
+      self%slope(lane, :) = 0.0_wp
       self%energy(lane) = 0.5_wp
       self%size(lane) = 0.5_wp
       self%largest(lane) = 0.5_wp
@@ -101,9 +128,15 @@ contains
       integer :: move
       pending = due
       call take_attitudes(q, points%q, lost)
-      call put_momenta(points%q, self%target, points%momentum)
+      if (self%along) then
+         call take_momenta(q, p, points%momentum)
+         call turn_back(points%q, self%target, points%gamma)
+         call restore_component(self%component, points%gamma, points%momentum)
+      else
+         call turn_back(points%q, self%target, points%momentum)
+      end if
       do move = 1, most_moves
-         call evaluate_lanes(self%inverse, points)
+         call evaluate_lanes(self, points)
          call note_sizes(self, pending, points)
          call measure(self, pending, points, lost)
          call find_pending(points, pending)
@@ -137,10 +170,10 @@ contains
       end do
    end subroutine take_attitudes
 
-   !> L = Rᵀl.
-   pure subroutine put_momenta(q, target, momentum)
+   !> Rᵀl, or Rᵀn.
+   pure subroutine turn_back(q, target, turned)
       real(wp), intent(in) :: q(lanes, 4), target(lanes, 3)
-      real(wp), intent(out) :: momentum(lanes, 3)
+      real(wp), intent(out) :: turned(lanes, 3)
       real(wp) :: r11, r22, r33, r12, r21, r13, r31, r23, r32
       integer :: i
       do i = 1, lanes
@@ -153,33 +186,39 @@ contains
          r31 = 2*(q(i, 2)*q(i, 4) + q(i, 1)*q(i, 3))
          r23 = 2*(q(i, 3)*q(i, 4) + q(i, 1)*q(i, 2))
          r32 = 2*(q(i, 3)*q(i, 4) - q(i, 1)*q(i, 2))
-         momentum(i, 1) = r11*target(i, 1) + r12*target(i, 2) + r13*target(i, 3)
-         momentum(i, 2) = r21*target(i, 1) + r22*target(i, 2) + r23*target(i, 3)
-         momentum(i, 3) = r31*target(i, 1) + r32*target(i, 2) + r33*target(i, 3)
+         turned(i, 1) = r11*target(i, 1) + r12*target(i, 2) + r13*target(i, 3)
+         turned(i, 2) = r21*target(i, 1) + r22*target(i, 2) + r23*target(i, 3)
+         turned(i, 3) = r31*target(i, 1) + r32*target(i, 2) + r33*target(i, 3)
       end do
-   end subroutine put_momenta
+   end subroutine turn_back
 
-   !> H, the size of its terms and L̇.
-   pure subroutine evaluate_lanes(inverse, points)
-      real(wp), intent(in) :: inverse(lanes, 3)
+   !> Ω, H, the size of its terms and L̇.
+   pure subroutine evaluate_lanes(self, points)
+      class(lane_projection_t), intent(in) :: self
       type(lane_points_t), intent(inout) :: points
       associate (l => points%momentum)
-         call find_energies(inverse, l(:, 1), l(:, 2), l(:, 3), points%energy, points%size, points%rate)
+         call find_energies(self%inverse, l(:, 1), l(:, 2), l(:, 3), points%energy, points%size, points%omega, &
+                            points%rate)
       end associate
+      if (self%along) call add_weight(self%slope, points%gamma, points%energy, points%size, points%rate)
    end subroutine evaluate_lanes
 
    !> Those of the rotation.
-   pure subroutine find_energies(inverse, l1, l2, l3, energy, size, rate)
+   pure subroutine find_energies(inverse, l1, l2, l3, energy, size, w, rate)
       real(wp), intent(in) :: inverse(lanes, 3)
       !> L; shape (lanes).
       real(wp), dimension(lanes), intent(in) :: l1, l2, l3
-      real(wp), intent(out) :: energy(lanes), size(lanes), rate(lanes, 3)
+      !> Shapes (lanes) and (lanes, 3).
+      real(wp), intent(out) :: energy(lanes), size(lanes), w(lanes, 3), rate(lanes, 3)
       real(wp) :: w1, w2, w3
       integer :: i
       do i = 1, lanes
          w1 = inverse(i, 1)*l1(i)
          w2 = inverse(i, 2)*l2(i)
          w3 = inverse(i, 3)*l3(i)
+         w(i, 1) = w1
+         w(i, 2) = w2
+         w(i, 3) = w3
          energy(i) = 0.5_wp*(l1(i)*w1 + l2(i)*w2 + l3(i)*w3)
          size(i) = energy(i)
          rate(i, 1) = l2(i)*w3 - l3(i)*w2
@@ -232,48 +271,72 @@ contains
       type(lane_points_t), intent(inout) :: points
       !> 1: too far.
       real(wp), intent(inout) :: lost(lanes)
-      real(wp) :: steepness(lanes), settled(lanes), far(lanes)
-      call find_slopes(self%to_order_one, self%energy, self%size, points, steepness, points%c, settled, far, &
-                       points%little)
+      real(wp), dimension(lanes) :: steepness, excess, twice_kinetic, differs, settled, far
+      call find_slopes(self%to_order_one, self%energy, self%size, points%energy, points%rate, steepness, excess, differs)
+      if (self%along) then
+         associate (l => points%momentum, w => points%omega)
+            call find_work(l, w, twice_kinetic)
+         end associate
+         call find_pushes(self%to_order_one, twice_kinetic, points%gamma, points%omega, points%inertia, steepness)
+      end if
+      call judge_lanes(self%to_order_one, self%size, steepness, excess, differs, settled, far, points%little)
       call sort_lanes(pending, settled, far, lost, points%moving)
+      points%c = excess
       call replace_lanes(points%moving, 1.0_wp, steepness)
       call replace_lanes(points%moving, 0.0_wp, points%c)
       call divide_lanes(steepness, points%c)
    end subroutine measure
 
-   !> The excess of energy and the slope, both brought to order one; where nothing is to be done, where that is too far,
-   !> and where the move is so short that its square is round-off.
-   pure subroutine find_slopes(to_order_one, target, size, points, steepness, excess, settled, far, little)
-      real(wp), dimension(lanes), intent(in) :: to_order_one, target, size
-      type(lane_points_t), intent(in) :: points
+   !> The excess of energy and the slope of the rotation, both brought to order one, and where there is an excess.
+   pure subroutine find_slopes(to_order_one, target, size, energy, rate, steepness, excess, differs)
+      real(wp), dimension(lanes), intent(in) :: to_order_one, target, size, energy
+      real(wp), intent(in) :: rate(lanes, 3)
       !> |L̇|²
       real(wp), dimension(lanes), intent(out) :: steepness, excess
       !> 1: yes.
-      real(wp), dimension(lanes), intent(out) :: settled, far, little
-      real(wp), dimension(lanes) :: square, long, differs
+      real(wp), dimension(lanes), intent(out) :: differs
       real(wp) :: r1, r2, r3, e
       integer :: i
       do i = 1, lanes
-         e = points%energy(i) - target(i)
+         e = energy(i) - target(i)
          differs(i) = 1 - merge(1.0_wp, 0.0_wp, abs(e) <= round_off*size(i))
-         r1 = to_order_one(i)*points%rate(i, 1)
-         r2 = to_order_one(i)*points%rate(i, 2)
-         r3 = to_order_one(i)*points%rate(i, 3)
+         r1 = to_order_one(i)*rate(i, 1)
+         r2 = to_order_one(i)*rate(i, 2)
+         r3 = to_order_one(i)*rate(i, 3)
          steepness(i) = r1*r1 + r2*r2 + r3*r3
          excess(i) = to_order_one(i)*e
-         square(i) = excess(i)*excess(i)
       end do
+   end subroutine find_slopes
+
+   !> 2T = L·Ω.
+   pure subroutine find_work(l, w, twice_kinetic)
+      real(wp), intent(in) :: l(lanes, 3), w(lanes, 3)
+      real(wp), intent(out) :: twice_kinetic(lanes)
+      integer :: i
       do i = 1, lanes
-         long(i) = 1 - merge(1.0_wp, 0.0_wp, square(i) < longest_doubtful*steepness(i))
+         twice_kinetic(i) = l(i, 1)*w(i, 1) + l(i, 2)*w(i, 2) + l(i, 3)*w(i, 3)
+      end do
+   end subroutine find_work
+
+   !> Where nothing is to be done, where that is too far, and where the move is so short that its square is round-off.
+   pure subroutine judge_lanes(to_order_one, size, steepness, excess, differs, settled, far, little)
+      real(wp), dimension(lanes), intent(in) :: to_order_one, size, steepness, excess, differs
+      !> 1: yes.
+      real(wp), dimension(lanes), intent(out) :: settled, far, little
+      real(wp) :: square, long(lanes)
+      integer :: i
+      do i = 1, lanes
+         square = excess(i)*excess(i)
+         long(i) = 1 - merge(1.0_wp, 0.0_wp, square < longest_doubtful*steepness(i))
          settled(i) = merge(1.0_wp, 0.0_wp, abs(excess(i)) <= doubtful*(to_order_one(i)*size(i)))
-         far(i) = 1 - merge(1.0_wp, 0.0_wp, square(i) < longest*steepness(i))
-         little(i) = merge(1.0_wp, 0.0_wp, square(i) <= negligible*steepness(i))
+         far(i) = 1 - merge(1.0_wp, 0.0_wp, square < longest*steepness(i))
+         little(i) = merge(1.0_wp, 0.0_wp, square <= negligible*steepness(i))
       end do
       do i = 1, lanes
          settled(i) = 1 - differs(i)*(1 - long(i)*settled(i))
          far(i) = long(i)*far(i)
       end do
-   end subroutine find_slopes
+   end subroutine judge_lanes
 
    !> Which of the bodies that are pending are to be moved.
    pure subroutine sort_lanes(pending, settled, far, lost, moving)
@@ -298,18 +361,26 @@ contains
       end do
    end subroutine divide_lanes
 
-   !> Moves bodies down their slopes, by δ = cL̇ at fixed l: those whose move is little with its first term, others by
-   !> the Cayley map.
+   !> Moves bodies down their slopes, by δ = cL̇ at fixed l and by ΔL: those whose move is little with its first term,
+   !> others by the Cayley map.
    pure subroutine move_points(self, points)
       class(lane_projection_t), intent(in) :: self
       type(lane_points_t), intent(inout) :: points
-      real(wp) :: q(lanes, 4), momentum(lanes, 3), half(lanes)
+      real(wp) :: q(lanes, 4), momentum(lanes, 3), pushed(lanes, 3), half(lanes)
       integer :: k
       half = 0.0_wp
       if (maxval(points%moving - points%little) > 0.5_wp) half = 1 - points%little
       call turn_little(self%to_order_one, points%c, points%rate, points%q, q)
       if (maxval(half) > 0.5_wp) call normalise_turns(half, self%to_order_one, points%c, points%rate, q)
-      call put_momenta(q, self%target, momentum)
+      if (self%along) then
+         pushed = points%momentum
+         call push_momenta(points%c, points%inertia, points%omega, pushed)
+         call turn_momenta_little(points%c, self%to_order_one, points%rate, pushed, momentum)
+         if (maxval(half) > 0.5_wp) call turn_momenta(half, points%c, self%to_order_one, points%rate, pushed, momentum)
+         call turn_back(q, self%target, points%gamma)
+      else
+         call turn_back(q, self%target, momentum)
+      end if
       do k = 1, 4
          call choose_lanes(points%moving, q(:, k), points%q(:, k))
       end do

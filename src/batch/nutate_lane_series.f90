@@ -46,9 +46,10 @@ contains
       do i = 1, lanes
          rate(i) = axis(i, 1)*w(i, 1) + axis(i, 2)*w(i, 2) + axis(i, 3)*w(i, 3)
          angle(i) = rate(i)
-         next(i, 1) = c(i, 1)*(w(i, 2)*w(i, 3))
-         next(i, 2) = c(i, 2)*(w(i, 3)*w(i, 1))
-         next(i, 3) = c(i, 3)*(w(i, 1)*w(i, 2))
+         ! The sum takes the sign of a zero away.
+         next(i, 1) = c(i, 1)*(0.0_wp + w(i, 2)*w(i, 3))
+         next(i, 2) = c(i, 2)*(0.0_wp + w(i, 3)*w(i, 1))
+         next(i, 3) = c(i, 3)*(0.0_wp + w(i, 1)*w(i, 2))
       end do
    end subroutine begin_free
 

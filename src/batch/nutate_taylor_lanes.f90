@@ -1,23 +1,20 @@
 !> Steps by Taylor series, of one length, of several bodies at once, with the projection onto the invariants: one body a
 !> lane.
 !>
-!> Free bodies of diagonal inertia without an axis of symmetry. A lane does the arithmetic of the scalar stepper
+!> Free bodies, and tops: bodies with potentials linear in one fixed direction; of diagonal inertia, without rotors. All
+!> have the same equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper
 !> (`nutate_taylor_stepper` with `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its
-!> bits are the same. A step is the unit of time of its series, so that all powers of it are 1. A body that turns by
-!> tens of radians in a step, or that the projection would move far, is given up, to be moved by the scalar stepper from
-!> its start.
+!> bits are the same. A body that turns by tens of radians in a step, or that the projection would move far, is given
+!> up, to be moved by the scalar stepper from its start.
 module nutate_taylor_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_axial_frame, only: axial_frame_t
    use nutate_kinds, only: wp
    use nutate_lane_bodies, only: lane_bodies_t
-   use nutate_lane_free_body, only: begin_free_lanes, find_scale, find_sines, scale_moments, turn_free_lanes
+   use nutate_lane_expansion, only: lane_expansion_t
    use nutate_lane_projection, only: lane_projection_t
-   use nutate_lane_series, only: expand_free_lanes, sum_lanes
-   use nutate_lane_tail, only: add_part, clear_parts, tail_products_t, tail_weights
    use nutate_lane_width, only: lanes
    use nutate_limits, only: manifold_tolerance
-   use nutate_power_series, only: highest_order
+   use nutate_linear_potential, only: linear_potential_t
    use nutate_spaced_projection, only: small
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -33,15 +30,13 @@ module nutate_taylor_lanes
    !> The bodies, each a lane.
    type, extends(lane_bodies_t) :: taylor_lanes_t
       private
-      !> Highest coefficient; s.
-      integer :: order = fixed_step_order
+      !> s.
       real(wp) :: dt = 0.0_wp
       !> 1: the lane has no body.
       real(wp) :: idle(lanes) = 1.0_wp
       !> Shape (lanes, 4).
       real(wp) :: q(lanes, 4) = 0.0_wp, p(lanes, 4) = 0.0_wp
-      !> Moments over Δt, Δt over the moments, and (J₂ - J₃)/J₁, ...; shape (lanes, 3).
-      real(wp), dimension(lanes, 3) :: inertia = 0.0_wp, to_angle = 0.0_wp, c = 0.0_wp
+      type(lane_expansion_t) :: expansion
       type(lane_projection_t) :: projection
       !> Steps since the last projection, and from there to the next.
       integer :: count(lanes) = 0, interval(lanes) = 1
@@ -59,26 +54,39 @@ module nutate_taylor_lanes
 
 contains
 
-   !> True if lanes may be able to move a system: nothing acts on it.
-   pure logical function can_be_series_lanes(system)
+   !> True if lanes may be able to move a system: nothing acts on it but potentials linear in directions that stand
+   !> still.
+   pure logical function can_be_series_lanes(system) result(can_be)
       type(system_t), intent(in) :: system
+      integer :: i
       associate (effects => system%effects)
-         can_be_series_lanes = effects%n_torques + effects%n_off + effects%n_wheels + effects%n_potentials == 0 .and. &
-                               .not. effects%frame_turns .and. .not. any(abs(effects%rotor_momentum) > 0.0_wp)
+         can_be = effects%n_torques + effects%n_off + effects%n_wheels == 0 .and. .not. effects%frame_turns .and. &
+                  .not. effects%moves .and. .not. any(abs(effects%rotor_momentum) > 0.0_wp)
+         do i = 1, effects%n_potentials
+            select type (potential => effects%potentials(i)%item)
+            class is (linear_potential_t)
+               can_be = can_be .and. .not. potential%moves
+            class default
+               can_be = .false.
+            end select
+         end do
       end associate
    end function can_be_series_lanes
 
    !> Empties all lanes, for steps of a length.
-   pure subroutine set_up(self, order, dt)
+   pure subroutine set_up(self, order, dt, potentials)
       class(taylor_lanes_t), intent(inout) :: self
       !> Of the series; 0: the usual one.
       integer, intent(in) :: order
       !> s.
       real(wp), intent(in) :: dt
+      !> Of each body.
+      integer, intent(in) :: potentials
       integer :: k
-      self%order = merge(order, fixed_step_order, order > 0)
       self%dt = dt
       self%looked = .false.
+      call self%expansion%set_up(merge(order, fixed_step_order, order > 0), dt)
+      call self%projection%set_up(potentials > 0)
       do k = 1, lanes
          call rest(self, k)
       end do
@@ -92,50 +100,31 @@ contains
       self%idle(lane) = 1.0_wp
       self%q(lane, :) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       self%p(lane, :) = [0.0_wp, 0.0_wp, 0.0_wp, 2.0_wp]
-      self%inertia(lane, :) = 1.0_wp
-      self%to_angle(lane, :) = 0.0_wp
-      self%c(lane, :) = 0.0_wp
       self%count(lane) = 0
       self%interval(lane) = 1
+      call self%expansion%rest(lane)
       call self%projection%rest(lane)
    end subroutine rest
 
-   !> Puts a body into a lane, before the first step; it is not `taken` where its series are not those of a lane, or its
-   !> numbers out of a lane's range.
+   !> Puts a body into a lane, before the first step; it is not `taken` where its equations are not those of the others,
+   !> or of any lane, or its numbers out of a lane's range.
    subroutine put(self, lane, system, state)
       class(taylor_lanes_t), intent(inout) :: self
       integer, intent(in) :: lane
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      integer :: i, j, k
       call rest(self, lane)
       if (.not. is_in_range(self, system, state)) return
-      if (.not. has_free_series(system)) return
-      self%taken(lane) = .true.
+      call self%projection%put(lane, system, state, self%taken(lane))
+      if (self%taken(lane)) call self%expansion%put(lane, system, self%taken(lane))
+      if (.not. self%taken(lane)) then
+         call rest(self, lane)
+         return
+      end if
       self%idle(lane) = 0.0_wp
       self%q(lane, :) = state%q
       self%p(lane, :) = state%p
-      do i = 1, 3
-         j = 1 + modulo(i, 3)
-         k = 1 + modulo(i + 1, 3)
-         associate (inertia => system%body%inertia, inverse => system%body%inverse_inertia)
-            self%inertia(lane, i) = inertia(i, i)/self%dt
-            self%to_angle(lane, i) = self%dt*inverse(i, i)
-            self%c(lane, i) = inverse(i, i)*(inertia(j, j) - inertia(k, k))
-         end associate
-      end do
-      call self%projection%put(lane, system, state)
    end subroutine put
-
-   !> True for a body whose series are those of `expand_free`.
-   pure logical function has_free_series(system)
-      type(system_t), intent(in) :: system
-      type(axial_frame_t) :: axial
-      call axial%recognise(system)
-      associate (j => system%body%inverse_inertia)
-         has_free_series = axial%axis == 0 .and. .not. any(abs([j(2, 1), j(3, 1), j(3, 2)]) > 0.0_wp)
-      end associate
-   end function has_free_series
 
    !> True if the numbers of a body are those of a step that lanes can take.
    pure logical function is_in_range(self, system, state)
@@ -146,7 +135,8 @@ contains
       is_in_range = all(ieee_is_finite([state%q, state%p]))
       if (.not. is_in_range) return
       momentum = maxval(abs(state%p))
-      is_in_range = all(abs(state%q) <= 2.0_wp) .and. momentum <= greatest .and. momentum >= least .and. &
+      is_in_range = all(abs(state%q) <= 2.0_wp) .and. momentum <= greatest .and. &
+                    (momentum >= least .or. .not. momentum > 0.0_wp) .and. &
                     minval(system%body%moments) >= least .and. maxval(system%body%moments) <= greatest .and. &
                     .not. system%body%breaks_triangle .and. abs(self%dt) >= least .and. abs(self%dt) <= greatest
       if (.not. is_in_range) return
@@ -162,7 +152,7 @@ contains
       integer :: lane
       given_up = self%idle
       self%looked = .false.
-      call step_free(self, given_up)
+      call self%expansion%move(self%q, self%p, given_up)
       do lane = 1, lanes
          due(lane) = merge(1.0_wp, 0.0_wp, self%count(lane) + 1 >= self%interval(lane))
       end do
@@ -173,37 +163,6 @@ contains
          if (self%taken(lane) .and. given_up(lane) > 0.5_wp) call rest(self, lane)
       end do
    end subroutine step
-
-   !> Attitude and momentum of free bodies at the end of a step, by their series.
-   pure subroutine step_free(self, given_up)
-      type(taylor_lanes_t), intent(inout) :: self
-      !> 1: yes.
-      real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: w(lanes, 3, 0:highest_order), angle(lanes, 0:highest_order), turned(lanes, 1), change(lanes, 3)
-      real(wp), dimension(lanes, 3) :: momentum, axis, weights, scaled
-      real(wp), dimension(lanes) :: last, before, scale, cosine, sine
-      type(tail_products_t) :: products
-      integer :: i
-      call begin_free_lanes(self%q, self%p, self%inertia, self%to_angle, momentum, axis, weights, w(:, :, 0), given_up)
-      call expand_free_lanes(self%order, self%c, weights, axis, w, angle)
-      call find_scale(self%inertia, w(:, :, 0), w(:, :, 1), w(:, :, 2), scale)
-      call scale_moments(scale, self%inertia, scaled)
-      scale = 1.0_wp
-      call clear_parts(products)
-      associate (n => self%order)
-         do i = 1, 3
-            call add_part(scaled(:, i), w(:, i, n), w(:, i, n - 1), w(:, i, n - 2), w(:, i, n - 3), &
-                          products%squares, products%next, products%second)
-         end do
-         call add_part(scale, angle(:, n), angle(:, n - 1), angle(:, n - 2), angle(:, n - 3), &
-                       products%squares, products%next, products%second)
-      end associate
-      call tail_weights(products, last, before)
-      call sum_lanes(3, self%order, w, last, before, change)
-      call sum_lanes(1, self%order, angle, last, before, turned)
-      call find_sines(turned(:, 1), cosine, sine)
-      call turn_free_lanes(cosine, sine, axis, self%inertia, change, momentum, self%q, self%p, given_up)
-   end subroutine step_free
 
    !> Projects the bodies of which that is due, and finds out when the next projection is.
    pure subroutine project(self, due, given_up)

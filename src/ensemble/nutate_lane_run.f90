@@ -140,7 +140,7 @@ contains
       type is (reduced_lanes_t)
          call bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
       type is (taylor_lanes_t)
-         call bodies%set_up(scene%integrator%series_order, scene%plan%time_step)
+         call bodies%set_up(scene%integrator%series_order, scene%plan%time_step, scene%system%effects%n_potentials)
       end select
    end subroutine begin
 

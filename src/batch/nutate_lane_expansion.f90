@@ -1,0 +1,351 @@
+!> The motion of several bodies in one step by power series: one body a lane, each with its own numbers, all with the
+!> same equations.
+!>
+!> The equations are four of `nutate_motion_series`: free bodies and tops of diagonal inertia, and both with an axis of
+!> symmetry in the axial frame. A step is the unit of time of its series, so that all powers of it are 1.
+module nutate_lane_expansion
+   use nutate_axial_frame, only: axial_frame_t
+   use nutate_kinds, only: wp
+   use nutate_lane_motion, only: add_changes, begin_lanes, end_lanes, find_axes, find_scale, find_sines, multiply_lanes, &
+      scale_moments, see_lanes, turn_evenly, turn_free_lanes, turn_in_axial_frame, turn_top_lanes
+   use nutate_lane_series, only: expand_free_lanes, sum_lanes
+   use nutate_lane_tail, only: add_part, clear_parts, tail_products_t, tail_weights
+   use nutate_lane_top_series, only: expand_axial_lanes, expand_top_lanes
+   use nutate_lane_width, only: lanes
+   use nutate_power_series, only: highest_order
+   use nutate_status, only: status_t
+   use nutate_system, only: system_t
+   use nutate_torque_series, only: torque_series_t
+   implicit none
+   private
+
+   public :: lane_expansion_t
+
+   !> The equations: none yet, a free body, a top, the latter two in the axial frame.
+   integer, parameter :: NONE = 0, FREE_BODY = 1, TOP = 2, AXIAL_FREE = 3, AXIAL_TOP = 4
+   !> Change of ΔtΩ that a potential may make in a step, rad: what is beyond belongs to no step that a lane takes.
+   real(wp), parameter :: greatest_push = 1e3_wp
+   !> Lengths of rows as angles (`nutate_motion_series`).
+   real(wp), parameter :: root_half = sqrt(0.5_wp)
+
+   !> What the series of each body need.
+   type :: lane_expansion_t
+      private
+      !> `NONE`, ..., and the axis of symmetry, of all bodies.
+      integer :: equations = NONE, axis = 0
+      !> Highest coefficient, and Δt, s.
+      integer :: order = 0
+      real(wp) :: dt = 0.0_wp
+      !> Moments over Δt (in the axial frame J₁), Δt over the moments, and (J₂ - J₃)/J₁, ...; shape (lanes, 3).
+      real(wp), dimension(lanes, 3) :: inertia = 1.0_wp, to_angle = 0.0_wp, c = 0.0_wp
+      !> 1/J along the axis and across it, kg⁻¹ m⁻².
+      real(wp) :: inverse_along(lanes) = 0.0_wp, inverse_across(lanes) = 0.0_wp
+      !> The potential's moment times Δt²/Jᵢ in column i, and along the axis, over J₁; basis vectors as columns, space
+      !> axes; shape (lanes, 3, 3).
+      real(wp) :: moments(lanes, 3, 3) = 0.0_wp, g(lanes) = 0.0_wp, basis(lanes, 3, 3) = 0.0_wp
+   contains
+      !> For bodies that are to come.
+      procedure :: set_up
+      !> A lane without a body.
+      procedure :: rest
+      !> Takes a body.
+      procedure :: put
+      !> Moves all bodies by one step.
+      procedure :: move
+   end type lane_expansion_t
+
+   !> The series of a step. No component has a first value: they would be set at every step.
+   type :: lane_series_t
+      !> ΔtΩ, or ΔtL/J₁; the angle of free bodies, rad; two rows.
+      real(wp) :: w(lanes, 3, 0:highest_order), angle(lanes, 0:highest_order), rows(lanes, 3, 0:highest_order, 2)
+      !> Weights of the last coefficient and of the one before in the tail.
+      real(wp) :: last(lanes), before(lanes)
+   end type lane_series_t
+
+contains
+
+   !> For bodies that are to come, the first of which says what the equations are.
+   pure subroutine set_up(self, order, dt)
+      class(lane_expansion_t), intent(inout) :: self
+      !> Highest coefficient.
+      integer, intent(in) :: order
+      !> s.
+      real(wp), intent(in) :: dt
+      self%equations = NONE
+      self%axis = 0
+      self%order = order
+      self%dt = dt
+   end subroutine set_up
+
+   !> A sphere of which no series turns.
+   pure subroutine rest(self, lane)
+      class(lane_expansion_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      integer :: i
+      self%inertia(lane, :) = 1.0_wp
+      self%to_angle(lane, :) = 0.0_wp
+      self%c(lane, :) = 0.0_wp
+      self%inverse_along(lane) = 0.0_wp
+      self%inverse_across(lane) = 0.0_wp
+      self%moments(lane, :, :) = 0.0_wp
+      self%g(lane) = 0.0_wp
+      self%basis(lane, :, :) = 0.0_wp
+      do i = 1, 3
+         self%basis(lane, i, i) = 1.0_wp
+      end do
+   end subroutine rest
+
+   !> Takes a body without rotors on which nothing acts but potentials linear in fixed directions.
+   subroutine put(self, lane, system, fits)
+      class(lane_expansion_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      type(system_t), intent(in) :: system
+      !> False: its equations are others than those of the lanes, or of any lane, and it is not taken.
+      logical, intent(out) :: fits
+      type(axial_frame_t) :: axial
+      type(torque_series_t) :: torques
+      type(status_t) :: status
+      integer :: equations
+      call axial%recognise(system)
+      call torques%prepare(system%effects, status)
+      fits = status%ok() .and. .not. torques%has_more
+      if (.not. fits) return
+      equations = equations_of(system, axial%axis, torques)
+      if (self%equations == NONE) then
+         self%equations = equations
+         self%axis = axial%axis
+      end if
+      fits = equations /= NONE .and. self%equations == equations .and. self%axis == axial%axis
+      if (.not. fits) return
+      call put_body(self, lane, system, axial)
+      if (torques%n_moments == 1) call put_moment(self, lane, system, axial, torques, fits)
+   end subroutine put
+
+   !> Which equations do, as `nutate_motion_series` finds it.
+   pure integer function equations_of(system, axis, torques) result(equations)
+      type(system_t), intent(in) :: system
+      !> Of symmetry; 0: none.
+      integer, intent(in) :: axis
+      type(torque_series_t), intent(in) :: torques
+      equations = NONE
+      associate (j => system%body%inverse_inertia)
+         if (axis == 0 .and. any(abs([j(2, 1), j(3, 1), j(3, 2)]) > 0.0_wp)) return
+      end associate
+      if (torques%rank == 0) then
+         equations = merge(AXIAL_FREE, FREE_BODY, axis > 0)
+      else if (torques%n_moments == 1) then
+         equations = merge(AXIAL_TOP, TOP, axis > 0)
+      end if
+   end function equations_of
+
+   !> What of a body belongs to the rotation.
+   pure subroutine put_body(self, lane, system, axial)
+      type(lane_expansion_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      type(system_t), intent(in) :: system
+      type(axial_frame_t), intent(in) :: axial
+      integer :: i, j, k
+      if (axial%axis > 0) then
+         self%to_angle(lane, :) = self%dt*axial%inverse_across
+         self%inertia(lane, :) = 1/self%to_angle(lane, :)
+         self%inverse_along(lane) = axial%inverse_along
+         self%inverse_across(lane) = axial%inverse_across
+         return
+      end if
+      do i = 1, 3
+         j = 1 + modulo(i, 3)
+         k = 1 + modulo(i + 1, 3)
+         associate (inertia => system%body%inertia, inverse => system%body%inverse_inertia)
+            self%inertia(lane, i) = inertia(i, i)/self%dt
+            self%to_angle(lane, i) = self%dt*inverse(i, i)
+            self%c(lane, i) = inverse(i, i)*(inertia(j, j) - inertia(k, k))
+         end associate
+      end do
+   end subroutine put_body
+
+   !> What belongs to the potentials.
+   pure subroutine put_moment(self, lane, system, axial, torques, fits)
+      type(lane_expansion_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      type(system_t), intent(in) :: system
+      type(axial_frame_t), intent(in) :: axial
+      type(torque_series_t), intent(in) :: torques
+      !> False: they are too strong for a lane.
+      logical, intent(out) :: fits
+      real(wp) :: moments(3, 3)
+      integer :: i
+      moments = 0.0_wp
+      if (axial%axis > 0) then
+         self%g(lane) = self%to_angle(lane, 1)*(self%dt*torques%moments(axial%axis, 1))
+         moments(1, 1) = self%g(lane)
+      else
+         do i = 1, 3
+            moments(:, i) = (self%dt*system%body%inverse_inertia(i, i))*(self%dt*torques%moments(:, 1))
+         end do
+         self%moments(lane, :, :) = moments
+      end if
+      self%basis(lane, :, :) = torques%basis
+      fits = all(abs(moments) <= greatest_push)
+   end subroutine put_moment
+
+   !> Moves all bodies by one step: q normalised, p = 2 q∘[0, L].
+   pure subroutine move(self, q, p, given_up)
+      class(lane_expansion_t), intent(in) :: self
+      !> Shape (lanes, 4).
+      real(wp), intent(inout) :: q(lanes, 4), p(lanes, 4)
+      !> 1: yes.
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: momentum(lanes, 3), rotation(lanes, 4)
+      type(lane_series_t) :: series
+      call begin_lanes(q, p, self%to_angle, momentum, series%w(:, :, 0), given_up)
+      select case (self%equations)
+      case (FREE_BODY)
+         call move_free(self, series, momentum, rotation, given_up)
+      case (TOP)
+         call move_top(self, q, [1, 2, 3], series, momentum, rotation, given_up)
+      case (AXIAL_FREE, AXIAL_TOP)
+         call move_axial(self, q, series, momentum, rotation, given_up)
+      case default
+         return
+      end select
+      call end_lanes(rotation, momentum, q, p, given_up)
+   end subroutine move
+
+   !> Free bodies.
+   pure subroutine move_free(self, series, momentum, rotation, given_up)
+      type(lane_expansion_t), intent(in) :: self
+      type(lane_series_t), intent(inout) :: series
+      !> L at the start on entry, at the end on exit; shape (lanes, 3).
+      real(wp), intent(inout) :: momentum(lanes, 3)
+      !> Since the start; shape (lanes, 4).
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes, 1), cosine(lanes), sine(lanes)
+      type(tail_products_t) :: products
+      call find_axes(self%inertia, momentum, axis, weights, given_up)
+      call expand_free_lanes(self%order, self%c, weights, axis, series%w, series%angle)
+      call begin_tail(self, series%w, products)
+      angle = 1.0_wp
+      associate (n => self%order, x => series%angle)
+         call add_part(angle(:, 1), x(:, n), x(:, n - 1), x(:, n - 2), x(:, n - 3), products%squares, products%next, &
+                       products%second)
+      end associate
+      call tail_weights(products, series%last, series%before)
+      call sum_lanes(3, self%order, series%w, series%last, series%before, change)
+      call sum_lanes(1, self%order, series%angle, series%last, series%before, angle)
+      call find_sines(0.5_wp*angle(:, 1), cosine, sine)
+      call add_changes(self%inertia, change, momentum)
+      call turn_free_lanes(cosine, sine, axis, momentum, rotation, given_up)
+   end subroutine move_free
+
+   !> The products of the coefficients of w, as angles, that a tail is fitted to.
+   pure subroutine begin_tail(self, w, products)
+      type(lane_expansion_t), intent(in) :: self
+      real(wp), intent(in) :: w(lanes, 3, 0:highest_order)
+      type(tail_products_t), intent(out) :: products
+      real(wp) :: scale(lanes), scaled(lanes, 3)
+      integer :: i
+      call find_scale(self%inertia, w(:, :, 0), w(:, :, 1), w(:, :, 2), scale)
+      call scale_moments(scale, self%inertia, scaled)
+      call clear_parts(products)
+      do i = 1, 3
+         call add_parts(self%order, i, scaled(:, i), w, products)
+      end do
+   end subroutine begin_tail
+
+   !> Adds those of one component of a series.
+   pure subroutine add_parts(n, i, scale, x, products)
+      !> Highest coefficient, and which component.
+      integer, intent(in) :: n, i
+      !> Makes it an angle; shape (lanes).
+      real(wp), intent(in) :: scale(lanes), x(lanes, 3, 0:highest_order)
+      type(tail_products_t), intent(inout) :: products
+      call add_part(scale, x(:, i, n), x(:, i, n - 1), x(:, i, n - 2), x(:, i, n - 3), products%squares, &
+                    products%next, products%second)
+   end subroutine add_parts
+
+   !> Tops, in body axes or in the axial frame.
+   pure subroutine move_top(self, q, places, series, momentum, rotation, given_up)
+      type(lane_expansion_t), intent(in) :: self
+      real(wp), intent(in) :: q(lanes, 4)
+      !> Of the components in the body.
+      integer, intent(in) :: places(3)
+      type(lane_series_t), intent(inout) :: series
+      !> As in `move_free`; components in their places here.
+      real(wp), intent(inout) :: momentum(lanes, 3)
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: frame(lanes, 3, 3), seen(lanes, 3), change(lanes, 3, 3), scale(lanes)
+      type(tail_products_t) :: products
+      integer :: i, row
+      do row = 1, 3
+         call see_lanes(q, self%basis(:, :, row), seen)
+         frame(:, :, row) = seen(:, places)
+         if (row < 3) series%rows(:, :, 0, row) = frame(:, :, row)
+      end do
+      if (self%equations == TOP) then
+         call expand_top_lanes(self%order, self%c, self%moments, series%w, series%rows)
+      else
+         call expand_axial_lanes(self%order, self%g, series%w, series%rows)
+      end if
+      call begin_tail(self, series%w, products)
+      scale = root_half
+      do row = 1, 2
+         do i = 1, 3
+            call add_parts(self%order, i, scale, series%rows(:, :, :, row), products)
+         end do
+      end do
+      call tail_weights(products, series%last, series%before)
+      call sum_lanes(3, self%order, series%w, series%last, series%before, change(:, :, 3))
+      do row = 1, 2
+         call sum_lanes(3, self%order, series%rows(:, :, :, row), series%last, series%before, change(:, :, row))
+      end do
+      call add_changes(self%inertia, change(:, :, 3), momentum)
+      call turn_top_lanes(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), change(:, :, 1), change(:, :, 2), rotation, &
+                          given_up)
+   end subroutine move_top
+
+   !> Bodies with an axis of symmetry: in the axial frame, in which they then turn evenly.
+   pure subroutine move_axial(self, q, series, momentum, rotation, given_up)
+      type(lane_expansion_t), intent(in) :: self
+      real(wp), intent(in) :: q(lanes, 4)
+      type(lane_series_t), intent(inout) :: series
+      !> As in `move_free`.
+      real(wp), intent(inout) :: momentum(lanes, 3)
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: own(lanes, 3), turned(lanes, 4), about(lanes, 4), cosine(lanes), sine(lanes), spin(lanes)
+      integer :: places(3)
+      places = 1 + modulo(self%axis + [0, 1, 2], 3)
+      call find_spins(self%dt, self%inverse_along, self%inverse_across, momentum(:, self%axis), spin)
+      own = momentum(:, places)
+      series%w(:, :, 0) = series%w(:, places, 0)
+      if (self%equations == AXIAL_TOP) then
+         call move_top(self, q, places, series, own, turned, given_up)
+      else
+         call turn_evenly(series%w(:, :, 0), turned)
+      end if
+      call find_sines(spin, cosine, sine)
+      call turn_in_axial_frame(cosine, sine, own(:, 1), own(:, 2))
+      momentum(:, places) = own
+      own = turned(:, 2:4)
+      turned(:, 1 + places) = own
+      call find_sines(0.5_wp*spin, cosine, sine)
+      about = 0.0_wp
+      about(:, 1) = cosine
+      about(:, 1 + self%axis) = sine
+      call multiply_lanes(turned, about, rotation)
+   end subroutine move_axial
+
+   !> Angles by which bodies turn in the axial frame in a step, rad.
+   pure subroutine find_spins(dt, along, across, momentum, spin)
+      !> s; 1/J along the axis and across it, and L along it; shape (lanes).
+      real(wp), intent(in) :: dt, along(lanes), across(lanes), momentum(lanes)
+      real(wp), intent(out) :: spin(lanes)
+      integer :: i
+      do i = 1, lanes
+         spin(i) = dt*(momentum(i)*along(i) - momentum(i)*across(i))
+      end do
+   end subroutine find_spins
+
+end module nutate_lane_expansion

@@ -1,0 +1,339 @@
+!> The start and the end of a step by Taylor series of several bodies at once: one body a lane. The arithmetic is that of
+!> `begin_step` and `end_step` in `nutate_rigid_rates`, of `expand` and of `evaluate` in `nutate_motion_series`.
+module nutate_lane_motion
+   use nutate_kinds, only: wp
+   use nutate_lane_choice, only: choose_lanes, replace_lanes
+   use nutate_lane_width, only: lanes
+   implicit none
+   private
+
+   public :: begin_lanes, find_axes, find_scale, scale_moments, add_changes, find_sines, turn_free_lanes, see_lanes, &
+      turn_top_lanes, multiply_lanes, turn_in_axial_frame, turn_evenly, end_lanes
+
+   !> Sum of the components of a turn in a step that a lane takes, rad: coefficients of the series grow by this from one
+   !> to the next at most, since the moments of a body obey the triangle inequality; none leaves the range of numbers.
+   real(wp), parameter :: most_turn = 64.0_wp
+   !> Momentum of a free body, N m s.
+   real(wp), parameter :: least = 1e-40_wp
+
+contains
+
+   !> L, and the rate that the series starts from; a lane that turns too fast gets none, and is given up.
+   pure subroutine begin_lanes(q, p, to_angle, momentum, w, given_up)
+      !> Attitude and conjugate momentum; shape (lanes, 4).
+      real(wp), intent(in) :: q(lanes, 4), p(lanes, 4)
+      !> Δt over the moments; shape (lanes, 3).
+      real(wp), intent(in) :: to_angle(lanes, 3)
+      !> L, N m s, and ΔtΩ; shape (lanes, 3).
+      real(wp), intent(out) :: momentum(lanes, 3), w(lanes, 3)
+      !> 1: yes.
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: kept(lanes), half, turn
+      integer :: i, k
+      do i = 1, lanes
+         half = 0.5_wp/(q(i, 1)*q(i, 1) + q(i, 2)*q(i, 2) + q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4))
+         momentum(i, 1) = half*(q(i, 1)*p(i, 2) - q(i, 2)*p(i, 1) - q(i, 3)*p(i, 4) + q(i, 4)*p(i, 3))
+         momentum(i, 2) = half*(q(i, 1)*p(i, 3) - q(i, 3)*p(i, 1) - q(i, 4)*p(i, 2) + q(i, 2)*p(i, 4))
+         momentum(i, 3) = half*(q(i, 1)*p(i, 4) - q(i, 4)*p(i, 1) - q(i, 2)*p(i, 3) + q(i, 3)*p(i, 2))
+         w(i, 1) = to_angle(i, 1)*momentum(i, 1)
+         w(i, 2) = to_angle(i, 2)*momentum(i, 2)
+         w(i, 3) = to_angle(i, 3)*momentum(i, 3)
+         ! A sum, which shows what is no number.
+         turn = abs(w(i, 1)) + abs(w(i, 2)) + abs(w(i, 3))
+         kept(i) = merge(1.0_wp, 0.0_wp, turn <= most_turn)
+      end do
+      call give_up_others(kept, given_up)
+      do k = 1, 3
+         call replace_lanes(kept, 0.0_wp, w(:, k))
+      end do
+   end subroutine begin_lanes
+
+   !> Gives up the lanes that are not kept.
+   pure subroutine give_up_others(kept, given_up)
+      !> 1: yes.
+      real(wp), intent(in) :: kept(lanes)
+      real(wp), intent(inout) :: given_up(lanes)
+      integer :: i
+      do i = 1, lanes
+         given_up(i) = max(given_up(i), 1 - kept(i))
+      end do
+   end subroutine give_up_others
+
+   !> Of free bodies the direction of L; gives up those that have none.
+   pure subroutine find_axes(inertia, momentum, axis, weights, given_up)
+      !> Moments over Δt, and L; shape (lanes, 3).
+      real(wp), intent(in) :: inertia(lanes, 3), momentum(lanes, 3)
+      !> u = L/|L|, and that times the moments over Δt and |L|; shape (lanes, 3).
+      real(wp), intent(out) :: axis(lanes, 3), weights(lanes, 3)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: length(lanes)
+      integer :: k
+      call find_lengths(momentum, length, given_up)
+      do k = 1, 3
+         call find_axis(momentum(:, k), inertia(:, k), length, axis(:, k), weights(:, k))
+      end do
+   end subroutine find_axes
+
+   !> |L|, or 1 in lanes that have none and are given up.
+   pure subroutine find_lengths(l, length, given_up)
+      real(wp), intent(in) :: l(lanes, 3)
+      real(wp), intent(out) :: length(lanes)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: kept(lanes)
+      integer :: i
+      do i = 1, lanes
+         length(i) = sqrt(l(i, 1)*l(i, 1) + l(i, 2)*l(i, 2) + l(i, 3)*l(i, 3))
+         kept(i) = merge(1.0_wp, 0.0_wp, length(i) >= least)
+      end do
+      call give_up_others(kept, given_up)
+      call replace_lanes(kept, 1.0_wp, length)
+   end subroutine find_lengths
+
+   !> One component.
+   pure subroutine find_axis(momentum, inertia, length, axis, weight)
+      real(wp), dimension(lanes), intent(in) :: momentum, inertia, length
+      real(wp), dimension(lanes), intent(out) :: axis, weight
+      integer :: i
+      do i = 1, lanes
+         axis(i) = momentum(i)/length(i)
+         weight(i) = axis(i)*(inertia(i)/length(i))
+      end do
+   end subroutine find_axis
+
+   !> 1 over the size of L, from the first three coefficients.
+   pure subroutine find_scale(inertia, w0, w1, w2, scale)
+      !> Shape (lanes, 3).
+      real(wp), dimension(lanes, 3), intent(in) :: inertia, w0, w1, w2
+      real(wp), intent(out) :: scale(lanes)
+      real(wp) :: a, b, c, root(lanes), moves(lanes)
+      integer :: i
+      do i = 1, lanes
+         a = inertia(i, 1)*w0(i, 1)
+         b = inertia(i, 2)*w0(i, 2)
+         c = inertia(i, 3)*w0(i, 3)
+         scale(i) = a*a + b*b + c*c
+         a = inertia(i, 1)*w1(i, 1)
+         b = inertia(i, 2)*w1(i, 2)
+         c = inertia(i, 3)*w1(i, 3)
+         scale(i) = max(scale(i), a*a + b*b + c*c)
+         a = inertia(i, 1)*w2(i, 1)
+         b = inertia(i, 2)*w2(i, 2)
+         c = inertia(i, 3)*w2(i, 3)
+         scale(i) = max(scale(i), a*a + b*b + c*c)
+         moves(i) = merge(1.0_wp, 0.0_wp, scale(i) > tiny(1.0_wp))
+      end do
+      root = scale
+      call replace_lanes(moves, 1.0_wp, root)
+      do i = 1, lanes
+         root(i) = 1/sqrt(root(i))
+      end do
+      call choose_lanes(moves, root, scale)
+   end subroutine find_scale
+
+   !> Moments over Δt and the size of L.
+   pure subroutine scale_moments(scale, inertia, scaled)
+      real(wp), intent(in) :: scale(lanes), inertia(lanes, 3)
+      real(wp), intent(out) :: scaled(lanes, 3)
+      integer :: i, k
+      do k = 1, 3
+         do i = 1, lanes
+            scaled(i, k) = scale(i)*inertia(i, k)
+         end do
+      end do
+   end subroutine scale_moments
+
+   !> L at the end, from the change of ΔtΩ.
+   pure subroutine add_changes(inertia, change, momentum)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: inertia(lanes, 3), change(lanes, 3)
+      real(wp), intent(inout) :: momentum(lanes, 3)
+      integer :: i
+      do i = 1, lanes
+         momentum(i, 1) = momentum(i, 1) + inertia(i, 1)*change(i, 1)
+         momentum(i, 2) = momentum(i, 2) + inertia(i, 2)*change(i, 2)
+         momentum(i, 3) = momentum(i, 3) + inertia(i, 3)*change(i, 3)
+      end do
+   end subroutine add_changes
+
+   !> Cosine and sine, one by one: those of the scalar stepper.
+   pure subroutine find_sines(angle, cosine, sine)
+      !> rad; shape (lanes).
+      real(wp), intent(in) :: angle(lanes)
+      real(wp), intent(out) :: cosine(lanes), sine(lanes)
+      integer :: lane
+      do lane = 1, lanes
+         cosine(lane) = cos(angle(lane))
+         sine(lane) = sin(angle(lane))
+      end do
+   end subroutine find_sines
+
+   !> The rotation of free bodies: by an angle about u₀, after the shortest one from u to u₀, u the direction of L.
+   pure subroutine turn_free_lanes(cosine, sine, axis, momentum, rotation, given_up)
+      !> Of half the angle; shape (lanes).
+      real(wp), intent(in) :: cosine(lanes), sine(lanes)
+      !> u₀, and L at the end; shape (lanes, 3).
+      real(wp), intent(in) :: axis(lanes, 3), momentum(lanes, 3)
+      !> Shape (lanes, 4).
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: length(lanes), u1, u2, u3, s1, s2, s3, s4, a1, a2, a3, a4
+      integer :: i
+      call find_lengths(momentum, length, given_up)
+      do i = 1, lanes
+         u1 = momentum(i, 1)/length(i)
+         u2 = momentum(i, 2)/length(i)
+         u3 = momentum(i, 3)/length(i)
+         s1 = 1 + (u1*axis(i, 1) + u2*axis(i, 2) + u3*axis(i, 3))
+         s2 = u2*axis(i, 3) - u3*axis(i, 2)
+         s3 = u3*axis(i, 1) - u1*axis(i, 3)
+         s4 = u1*axis(i, 2) - u2*axis(i, 1)
+         a1 = cosine(i)
+         a2 = sine(i)*axis(i, 1)
+         a3 = sine(i)*axis(i, 2)
+         a4 = sine(i)*axis(i, 3)
+         rotation(i, 1) = a1*s1 - a2*s2 - a3*s3 - a4*s4
+         rotation(i, 2) = a1*s2 + a2*s1 + a3*s4 - a4*s3
+         rotation(i, 3) = a1*s3 - a2*s4 + a3*s1 + a4*s2
+         rotation(i, 4) = a1*s4 + a2*s3 - a3*s2 + a4*s1
+      end do
+   end subroutine turn_free_lanes
+
+   !> A direction fixed in space as the bodies see it, Rᵀe.
+   pure subroutine see_lanes(q, e, seen)
+      !> Shapes (lanes, 4) and (lanes, 3).
+      real(wp), intent(in) :: q(lanes, 4), e(lanes, 3)
+      real(wp), intent(out) :: seen(lanes, 3)
+      real(wp) :: d, w1, w2, w3
+      integer :: i
+      do i = 1, lanes
+         d = q(i, 2)*e(i, 1) + q(i, 3)*e(i, 2) + q(i, 4)*e(i, 3)
+         w1 = q(i, 1)*e(i, 1) - q(i, 3)*e(i, 3) + q(i, 4)*e(i, 2)
+         w2 = q(i, 1)*e(i, 2) - q(i, 4)*e(i, 1) + q(i, 2)*e(i, 3)
+         w3 = q(i, 1)*e(i, 3) - q(i, 2)*e(i, 2) + q(i, 3)*e(i, 1)
+         seen(i, 1) = q(i, 1)*w1 + d*q(i, 2) - q(i, 3)*w3 + q(i, 4)*w2
+         seen(i, 2) = q(i, 1)*w2 + d*q(i, 3) - q(i, 4)*w1 + q(i, 2)*w3
+         seen(i, 3) = q(i, 1)*w3 + d*q(i, 4) - q(i, 2)*w2 + q(i, 3)*w1
+      end do
+   end subroutine see_lanes
+
+   !> The rotation of tops, from the rows at start and end; one by more than 2π/3 is given up.
+   pure subroutine turn_top_lanes(f1, f2, f3, change1, change2, rotation, given_up)
+      !> Rows at the start; shape (lanes, 3).
+      real(wp), dimension(lanes, 3), intent(in) :: f1, f2, f3
+      !> Changes of the first two; shape (lanes, 3).
+      real(wp), intent(in) :: change1(lanes, 3), change2(lanes, 3)
+      !> Shape (lanes, 4).
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: kept(lanes), a1, a2, a3, b1, b2, b3, c1, c2, c3
+      integer :: i
+      do i = 1, lanes
+         a1 = f1(i, 1) + change1(i, 1)
+         a2 = f1(i, 2) + change1(i, 2)
+         a3 = f1(i, 3) + change1(i, 3)
+         b1 = f2(i, 1) + change2(i, 1)
+         b2 = f2(i, 2) + change2(i, 2)
+         b3 = f2(i, 3) + change2(i, 3)
+         c1 = a2*b3 - a3*b2
+         c2 = a3*b1 - a1*b3
+         c3 = a1*b2 - a2*b1
+         rotation(i, 1) = 1 + ((f1(i, 1)*a1 + f2(i, 1)*b1 + f3(i, 1)*c1) + (f1(i, 2)*a2 + f2(i, 2)*b2 + f3(i, 2)*c2) &
+                               + (f1(i, 3)*a3 + f2(i, 3)*b3 + f3(i, 3)*c3))
+         rotation(i, 2) = (f1(i, 3)*a2 + f2(i, 3)*b2 + f3(i, 3)*c2) - (f1(i, 2)*a3 + f2(i, 2)*b3 + f3(i, 2)*c3)
+         rotation(i, 3) = (f1(i, 1)*a3 + f2(i, 1)*b3 + f3(i, 1)*c3) - (f1(i, 3)*a1 + f2(i, 3)*b1 + f3(i, 3)*c1)
+         rotation(i, 4) = (f1(i, 2)*a1 + f2(i, 2)*b1 + f3(i, 2)*c1) - (f1(i, 1)*a2 + f2(i, 1)*b2 + f3(i, 1)*c2)
+         kept(i) = merge(1.0_wp, 0.0_wp, rotation(i, 1) > 1.0_wp)
+      end do
+      call give_up_others(kept, given_up)
+   end subroutine turn_top_lanes
+
+   !> The rotation of symmetric free bodies in the axial frame, about their momentum; one at rest does not turn.
+   pure subroutine turn_evenly(w, rotation)
+      !> ΔtL/J₁; shape (lanes, 3).
+      real(wp), intent(in) :: w(lanes, 3)
+      !> Shape (lanes, 4).
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), dimension(lanes) :: angle, half, cosine, sine, turns
+      integer :: i, k
+      do i = 1, lanes
+         angle(i) = sqrt(w(i, 1)*w(i, 1) + w(i, 2)*w(i, 2) + w(i, 3)*w(i, 3))
+         half(i) = 0.5_wp*angle(i)
+         turns(i) = merge(1.0_wp, 0.0_wp, angle(i) > tiny(1.0_wp))
+      end do
+      call find_sines(half, cosine, sine)
+      call replace_lanes(turns, 1.0_wp, angle)
+      do i = 1, lanes
+         sine(i) = sine(i)/angle(i)
+         rotation(i, 1) = cosine(i)
+         rotation(i, 2) = sine(i)*w(i, 1)
+         rotation(i, 3) = sine(i)*w(i, 2)
+         rotation(i, 4) = sine(i)*w(i, 3)
+      end do
+      call replace_lanes(turns, 1.0_wp, rotation(:, 1))
+      do k = 2, 4
+         call replace_lanes(turns, 0.0_wp, rotation(:, k))
+      end do
+   end subroutine turn_evenly
+
+   !> Body components of a vector from those in the axial frame, the axis last.
+   pure subroutine turn_in_axial_frame(cosine, sine, v1, v2)
+      !> Of the angle by which the body turns in the frame; shape (lanes).
+      real(wp), intent(in) :: cosine(lanes), sine(lanes)
+      real(wp), intent(inout) :: v1(lanes), v2(lanes)
+      real(wp) :: a, b
+      integer :: i
+      do i = 1, lanes
+         a = v1(i)
+         b = v2(i)
+         v1(i) = cosine(i)*a + sine(i)*b
+         v2(i) = cosine(i)*b - sine(i)*a
+      end do
+   end subroutine turn_in_axial_frame
+
+   !> a∘b; shape (lanes, 4).
+   pure subroutine multiply_lanes(a, b, product)
+      real(wp), intent(in) :: a(lanes, 4), b(lanes, 4)
+      real(wp), intent(out) :: product(lanes, 4)
+      integer :: i
+      do i = 1, lanes
+         product(i, 1) = a(i, 1)*b(i, 1) - a(i, 2)*b(i, 2) - a(i, 3)*b(i, 3) - a(i, 4)*b(i, 4)
+         product(i, 2) = a(i, 1)*b(i, 2) + a(i, 2)*b(i, 1) + a(i, 3)*b(i, 4) - a(i, 4)*b(i, 3)
+         product(i, 3) = a(i, 1)*b(i, 3) - a(i, 2)*b(i, 4) + a(i, 3)*b(i, 1) + a(i, 4)*b(i, 2)
+         product(i, 4) = a(i, 1)*b(i, 4) + a(i, 2)*b(i, 3) - a(i, 3)*b(i, 2) + a(i, 4)*b(i, 1)
+      end do
+   end subroutine multiply_lanes
+
+   !> Moves bodies by rotations and to momenta: q∘c normalised, p = 2 q∘[0, L].
+   pure subroutine end_lanes(rotation, momentum, q, p, given_up)
+      !> Not normalised; shape (lanes, 4).
+      real(wp), intent(in) :: rotation(lanes, 4)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: momentum(lanes, 3)
+      real(wp), intent(inout) :: q(lanes, 4), p(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: y(lanes, 4), square(lanes), has_length(lanes), factor, l1, l2, l3
+      integer :: i
+      call multiply_lanes(q, rotation, y)
+      do i = 1, lanes
+         square(i) = y(i, 1)*y(i, 1) + y(i, 2)*y(i, 2) + y(i, 3)*y(i, 3) + y(i, 4)*y(i, 4)
+         has_length(i) = merge(1.0_wp, 0.0_wp, square(i) > tiny(1.0_wp))
+      end do
+      call give_up_others(has_length, given_up)
+      call replace_lanes(has_length, 1.0_wp, square)
+      do i = 1, lanes
+         factor = 1/sqrt(square(i))
+         q(i, 1) = factor*y(i, 1)
+         q(i, 2) = factor*y(i, 2)
+         q(i, 3) = factor*y(i, 3)
+         q(i, 4) = factor*y(i, 4)
+         l1 = 2*momentum(i, 1)
+         l2 = 2*momentum(i, 2)
+         l3 = 2*momentum(i, 3)
+         p(i, 1) = -(q(i, 2)*l1 + q(i, 3)*l2 + q(i, 4)*l3)
+         p(i, 2) = q(i, 1)*l1 + q(i, 3)*l3 - q(i, 4)*l2
+         p(i, 3) = q(i, 1)*l2 + q(i, 4)*l1 - q(i, 2)*l3
+         p(i, 4) = q(i, 1)*l3 + q(i, 2)*l2 - q(i, 3)*l1
+      end do
+   end subroutine end_lanes
+
+end module nutate_lane_motion
