@@ -3,6 +3,7 @@ module test_series_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
+   use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
    use nutate_hamiltonian, only: kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kinds, only: wp, eps, long
@@ -23,8 +24,10 @@ module test_series_lanes
    public :: collect_series_lanes
 
    !> Bodies without anything, and tops; both with an axis of symmetry; with a dipole and weight along one direction;
-   !> pendulums in a plane, many of whose numbers are zeros.
-   integer, parameter :: FREE = 0, TOP = 1, SYMMETRIC = 2, SYMMETRIC_TOP = 3, LOADED = 4, PENDULUM = 5
+   !> pendulums in a plane, many of whose numbers are zeros; gyrostats; bodies whose axes are not principal ones, without
+   !> and with a rotor; symmetric ones with a rotor along the axis, and tops of these.
+   integer, parameter :: FREE = 0, TOP = 1, SYMMETRIC = 2, SYMMETRIC_TOP = 3, LOADED = 4, PENDULUM = 5, GYROSTAT = 6, &
+      SKEW = 7, SKEW_GYROSTAT = 8, SPINNER = 9, SPINNING_TOP = 10
    !> Where weights point; of pendulums along an axis.
    real(wp), parameter :: down(3) = [0.6_wp, 0.0_wp, -0.8_wp]
 
@@ -51,24 +54,36 @@ contains
       type(state_t), intent(out) :: state
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
-      real(wp) :: u(12), moments(3)
+      integer, parameter :: with_axis(4) = [SYMMETRIC, SYMMETRIC_TOP, SPINNER, SPINNING_TOP]
+      real(wp) :: u(12), moments(3), tensor(3, 3)
       integer :: i
       u = [(uniform_of(6_long, int(number, long), i), i=1, 12)]
       moments = 10**(4*u(1) - 2)*(1 + 0.9_wp*u(2:4))
-      if (any(kind == [SYMMETRIC, SYMMETRIC_TOP])) moments(1) = moments(3)
-      call make_body(diagonal(moments), system%body, status)
+      if (any(kind == with_axis)) moments(1) = moments(3)
+      tensor = diagonal(moments)
+      if (any(kind == [SKEW, SKEW_GYROSTAT])) then
+         tensor(1, 2) = 0.05_wp*moments(1)*u(5)
+         tensor(1, 3) = -0.05_wp*moments(1)*u(6)
+         tensor(2, 1) = tensor(1, 2)
+         tensor(3, 1) = tensor(1, 3)
+      end if
+      call make_body(tensor, system%body, status)
       if (.not. status%ok()) call test_failed(error, trim(status%message))
       system%body%mass = moments(1)
       system%body%center_of_mass = u(4:6) - 0.5_wp
-      if (kind == SYMMETRIC_TOP) system%body%center_of_mass = [0.0_wp, u(4), 0.0_wp]
+      if (any(kind == with_axis)) system%body%center_of_mass = [0.0_wp, u(4), 0.0_wp]
       if (kind == PENDULUM) system%body%center_of_mass = [u(4), 0.0_wp, 0.0_wp]
       ! Slow bodies are not turned over by their weight within a step.
       if (kind == PENDULUM) then
          call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -rate*rate]))
-      else if (any(kind == [TOP, SYMMETRIC_TOP, LOADED])) then
+      else if (any(kind == [TOP, SYMMETRIC_TOP, LOADED, SPINNING_TOP])) then
          call system%effects%add(gravity_t(system%body, rate*rate*down))
       end if
       if (kind == LOADED) call system%effects%add(dipole_t(moments(1)*(u(6:8) - 0.5_wp), -rate*rate*down))
+      if (any(kind == [GYROSTAT, SKEW_GYROSTAT])) &
+         call system%effects%add(rotor_t(name='rotor', momentum=rate*moments(1)*(u(3:5) - 0.5_wp)))
+      if (any(kind == [SPINNER, SPINNING_TOP])) &
+         call system%effects%add(rotor_t(name='rotor', momentum=rate*moments(1)*[0.0_wp, u(4) - 0.5_wp, 0.0_wp]))
       if (kind == PENDULUM) then
          state = make_state(system, quat_normalized([0.5_wp, 0.0_wp, u(8), 0.0_wp]), [0.0_wp, rate*u(10), 0.0_wp])
       else
@@ -82,7 +97,7 @@ contains
       type(taylor_lanes_t), intent(inout) :: bodies
       integer, intent(in) :: order, kind
       real(wp), intent(in) :: dt
-      integer, parameter :: potentials(FREE:PENDULUM) = [0, 1, 0, 1, 2, 1]
+      integer, parameter :: potentials(FREE:SPINNING_TOP) = [0, 1, 0, 1, 2, 1, 0, 0, 0, 0, 1]
       call bodies%set_up(order, dt, potentials(kind))
    end subroutine begin
 
@@ -155,12 +170,12 @@ contains
       type(taylor_lanes_t) :: bodies
       type(system_t) :: systems(lanes)
       type(state_t) :: states(lanes)
-      character(len=60) :: place
-      integer :: block, i, k, n, kind, taken(FREE:PENDULUM), drawn(FREE:PENDULUM)
+      character(len=100) :: place
+      integer :: block, i, k, n, kind, taken(FREE:SPINNING_TOP), drawn(FREE:SPINNING_TOP)
       taken = 0
       drawn = 0
-      do block = 1, 72
-         kind = mod(block/3, 6)
+      do block = 1, 132
+         kind = mod(block/3, 11)
          ! Rows may end at any step from a projection to the next.
          n = 200 + mod(block, 4)
          associate (order => orders(1 + mod(block, 6)))
@@ -186,7 +201,7 @@ contains
             end do
          end associate
       end do
-      write (place, '("taken ",6i4," of ",6i4)') taken, drawn
+      write (place, '("taken ",11i4," of ",11i4)') taken, drawn
       call check(error, all(10*taken > 5*drawn) .and. 10*sum(taken) > 8*sum(drawn), place)
    end subroutine same_bits
 
@@ -224,10 +239,10 @@ contains
       type(system_t) :: system, bad
       type(state_t) :: state, poison, a, b
       character(len=40) :: place
-      integer, parameter :: kinds(4) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP]
+      integer, parameter :: kinds(5) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW]
       logical :: stays
       integer :: case, k, kind
-      do case = 1, 28
+      do case = 1, 35
          kind = kinds(1 + (case - 1)/7)
          call draw(7, 0.5_wp, kind, system, state, error)
          call draw(8, 0.5_wp, kind, bad, poison, error)
@@ -263,7 +278,7 @@ contains
             call beside%step()
          end do
          ! A top can start from rest, and bodies with an axis have a closed solution.
-         stays = (mod(case, 7) == 6 .and. kind /= FREE) .or. (mod(case, 7) == 0 .and. kind == SYMMETRIC)
+         stays = (mod(case, 7) == 6 .and. all(kind /= [FREE, SKEW])) .or. (mod(case, 7) == 0 .and. kind == SYMMETRIC)
          write (place, '("case ",i0,": ",l1,1x,i0)') case, alone%taken(lanes), count(beside%taken)
          call check(error, alone%taken(lanes) .and. beside%taken(lanes) .and. &
                     count(beside%taken) == merge(lanes, 1, stays), place)
@@ -282,10 +297,10 @@ contains
       type(system_t) :: system
       type(state_t) :: state
       character(len=60) :: place
-      integer, parameter :: kinds(3) = [FREE, TOP, SYMMETRIC_TOP]
-      integer :: i, k, kind, taken(3)
+      integer, parameter :: kinds(4) = [FREE, TOP, SYMMETRIC_TOP, SKEW_GYROSTAT]
+      integer :: i, k, kind, taken(4)
       taken = 0
-      do kind = 1, 3
+      do kind = 1, 4
          do i = 1, 60
             call draw(i, 0.4_wp*1.1_wp**i, kinds(kind), system, state, error)
             if (allocated(error)) return
@@ -301,7 +316,7 @@ contains
             if (allocated(error)) return
          end do
       end do
-      write (place, '("steps are neither taken nor given up: ",3i4)') taken
+      write (place, '("steps are neither taken nor given up: ",4i4)') taken
       call check(error, all(taken > 10) .and. all(taken < 55), place)
    end subroutine long_steps
 
@@ -312,9 +327,9 @@ contains
       type(system_t) :: systems(lanes)
       type(state_t) :: states(lanes), state
       real(wp) :: change(3), scale
-      integer, parameter :: kinds(4) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP]
+      integer, parameter :: kinds(6) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW_GYROSTAT, SPINNING_TOP]
       integer :: i, k, n
-      do n = 1, 4
+      do n = 1, 6
          call begin(bodies, 0, 0.25_wp, kinds(n))
          do i = 1, lanes
             call draw(i, 0.5_wp, kinds(n), systems(i), states(i), error)

@@ -53,7 +53,20 @@ cat >"$scratch/series.nml" <<'END'
 &vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 9.0, 9.0 /
 &vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 18.0, 16.7, high = 5.1, 24.0, 17.3 /
 END
-scenes=(free top satellite series)
+cat >"$scratch/series_top.nml" <<'END'
+&body inertia = 0.35, 0.3, 0.1, mass = 1.0, center_of_mass = 0.0, 0.0, 0.3 /
+&initial angular_velocity = 0.0, 0.5, 10.0 /
+&gravity acceleration = 0.0, 0.0, -9.8 /
+&dipole moment = 0.0, 0.1, 2.0, field = 0.0, 0.0, 0.2 /
+&integrator method = 'taylor', time_step = 0.04, end_time = 4.0 /
+&output columns = 'quaternion', 'angular_momentum_space', every = 3 /
+&ensemble members = 61, seed = 4, chunk = 61 /
+&vary key = 'initial.quaternion', distribution = 'rotation' /
+&vary key = 'initial.angular_velocity.3', distribution = 'normal', sigma = 8.0 /
+END
+sed -e 's/0.35, 0.3,/0.3, 0.3,/' -e '/^&dipole/d' "$scratch/series_top.nml" >"$scratch/series_axial_top.nml"
+sed -e '/^&gravity/d' "$scratch/series_axial_top.nml" >"$scratch/series_axial.nml"
+scenes=(free top satellite series series_top series_axial_top series_axial)
 
 passed=0 failed=0
 # compare PROGRAM WAY [OPTION]...: its files with those of the program of `make`.

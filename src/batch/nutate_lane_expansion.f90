@@ -1,18 +1,21 @@
 !> The motion of several bodies in one step by power series: one body a lane, each with its own numbers, all with the
 !> same equations.
 !>
-!> The equations are four of `nutate_motion_series`: free bodies and tops of diagonal inertia, and both with an axis of
-!> symmetry in the axial frame. A step is the unit of time of its series, so that all powers of it are 1.
+!> The equations are five of `nutate_motion_series`: free bodies with rotors, of any inertia, as one pair of L and a row;
+!> free bodies and tops of diagonal inertia; and both with an axis of symmetry in the axial frame. A step is the unit of time of its series, so that all powers of it are 1.
 module nutate_lane_expansion
    use nutate_axial_frame, only: axial_frame_t
    use nutate_kinds, only: wp
-   use nutate_lane_motion, only: add_changes, begin_lanes, end_lanes, find_axes, find_scale, find_sines, multiply_lanes, &
-      scale_moments, see_lanes, turn_evenly, turn_free_lanes, turn_in_axial_frame, turn_top_lanes
+   use nutate_lane_motion, only: add_changes, begin_lanes, end_lanes, find_axes, find_frames, find_rates, find_scale, &
+      find_sines, find_weights, multiply_lanes, scale_moments, see_lanes, straighten_rows, test_rates, turn_evenly, &
+      turn_free_lanes, turn_in_axial_frame, turn_rows
+   use nutate_lane_row_series, only: expand_axial_lanes, expand_pair_lanes, expand_top_lanes, find_full_rates
    use nutate_lane_series, only: expand_free_lanes, sum_lanes
    use nutate_lane_tail, only: add_part, clear_parts, tail_products_t, tail_weights
-   use nutate_lane_top_series, only: expand_axial_lanes, expand_top_lanes
    use nutate_lane_width, only: lanes
+   use nutate_motion_series, only: least_share
    use nutate_power_series, only: highest_order
+   use nutate_series_sum, only: length_of
    use nutate_status, only: status_t
    use nutate_system, only: system_t
    use nutate_torque_series, only: torque_series_t
@@ -21,8 +24,10 @@ module nutate_lane_expansion
 
    public :: lane_expansion_t
 
-   !> The equations: none yet, a free body, a top, the latter two in the axial frame.
-   integer, parameter :: NONE = 0, FREE_BODY = 1, TOP = 2, AXIAL_FREE = 3, AXIAL_TOP = 4
+   !> The equations: none yet, one pair, a free body, a top, the latter two in the axial frame.
+   integer, parameter :: NONE = 0, ONE_PAIR = 1, FREE_BODY = 2, TOP = 3, AXIAL_FREE = 4, AXIAL_TOP = 5
+   !> Momentum of a free body, N m s.
+   real(wp), parameter :: least = 1e-40_wp
    !> Change of ΔtΩ that a potential may make in a step, rad: what is beyond belongs to no step that a lane takes.
    real(wp), parameter :: greatest_push = 1e3_wp
    !> Lengths of rows as angles (`nutate_motion_series`).
@@ -38,6 +43,10 @@ module nutate_lane_expansion
       real(wp) :: dt = 0.0_wp
       !> Moments over Δt (in the axial frame J₁), Δt over the moments, and (J₂ - J₃)/J₁, ...; shape (lanes, 3).
       real(wp), dimension(lanes, 3) :: inertia = 1.0_wp, to_angle = 0.0_wp, c = 0.0_wp
+      !> ΔtJ⁻¹; shape (lanes, 3, 3). Momentum of rotors, body axes, N m s; shape (lanes, 3).
+      real(wp) :: full(lanes, 3, 3) = 0.0_wp, rotor(lanes, 3) = 0.0_wp
+      !> Lengths of L up to this have no direction, N m s.
+      real(wp) :: floor(lanes) = least
       !> 1/J along the axis and across it, kg⁻¹ m⁻².
       real(wp) :: inverse_along(lanes) = 0.0_wp, inverse_across(lanes) = 0.0_wp
       !> The potential's moment times Δt²/Jᵢ in column i, and along the axis, over J₁; basis vectors as columns, space
@@ -85,6 +94,9 @@ contains
       self%inertia(lane, :) = 1.0_wp
       self%to_angle(lane, :) = 0.0_wp
       self%c(lane, :) = 0.0_wp
+      self%full(lane, :, :) = 0.0_wp
+      self%rotor(lane, :) = 0.0_wp
+      self%floor(lane) = least
       self%inverse_along(lane) = 0.0_wp
       self%inverse_across(lane) = 0.0_wp
       self%moments(lane, :, :) = 0.0_wp
@@ -95,7 +107,7 @@ contains
       end do
    end subroutine rest
 
-   !> Takes a body without rotors on which nothing acts but potentials linear in fixed directions.
+   !> Takes a body on which nothing acts but rotors and potentials linear in fixed directions.
    subroutine put(self, lane, system, fits)
       class(lane_expansion_t), intent(inout) :: self
       integer, intent(in) :: lane
@@ -127,14 +139,17 @@ contains
       !> Of symmetry; 0: none.
       integer, intent(in) :: axis
       type(torque_series_t), intent(in) :: torques
-      equations = NONE
+      logical :: diagonal
       associate (j => system%body%inverse_inertia)
-         if (axis == 0 .and. any(abs([j(2, 1), j(3, 1), j(3, 2)]) > 0.0_wp)) return
+         diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
       end associate
+      equations = NONE
       if (torques%rank == 0) then
-         equations = merge(AXIAL_FREE, FREE_BODY, axis > 0)
+         equations = merge(FREE_BODY, ONE_PAIR, diagonal)
+         if (axis > 0) equations = AXIAL_FREE
       else if (torques%n_moments == 1) then
-         equations = merge(AXIAL_TOP, TOP, axis > 0)
+         if (diagonal) equations = TOP
+         if (axis > 0) equations = AXIAL_TOP
       end if
    end function equations_of
 
@@ -145,6 +160,12 @@ contains
       type(system_t), intent(in) :: system
       type(axial_frame_t), intent(in) :: axial
       integer :: i, j, k
+      self%rotor(lane, :) = system%effects%rotor_momentum
+      self%floor(lane) = max(least, least_share*length_of(system%effects%rotor_momentum))
+      if (self%equations == ONE_PAIR) then
+         self%full(lane, :, :) = self%dt*system%body%inverse_inertia
+         return
+      end if
       if (axial%axis > 0) then
          self%to_angle(lane, :) = self%dt*axial%inverse_across
          self%inertia(lane, :) = 1/self%to_angle(lane, :)
@@ -197,8 +218,16 @@ contains
       real(wp), intent(inout) :: given_up(lanes)
       real(wp) :: momentum(lanes, 3), rotation(lanes, 4)
       type(lane_series_t) :: series
-      call begin_lanes(q, p, self%to_angle, momentum, series%w(:, :, 0), given_up)
+      call begin_lanes(q, p, momentum)
+      if (self%equations == ONE_PAIR) then
+         call find_full_rates(self%full, momentum - self%rotor, series%w(:, :, 0))
+      else
+         call find_rates(self%to_angle, momentum, series%w(:, :, 0))
+      end if
+      call test_rates(series%w(:, :, 0), given_up)
       select case (self%equations)
+      case (ONE_PAIR)
+         call move_pair(self, series, momentum, rotation, given_up)
       case (FREE_BODY)
          call move_free(self, series, momentum, rotation, given_up)
       case (TOP)
@@ -220,11 +249,13 @@ contains
       !> Since the start; shape (lanes, 4).
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes, 1), cosine(lanes), sine(lanes)
+      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes, 1)
+      real(wp) :: length(lanes), cosine(lanes), sine(lanes)
       type(tail_products_t) :: products
-      call find_axes(self%inertia, momentum, axis, weights, given_up)
+      call find_axes(self%floor, momentum, axis, length, given_up)
+      call find_weights(axis, self%inertia, length, weights)
       call expand_free_lanes(self%order, self%c, weights, axis, series%w, series%angle)
-      call begin_tail(self, series%w, products)
+      call begin_tail(self%order, self%inertia, series%w, products)
       angle = 1.0_wp
       associate (n => self%order, x => series%angle)
          call add_part(angle(:, 1), x(:, n), x(:, n - 1), x(:, n - 2), x(:, n - 3), products%squares, products%next, &
@@ -235,23 +266,65 @@ contains
       call sum_lanes(1, self%order, series%angle, series%last, series%before, angle)
       call find_sines(0.5_wp*angle(:, 1), cosine, sine)
       call add_changes(self%inertia, change, momentum)
-      call turn_free_lanes(cosine, sine, axis, momentum, rotation, given_up)
+      call turn_free_lanes(self%floor, cosine, sine, axis, momentum, rotation, given_up)
    end subroutine move_free
 
-   !> The products of the coefficients of w, as angles, that a tail is fitted to.
-   pure subroutine begin_tail(self, w, products)
+   !> Free bodies of any inertia, with rotors.
+   pure subroutine move_pair(self, series, momentum, rotation, given_up)
       type(lane_expansion_t), intent(in) :: self
+      type(lane_series_t), intent(inout) :: series
+      !> As in `move_free`.
+      real(wp), intent(inout) :: momentum(lanes, 3)
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp), parameter :: ones(lanes, 3) = 1.0_wp
+      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 2), length(lanes), change(lanes, 3)
+      type(tail_products_t) :: products
+      call find_axes(self%floor, momentum, frame(:, :, 2), length, given_up)
+      call find_frames(frame(:, :, 2), frame(:, :, 1), frame(:, :, 3))
+      series%rows(:, :, 0, 1) = momentum
+      series%rows(:, :, 0, 2) = frame(:, :, 1)
+      call expand_pair_lanes(self%order, self%full, series%w, series%rows)
+      call begin_tail(self%order, ones, series%rows(:, :, :, 1), products)
+      call add_row(self%order, series%rows(:, :, :, 2), products)
+      call tail_weights(products, series%last, series%before)
+      call sum_lanes(3, self%order, series%rows(:, :, :, 1), series%last, series%before, change)
+      call add_changes(ones, change, momentum)
+      call sum_lanes(3, self%order, series%rows(:, :, :, 2), series%last, series%before, change)
+      ends(:, :, 1) = frame(:, :, 1)
+      call add_changes(ones, change, ends(:, :, 1))
+      call straighten_rows(self%floor, momentum, ends(:, :, 1), ends(:, :, 2), given_up)
+      call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), rotation, given_up)
+   end subroutine move_pair
+
+   !> The products of the coefficients of L, as angles, that a tail is fitted to.
+   pure subroutine begin_tail(order, inertia, w, products)
+      integer, intent(in) :: order
+      !> What the series is multiplied by; shape (lanes, 3).
+      real(wp), intent(in) :: inertia(lanes, 3)
       real(wp), intent(in) :: w(lanes, 3, 0:highest_order)
       type(tail_products_t), intent(out) :: products
       real(wp) :: scale(lanes), scaled(lanes, 3)
       integer :: i
-      call find_scale(self%inertia, w(:, :, 0), w(:, :, 1), w(:, :, 2), scale)
-      call scale_moments(scale, self%inertia, scaled)
+      call find_scale(inertia, w(:, :, 0), w(:, :, 1), w(:, :, 2), scale)
+      call scale_moments(scale, inertia, scaled)
       call clear_parts(products)
       do i = 1, 3
-         call add_parts(self%order, i, scaled(:, i), w, products)
+         call add_parts(order, i, scaled(:, i), w, products)
       end do
    end subroutine begin_tail
+
+   !> Adds those of a row.
+   pure subroutine add_row(order, row, products)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: row(lanes, 3, 0:highest_order)
+      type(tail_products_t), intent(inout) :: products
+      real(wp), parameter :: scale(lanes) = root_half
+      integer :: i
+      do i = 1, 3
+         call add_parts(order, i, scale, row, products)
+      end do
+   end subroutine add_row
 
    !> Adds those of one component of a series.
    pure subroutine add_parts(n, i, scale, x, products)
@@ -275,9 +348,10 @@ contains
       real(wp), intent(inout) :: momentum(lanes, 3)
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: frame(lanes, 3, 3), seen(lanes, 3), change(lanes, 3, 3), scale(lanes)
+      real(wp), parameter :: ones(lanes, 3) = 1.0_wp
+      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 2), seen(lanes, 3), change(lanes, 3)
       type(tail_products_t) :: products
-      integer :: i, row
+      integer :: row
       do row = 1, 3
          call see_lanes(q, self%basis(:, :, row), seen)
          frame(:, :, row) = seen(:, places)
@@ -288,21 +362,19 @@ contains
       else
          call expand_axial_lanes(self%order, self%g, series%w, series%rows)
       end if
-      call begin_tail(self, series%w, products)
-      scale = root_half
+      call begin_tail(self%order, self%inertia, series%w, products)
       do row = 1, 2
-         do i = 1, 3
-            call add_parts(self%order, i, scale, series%rows(:, :, :, row), products)
-         end do
+         call add_row(self%order, series%rows(:, :, :, row), products)
       end do
       call tail_weights(products, series%last, series%before)
-      call sum_lanes(3, self%order, series%w, series%last, series%before, change(:, :, 3))
+      call sum_lanes(3, self%order, series%w, series%last, series%before, change)
+      call add_changes(self%inertia, change, momentum)
       do row = 1, 2
-         call sum_lanes(3, self%order, series%rows(:, :, :, row), series%last, series%before, change(:, :, row))
+         call sum_lanes(3, self%order, series%rows(:, :, :, row), series%last, series%before, change)
+         ends(:, :, row) = frame(:, :, row)
+         call add_changes(ones, change, ends(:, :, row))
       end do
-      call add_changes(self%inertia, change(:, :, 3), momentum)
-      call turn_top_lanes(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), change(:, :, 1), change(:, :, 2), rotation, &
-                          given_up)
+      call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), rotation, given_up)
    end subroutine move_top
 
    !> Bodies with an axis of symmetry: in the axial frame, in which they then turn evenly.
@@ -317,7 +389,8 @@ contains
       real(wp) :: own(lanes, 3), turned(lanes, 4), about(lanes, 4), cosine(lanes), sine(lanes), spin(lanes)
       integer :: places(3)
       places = 1 + modulo(self%axis + [0, 1, 2], 3)
-      call find_spins(self%dt, self%inverse_along, self%inverse_across, momentum(:, self%axis), spin)
+      call find_spins(self%dt, self%inverse_along, self%inverse_across, self%rotor(:, self%axis), &
+                      momentum(:, self%axis), spin)
       own = momentum(:, places)
       series%w(:, :, 0) = series%w(:, places, 0)
       if (self%equations == AXIAL_TOP) then
@@ -338,13 +411,13 @@ contains
    end subroutine move_axial
 
    !> Angles by which bodies turn in the axial frame in a step, rad.
-   pure subroutine find_spins(dt, along, across, momentum, spin)
-      !> s; 1/J along the axis and across it, and L along it; shape (lanes).
-      real(wp), intent(in) :: dt, along(lanes), across(lanes), momentum(lanes)
+   pure subroutine find_spins(dt, along, across, rotor, momentum, spin)
+      !> s; 1/J along the axis and across it, and momentum of rotors and L along it; shape (lanes).
+      real(wp), intent(in) :: dt, along(lanes), across(lanes), rotor(lanes), momentum(lanes)
       real(wp), intent(out) :: spin(lanes)
       integer :: i
       do i = 1, lanes
-         spin(i) = dt*(momentum(i)*along(i) - momentum(i)*across(i))
+         spin(i) = dt*((momentum(i) - rotor(i))*along(i) - momentum(i)*across(i))
       end do
    end subroutine find_spins
 

@@ -7,37 +7,54 @@ module nutate_lane_motion
    implicit none
    private
 
-   public :: begin_lanes, find_axes, find_scale, scale_moments, add_changes, find_sines, turn_free_lanes, see_lanes, &
-      turn_top_lanes, multiply_lanes, turn_in_axial_frame, turn_evenly, end_lanes
+   public :: begin_lanes, find_rates, test_rates, find_axes, find_weights, find_frames, find_scale, scale_moments
+   public :: add_changes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows, multiply_lanes, &
+      turn_in_axial_frame, turn_evenly, end_lanes
 
    !> Sum of the components of a turn in a step that a lane takes, rad: coefficients of the series grow by this from one
    !> to the next at most, since the moments of a body obey the triangle inequality; none leaves the range of numbers.
    real(wp), parameter :: most_turn = 64.0_wp
-   !> Momentum of a free body, N m s.
-   real(wp), parameter :: least = 1e-40_wp
 
 contains
 
-   !> L, and the rate that the series starts from; a lane that turns too fast gets none, and is given up.
-   pure subroutine begin_lanes(q, p, to_angle, momentum, w, given_up)
+   !> L of p = 2 q∘[0, L].
+   pure subroutine begin_lanes(q, p, momentum)
       !> Attitude and conjugate momentum; shape (lanes, 4).
       real(wp), intent(in) :: q(lanes, 4), p(lanes, 4)
-      !> Δt over the moments; shape (lanes, 3).
-      real(wp), intent(in) :: to_angle(lanes, 3)
-      !> L, N m s, and ΔtΩ; shape (lanes, 3).
-      real(wp), intent(out) :: momentum(lanes, 3), w(lanes, 3)
-      !> 1: yes.
-      real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: kept(lanes), half, turn
-      integer :: i, k
+      !> N m s; shape (lanes, 3).
+      real(wp), intent(out) :: momentum(lanes, 3)
+      real(wp) :: half
+      integer :: i
       do i = 1, lanes
          half = 0.5_wp/(q(i, 1)*q(i, 1) + q(i, 2)*q(i, 2) + q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4))
          momentum(i, 1) = half*(q(i, 1)*p(i, 2) - q(i, 2)*p(i, 1) - q(i, 3)*p(i, 4) + q(i, 4)*p(i, 3))
          momentum(i, 2) = half*(q(i, 1)*p(i, 3) - q(i, 3)*p(i, 1) - q(i, 4)*p(i, 2) + q(i, 2)*p(i, 4))
          momentum(i, 3) = half*(q(i, 1)*p(i, 4) - q(i, 4)*p(i, 1) - q(i, 2)*p(i, 3) + q(i, 3)*p(i, 2))
+      end do
+   end subroutine begin_lanes
+
+   !> ΔtΩ of bodies of diagonal inertia without rotors, or ΔtL/J₁.
+   pure subroutine find_rates(to_angle, momentum, w)
+      !> Δt over the moments; shape (lanes, 3).
+      real(wp), intent(in) :: to_angle(lanes, 3), momentum(lanes, 3)
+      real(wp), intent(out) :: w(lanes, 3)
+      integer :: i
+      do i = 1, lanes
          w(i, 1) = to_angle(i, 1)*momentum(i, 1)
          w(i, 2) = to_angle(i, 2)*momentum(i, 2)
          w(i, 3) = to_angle(i, 3)*momentum(i, 3)
+      end do
+   end subroutine find_rates
+
+   !> Gives up bodies that turn too fast; they get no rate.
+   pure subroutine test_rates(w, given_up)
+      !> ΔtΩ, or ΔtL/J₁; shape (lanes, 3).
+      real(wp), intent(inout) :: w(lanes, 3)
+      !> 1: yes.
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: kept(lanes), turn
+      integer :: i, k
+      do i = 1, lanes
          ! A sum, which shows what is no number.
          turn = abs(w(i, 1)) + abs(w(i, 2)) + abs(w(i, 3))
          kept(i) = merge(1.0_wp, 0.0_wp, turn <= most_turn)
@@ -46,7 +63,7 @@ contains
       do k = 1, 3
          call replace_lanes(kept, 0.0_wp, w(:, k))
       end do
-   end subroutine begin_lanes
+   end subroutine test_rates
 
    !> Gives up the lanes that are not kept.
    pure subroutine give_up_others(kept, given_up)
@@ -60,45 +77,50 @@ contains
    end subroutine give_up_others
 
    !> Of free bodies the direction of L; gives up those that have none.
-   pure subroutine find_axes(inertia, momentum, axis, weights, given_up)
-      !> Moments over Δt, and L; shape (lanes, 3).
-      real(wp), intent(in) :: inertia(lanes, 3), momentum(lanes, 3)
-      !> u = L/|L|, and that times the moments over Δt and |L|; shape (lanes, 3).
-      real(wp), intent(out) :: axis(lanes, 3), weights(lanes, 3)
+   pure subroutine find_axes(floor, momentum, axis, length, given_up)
+      !> Lengths up to this have no direction; shape (lanes).
+      real(wp), intent(in) :: floor(lanes)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: momentum(lanes, 3)
+      !> L/|L|, and |L|; shapes (lanes, 3) and (lanes).
+      real(wp), intent(out) :: axis(lanes, 3), length(lanes)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: length(lanes)
-      integer :: k
-      call find_lengths(momentum, length, given_up)
-      do k = 1, 3
-         call find_axis(momentum(:, k), inertia(:, k), length, axis(:, k), weights(:, k))
+      integer :: i
+      call find_lengths(floor, momentum, length, given_up)
+      do i = 1, lanes
+         axis(i, 1) = momentum(i, 1)/length(i)
+         axis(i, 2) = momentum(i, 2)/length(i)
+         axis(i, 3) = momentum(i, 3)/length(i)
       end do
    end subroutine find_axes
 
    !> |L|, or 1 in lanes that have none and are given up.
-   pure subroutine find_lengths(l, length, given_up)
-      real(wp), intent(in) :: l(lanes, 3)
+   pure subroutine find_lengths(floor, l, length, given_up)
+      real(wp), intent(in) :: floor(lanes), l(lanes, 3)
       real(wp), intent(out) :: length(lanes)
       real(wp), intent(inout) :: given_up(lanes)
       real(wp) :: kept(lanes)
       integer :: i
       do i = 1, lanes
          length(i) = sqrt(l(i, 1)*l(i, 1) + l(i, 2)*l(i, 2) + l(i, 3)*l(i, 3))
-         kept(i) = merge(1.0_wp, 0.0_wp, length(i) >= least)
+         kept(i) = merge(1.0_wp, 0.0_wp, length(i) > floor(i))
       end do
       call give_up_others(kept, given_up)
       call replace_lanes(kept, 1.0_wp, length)
    end subroutine find_lengths
 
-   !> One component.
-   pure subroutine find_axis(momentum, inertia, length, axis, weight)
-      real(wp), dimension(lanes), intent(in) :: momentum, inertia, length
-      real(wp), dimension(lanes), intent(out) :: axis, weight
+   !> u times the moments over Δt and |L|: what the rate is multiplied by in u·u₀.
+   pure subroutine find_weights(axis, inertia, length, weights)
+      !> Shapes (lanes, 3) and (lanes).
+      real(wp), intent(in) :: axis(lanes, 3), inertia(lanes, 3), length(lanes)
+      real(wp), intent(out) :: weights(lanes, 3)
       integer :: i
       do i = 1, lanes
-         axis(i) = momentum(i)/length(i)
-         weight(i) = axis(i)*(inertia(i)/length(i))
+         weights(i, 1) = axis(i, 1)*(inertia(i, 1)/length(i))
+         weights(i, 2) = axis(i, 2)*(inertia(i, 2)/length(i))
+         weights(i, 3) = axis(i, 3)*(inertia(i, 3)/length(i))
       end do
-   end subroutine find_axis
+   end subroutine find_weights
 
    !> 1 over the size of L, from the first three coefficients.
    pure subroutine find_scale(inertia, w0, w1, w2, scale)
@@ -168,7 +190,9 @@ contains
    end subroutine find_sines
 
    !> The rotation of free bodies: by an angle about u₀, after the shortest one from u to u₀, u the direction of L.
-   pure subroutine turn_free_lanes(cosine, sine, axis, momentum, rotation, given_up)
+   pure subroutine turn_free_lanes(floor, cosine, sine, axis, momentum, rotation, given_up)
+      !> Lengths of L up to this have no direction; shape (lanes).
+      real(wp), intent(in) :: floor(lanes)
       !> Of half the angle; shape (lanes).
       real(wp), intent(in) :: cosine(lanes), sine(lanes)
       !> u₀, and L at the end; shape (lanes, 3).
@@ -178,7 +202,7 @@ contains
       real(wp), intent(inout) :: given_up(lanes)
       real(wp) :: length(lanes), u1, u2, u3, s1, s2, s3, s4, a1, a2, a3, a4
       integer :: i
-      call find_lengths(momentum, length, given_up)
+      call find_lengths(floor, momentum, length, given_up)
       do i = 1, lanes
          u1 = momentum(i, 1)/length(i)
          u2 = momentum(i, 2)/length(i)
@@ -216,24 +240,83 @@ contains
       end do
    end subroutine see_lanes
 
-   !> The rotation of tops, from the rows at start and end; one by more than 2π/3 is given up.
-   pure subroutine turn_top_lanes(f1, f2, f3, change1, change2, rotation, given_up)
-      !> Rows at the start; shape (lanes, 3).
-      real(wp), dimension(lanes, 3), intent(in) :: f1, f2, f3
-      !> Changes of the first two; shape (lanes, 3).
-      real(wp), intent(in) :: change1(lanes, 3), change2(lanes, 3)
+   !> Directions across u, and across both: frames of free bodies, of which u is the second row.
+   pure subroutine find_frames(u, f1, f3)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: u(lanes, 3)
+      real(wp), intent(out) :: f1(lanes, 3), f3(lanes, 3)
+      real(wp) :: e(lanes, 3), length, first, second
+      integer :: i
+      do i = 1, lanes
+         ! The axis that u is farthest from.
+         first = merge(1.0_wp, 0.0_wp, abs(u(i, 1)) <= abs(u(i, 2)))*merge(1.0_wp, 0.0_wp, abs(u(i, 1)) <= abs(u(i, 3)))
+         second = merge(1.0_wp, 0.0_wp, abs(u(i, 2)) <= abs(u(i, 3)))
+         e(i, 1) = first
+         e(i, 2) = (1 - first)*second
+         e(i, 3) = (1 - first)*(1 - second)
+      end do
+      do i = 1, lanes
+         f1(i, 1) = e(i, 2)*u(i, 3) - e(i, 3)*u(i, 2)
+         f1(i, 2) = e(i, 3)*u(i, 1) - e(i, 1)*u(i, 3)
+         f1(i, 3) = e(i, 1)*u(i, 2) - e(i, 2)*u(i, 1)
+         length = sqrt(f1(i, 1)*f1(i, 1) + f1(i, 2)*f1(i, 2) + f1(i, 3)*f1(i, 3))
+         f1(i, 1) = f1(i, 1)/length
+         f1(i, 2) = f1(i, 2)/length
+         f1(i, 3) = f1(i, 3)/length
+         f3(i, 1) = f1(i, 2)*u(i, 3) - f1(i, 3)*u(i, 2)
+         f3(i, 2) = f1(i, 3)*u(i, 1) - f1(i, 1)*u(i, 3)
+         f3(i, 3) = f1(i, 1)*u(i, 2) - f1(i, 2)*u(i, 1)
+      end do
+   end subroutine find_frames
+
+   !> The rows of free bodies at the end: the second along L, the first across it.
+   pure subroutine straighten_rows(floor, momentum, g1, g2, given_up)
+      !> Lengths of L up to this have no direction; shape (lanes).
+      real(wp), intent(in) :: floor(lanes)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: momentum(lanes, 3)
+      real(wp), intent(inout) :: g1(lanes, 3)
+      real(wp), intent(out) :: g2(lanes, 3)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: along(lanes), length(lanes), kept(lanes)
+      integer :: i
+      call find_lengths(floor, momentum, length, given_up)
+      do i = 1, lanes
+         g2(i, 1) = momentum(i, 1)/length(i)
+         g2(i, 2) = momentum(i, 2)/length(i)
+         g2(i, 3) = momentum(i, 3)/length(i)
+         along(i) = g1(i, 1)*g2(i, 1) + g1(i, 2)*g2(i, 2) + g1(i, 3)*g2(i, 3)
+         g1(i, 1) = g1(i, 1) - along(i)*g2(i, 1)
+         g1(i, 2) = g1(i, 2) - along(i)*g2(i, 2)
+         g1(i, 3) = g1(i, 3) - along(i)*g2(i, 3)
+         length(i) = sqrt(g1(i, 1)*g1(i, 1) + g1(i, 2)*g1(i, 2) + g1(i, 3)*g1(i, 3))
+         kept(i) = merge(1.0_wp, 0.0_wp, length(i) > tiny(1.0_wp))
+      end do
+      call give_up_others(kept, given_up)
+      call replace_lanes(kept, 1.0_wp, length)
+      do i = 1, lanes
+         g1(i, 1) = g1(i, 1)/length(i)
+         g1(i, 2) = g1(i, 2)/length(i)
+         g1(i, 3) = g1(i, 3)/length(i)
+      end do
+   end subroutine straighten_rows
+
+   !> The rotation, from the rows at start and end; one by more than 2π/3 is given up.
+   pure subroutine turn_rows(f1, f2, f3, g1, g2, rotation, given_up)
+      !> Rows at the start, and the first two at the end; shape (lanes, 3).
+      real(wp), dimension(lanes, 3), intent(in) :: f1, f2, f3, g1, g2
       !> Shape (lanes, 4).
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
       real(wp) :: kept(lanes), a1, a2, a3, b1, b2, b3, c1, c2, c3
       integer :: i
       do i = 1, lanes
-         a1 = f1(i, 1) + change1(i, 1)
-         a2 = f1(i, 2) + change1(i, 2)
-         a3 = f1(i, 3) + change1(i, 3)
-         b1 = f2(i, 1) + change2(i, 1)
-         b2 = f2(i, 2) + change2(i, 2)
-         b3 = f2(i, 3) + change2(i, 3)
+         a1 = g1(i, 1)
+         a2 = g1(i, 2)
+         a3 = g1(i, 3)
+         b1 = g2(i, 1)
+         b2 = g2(i, 2)
+         b3 = g2(i, 3)
          c1 = a2*b3 - a3*b2
          c2 = a3*b1 - a1*b3
          c3 = a1*b2 - a2*b1
@@ -245,7 +328,7 @@ contains
          kept(i) = merge(1.0_wp, 0.0_wp, rotation(i, 1) > 1.0_wp)
       end do
       call give_up_others(kept, given_up)
-   end subroutine turn_top_lanes
+   end subroutine turn_rows
 
    !> The rotation of symmetric free bodies in the axial frame, about their momentum; one at rest does not turn.
    pure subroutine turn_evenly(w, rotation)

@@ -4,11 +4,12 @@
 !> little to remove for the way to be known, is given up.
 module nutate_lane_projection
    use nutate_invariant_projection, only: doubtful, longest, longest_doubtful, most_moves, negligible, round_off
+   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
-   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS
-   use nutate_lane_weight, only: add_weight, find_pushes, push_momenta, restore_component, take_momenta, turn_momenta, &
-      turn_momenta_little
+   use nutate_lane_energies, only: add_rotor, add_weight, find_energies, find_full_sizes, find_pushes, push_momenta, &
+      restore_component, take_momenta, turn_momenta, turn_momenta_little, turn_rates
+   use nutate_lane_row_series, only: find_full_rates
    use nutate_lane_width, only: lanes
    use nutate_momentum_target, only: momentum_target_t
    use nutate_projection_point, only: nearly_unit, projection_plan_t, projection_point_t, read_point
@@ -24,8 +25,12 @@ module nutate_lane_projection
       private
       !> Of l the component along a direction n is conserved, there being potentials linear in it; else all of l.
       logical :: along = .false.
-      !> J⁻¹ on its diagonal, kg⁻¹ m⁻², and l, space axes, N m s, or n; shape (lanes, 3).
-      real(wp) :: inverse(lanes, 3) = 1.0_wp, target(lanes, 3) = 0.0_wp
+      !> Some body has been taken: all others are like it. J is diagonal; there are rotors.
+      logical :: begun = .false., diagonal = .true., has_rotor = .false.
+      !> J⁻¹, kg⁻¹ m⁻², shape (lanes, 3, 3); l, space axes, N m s, or n; shape (lanes, 3).
+      real(wp) :: inverse(lanes, 3, 3) = 0.0_wp, target(lanes, 3) = 0.0_wp
+      !> Momentum of rotors, body axes, N m s, and its length; shape (lanes, 3).
+      real(wp) :: rotor(lanes, 3) = 0.0_wp, rotor_length(lanes) = 0.0_wp
       !> l·n, N m s, and ∇U, J; shape (lanes, 3).
       real(wp) :: component(lanes) = 0.0_wp, slope(lanes, 3) = 0.0_wp
       !> H, J.
@@ -51,6 +56,8 @@ module nutate_lane_projection
       real(wp) :: energy(lanes), size(lanes), rate(lanes, 3)
       !> γ; Ω and, behind the slope, its part across γ, rad/s; what that is multiplied by, kg m²; shape (lanes, 3).
       real(wp) :: gamma(lanes, 3), omega(lanes, 3), inertia(lanes)
+      !> 2T, J.
+      real(wp) :: twice_kinetic(lanes)
       !> 1: to be moved by c down the slope, and that is the last move.
       real(wp) :: moving(lanes), little(lanes), c(lanes)
    end type lane_points_t
@@ -63,9 +70,10 @@ contains
       !> Of l the component along one direction; else all of it.
       logical, intent(in) :: along
       self%along = along
+      self%begun = .false.
    end subroutine set_up
 
-   !> Takes the invariants of a body of diagonal inertia without rotors from its first state.
+   !> Takes the invariants of a body from its first state.
    pure subroutine put(self, lane, system, state, fits)
       class(lane_projection_t), intent(inout) :: self
       integer, intent(in) :: lane
@@ -76,18 +84,21 @@ contains
       type(projection_plan_t) :: plan
       type(projection_point_t) :: point
       type(momentum_target_t) :: target
-      integer :: i
       call plan%prepare(system, .true.)
       fits = plan%components == merge(ALONG_AXIS, ALL_COMPONENTS, self%along) .and. .not. plan%has_others
+      if (fits .and. self%begun) fits = (plan%diagonal .eqv. self%diagonal) .and. (plan%has_rotor .eqv. self%has_rotor)
       if (.not. fits) return
+      self%begun = .true.
+      self%diagonal = plan%diagonal
+      self%has_rotor = plan%has_rotor
       call read_point(plan, system%effects, state, point)
       call target%take(plan%components, point, state%t)
       self%target(lane, :) = merge(plan%axis, target%momentum, self%along)
       self%component(lane) = target%component
       self%slope(lane, :) = -plan%weight
-      do i = 1, 3
-         self%inverse(lane, i) = system%body%inverse_inertia(i, i)
-      end do
+      self%inverse(lane, :, :) = plan%inverse_inertia
+      self%rotor(lane, :) = plan%rotor
+      self%rotor_length(lane) = plan%rotor_length
       self%energy(lane) = point%energy
       self%size(lane) = point%size
       self%largest(lane) = max(point%size, abs(point%rate(1)), abs(point%rate(2)), abs(point%rate(3)))
@@ -104,7 +115,13 @@ contains
    pure subroutine rest(self, lane)
       class(lane_projection_t), intent(inout) :: self
       integer, intent(in) :: lane
-      self%inverse(lane, :) = 1.0_wp
+      integer :: i
+      self%inverse(lane, :, :) = 0.0_wp
+      do i = 1, 3
+         self%inverse(lane, i, i) = 1.0_wp
+      end do
+      self%rotor(lane, :) = 0.0_wp
+      self%rotor_length(lane) = 0.0_wp
       self%target(lane, :) = [0.0_wp, 0.0_wp, 1.0_wp]
       self%component(lane) = 1.0_wp
       self%slope(lane, :) = 0.0_wp
@@ -196,36 +213,21 @@ contains
    pure subroutine evaluate_lanes(self, points)
       class(lane_projection_t), intent(in) :: self
       type(lane_points_t), intent(inout) :: points
-      associate (l => points%momentum)
-         call find_energies(self%inverse, l(:, 1), l(:, 2), l(:, 3), points%energy, points%size, points%omega, &
-                            points%rate)
-      end associate
+      real(wp) :: x(lanes, 3)
+      x = points%momentum
+      if (self%has_rotor) x = x - self%rotor
+      if (self%diagonal) then
+         call turn_rates(self%inverse, x, points%omega)
+         call find_energies(x, points%momentum, points%omega, points%twice_kinetic, points%energy, points%rate)
+         points%size = points%energy
+      else
+         call find_full_rates(self%inverse, x, points%omega)
+         call find_energies(x, points%momentum, points%omega, points%twice_kinetic, points%energy, points%rate)
+         call find_full_sizes(self%inverse, x, points%size)
+      end if
+      if (self%has_rotor) call add_rotor(self%rotor_length, points%omega, points%size)
       if (self%along) call add_weight(self%slope, points%gamma, points%energy, points%size, points%rate)
    end subroutine evaluate_lanes
-
-   !> Those of the rotation.
-   pure subroutine find_energies(inverse, l1, l2, l3, energy, size, w, rate)
-      real(wp), intent(in) :: inverse(lanes, 3)
-      !> L; shape (lanes).
-      real(wp), dimension(lanes), intent(in) :: l1, l2, l3
-      !> Shapes (lanes) and (lanes, 3).
-      real(wp), intent(out) :: energy(lanes), size(lanes), w(lanes, 3), rate(lanes, 3)
-      real(wp) :: w1, w2, w3
-      integer :: i
-      do i = 1, lanes
-         w1 = inverse(i, 1)*l1(i)
-         w2 = inverse(i, 2)*l2(i)
-         w3 = inverse(i, 3)*l3(i)
-         w(i, 1) = w1
-         w(i, 2) = w2
-         w(i, 3) = w3
-         energy(i) = 0.5_wp*(l1(i)*w1 + l2(i)*w2 + l3(i)*w3)
-         size(i) = energy(i)
-         rate(i, 1) = l2(i)*w3 - l3(i)*w2
-         rate(i, 2) = l3(i)*w1 - l1(i)*w3
-         rate(i, 3) = l1(i)*w2 - l2(i)*w1
-      end do
-   end subroutine find_energies
 
    !> Keeps the largest energies of the lanes that are pending.
    pure subroutine note_sizes(self, pending, points)
@@ -271,14 +273,10 @@ contains
       type(lane_points_t), intent(inout) :: points
       !> 1: too far.
       real(wp), intent(inout) :: lost(lanes)
-      real(wp), dimension(lanes) :: steepness, excess, twice_kinetic, differs, settled, far
+      real(wp), dimension(lanes) :: steepness, excess, differs, settled, far
       call find_slopes(self%to_order_one, self%energy, self%size, points%energy, points%rate, steepness, excess, differs)
-      if (self%along) then
-         associate (l => points%momentum, w => points%omega)
-            call find_work(l, w, twice_kinetic)
-         end associate
-         call find_pushes(self%to_order_one, twice_kinetic, points%gamma, points%omega, points%inertia, steepness)
-      end if
+      if (self%along) call find_pushes(self%to_order_one, points%twice_kinetic, points%gamma, points%omega, &
+                                       points%inertia, steepness)
       call judge_lanes(self%to_order_one, self%size, steepness, excess, differs, settled, far, points%little)
       call sort_lanes(pending, settled, far, lost, points%moving)
       points%c = excess
@@ -307,16 +305,6 @@ contains
          excess(i) = to_order_one(i)*e
       end do
    end subroutine find_slopes
-
-   !> 2T = L·Ω.
-   pure subroutine find_work(l, w, twice_kinetic)
-      real(wp), intent(in) :: l(lanes, 3), w(lanes, 3)
-      real(wp), intent(out) :: twice_kinetic(lanes)
-      integer :: i
-      do i = 1, lanes
-         twice_kinetic(i) = l(i, 1)*w(i, 1) + l(i, 2)*w(i, 2) + l(i, 3)*w(i, 3)
-      end do
-   end subroutine find_work
 
    !> Where nothing is to be done, where that is too far, and where the move is so short that its square is round-off.
    pure subroutine judge_lanes(to_order_one, size, steepness, excess, differs, settled, far, little)

@@ -1,10 +1,10 @@
 !> Steps by Taylor series, of one length, of several bodies at once, with the projection onto the invariants: one body a
 !> lane.
 !>
-!> Free bodies, and tops: bodies with potentials linear in one fixed direction; of diagonal inertia, without rotors. All
-!> have the same equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper
-!> (`nutate_taylor_stepper` with `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its
-!> bits are the same. A body that turns by tens of radians in a step, or that the projection would move far, is given
+!> Free bodies and gyrostats; tops, which have potentials linear in one fixed direction, of diagonal inertia and without
+!> rotors, or with an axis of symmetry, along which a rotor may lie. All have the same equations
+!> (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper (`nutate_taylor_stepper` with
+!> `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its bits are the same. A body that turns by tens of radians in a step, or that the projection would move far, is given
 !> up, to be moved by the scalar stepper from its start.
 module nutate_taylor_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -54,14 +54,14 @@ module nutate_taylor_lanes
 
 contains
 
-   !> True if lanes may be able to move a system: nothing acts on it but potentials linear in directions that stand
-   !> still.
+   !> True if lanes may be able to move a system: nothing acts on it but rotors, and potentials linear in directions that
+   !> stand still.
    pure logical function can_be_series_lanes(system) result(can_be)
       type(system_t), intent(in) :: system
       integer :: i
       associate (effects => system%effects)
          can_be = effects%n_torques + effects%n_off + effects%n_wheels == 0 .and. .not. effects%frame_turns .and. &
-                  .not. effects%moves .and. .not. any(abs(effects%rotor_momentum) > 0.0_wp)
+                  .not. effects%moves
          do i = 1, effects%n_potentials
             select type (potential => effects%potentials(i)%item)
             class is (linear_potential_t)
@@ -136,6 +136,7 @@ contains
       if (.not. is_in_range) return
       momentum = maxval(abs(state%p))
       is_in_range = all(abs(state%q) <= 2.0_wp) .and. momentum <= greatest .and. &
+                    all(abs(system%effects%rotor_momentum) <= greatest) .and. &
                     (momentum >= least .or. .not. momentum > 0.0_wp) .and. &
                     minval(system%body%moments) >= least .and. maxval(system%body%moments) <= greatest .and. &
                     .not. system%body%breaks_triangle .and. abs(self%dt) >= least .and. abs(self%dt) <= greatest

@@ -33,7 +33,7 @@ module nutate_motion_series
    implicit none
    private
 
-   public :: motion_series_t
+   public :: motion_series_t, least_share
 
    !> The equations used: L and three rows; L and one; a top; a free body; the latter two in the axial frame.
    integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6

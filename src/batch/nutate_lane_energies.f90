@@ -1,17 +1,70 @@
-!> Potentials linear in one direction n, U = -m·Rᵀn, in the projection onto the invariants of several bodies at once: one
-!> body a lane. Of the space momentum that along n is conserved.
+!> Energies in the projection onto the invariants of several bodies at once, and how they change: one body a lane.
 !>
-!> The arithmetic is that of `nutate_projection_point` and `nutate_invariant_projection`, with γ = Rᵀn.
-module nutate_lane_weight
+!> Potentials are linear in one direction n, U = -m·Rᵀn: of the space momentum that along n is then conserved. The
+!> arithmetic is that of `nutate_projection_point` and `nutate_invariant_projection`, with γ = Rᵀn.
+module nutate_lane_energies
    use nutate_kinds, only: wp, eps
    use nutate_lane_choice, only: choose_lanes, replace_lanes
    use nutate_lane_width, only: lanes
    implicit none
    private
 
+   public :: turn_rates, find_energies, find_full_sizes, add_rotor
    public :: take_momenta, restore_component, add_weight, find_pushes, push_momenta, turn_momenta, turn_momenta_little
 
 contains
+
+   !> Ω of bodies of diagonal inertia.
+   pure subroutine turn_rates(inverse, x, w)
+      real(wp), intent(in) :: inverse(lanes, 3, 3), x(lanes, 3)
+      real(wp), intent(out) :: w(lanes, 3)
+      integer :: i
+      do i = 1, lanes
+         w(i, 1) = inverse(i, 1, 1)*x(i, 1)
+         w(i, 2) = inverse(i, 2, 2)*x(i, 2)
+         w(i, 3) = inverse(i, 3, 3)*x(i, 3)
+      end do
+   end subroutine turn_rates
+
+   !> 2T, T and L×Ω.
+   pure subroutine find_energies(x, l, w, twice_kinetic, energy, rate)
+      !> L without the momentum of rotors, L and Ω; shape (lanes, 3).
+      real(wp), intent(in) :: x(lanes, 3), l(lanes, 3), w(lanes, 3)
+      !> Shapes (lanes) and (lanes, 3).
+      real(wp), intent(out) :: twice_kinetic(lanes), energy(lanes), rate(lanes, 3)
+      integer :: i
+      do i = 1, lanes
+         twice_kinetic(i) = x(i, 1)*w(i, 1) + x(i, 2)*w(i, 2) + x(i, 3)*w(i, 3)
+         energy(i) = 0.5_wp*twice_kinetic(i)
+         rate(i, 1) = l(i, 2)*w(i, 3) - l(i, 3)*w(i, 2)
+         rate(i, 2) = l(i, 3)*w(i, 1) - l(i, 1)*w(i, 3)
+         rate(i, 3) = l(i, 1)*w(i, 2) - l(i, 2)*w(i, 1)
+      end do
+   end subroutine find_energies
+
+   !> ½ Σ|xᵢ||J⁻¹ᵢⱼ||xⱼ|.
+   pure subroutine find_full_sizes(inverse, x, size)
+      real(wp), intent(in) :: inverse(lanes, 3, 3), x(lanes, 3)
+      real(wp), intent(out) :: size(lanes)
+      real(wp) :: s1, s2, s3
+      integer :: i
+      do i = 1, lanes
+         s1 = abs(inverse(i, 1, 1)*x(i, 1)) + abs(inverse(i, 1, 2)*x(i, 2)) + abs(inverse(i, 1, 3)*x(i, 3))
+         s2 = abs(inverse(i, 2, 1)*x(i, 1)) + abs(inverse(i, 2, 2)*x(i, 2)) + abs(inverse(i, 2, 3)*x(i, 3))
+         s3 = abs(inverse(i, 3, 1)*x(i, 1)) + abs(inverse(i, 3, 2)*x(i, 2)) + abs(inverse(i, 3, 3)*x(i, 3))
+         size(i) = 0.5_wp*(abs(x(i, 1))*s1 + abs(x(i, 2))*s2 + abs(x(i, 3))*s3)
+      end do
+   end subroutine find_full_sizes
+
+   !> Adds |h||Ω|.
+   pure subroutine add_rotor(rotor_length, w, size)
+      real(wp), intent(in) :: rotor_length(lanes), w(lanes, 3)
+      real(wp), intent(inout) :: size(lanes)
+      integer :: i
+      do i = 1, lanes
+         size(i) = size(i) + rotor_length(i)*sqrt(w(i, 1)*w(i, 1) + w(i, 2)*w(i, 2) + w(i, 3)*w(i, 3))
+      end do
+   end subroutine add_rotor
 
    !> The L of p = 2 q∘[0, L], whatever round-off |q| has gathered.
    pure subroutine take_momenta(q, p, momentum)
@@ -153,4 +206,4 @@ contains
       end do
    end subroutine turn_momenta
 
-end module nutate_lane_weight
+end module nutate_lane_energies

@@ -1,15 +1,15 @@
-!> Power series of several tops at once: one body a lane, each with its own numbers.
+!> Power series of vectors that turn against several bodies at once: one body a lane, each with its own numbers.
 !>
-!> The arithmetic is that of `nutate_diagonal_series`, product by product, with series and loops as in
-!> `nutate_lane_series`. The two rows E are series of their own.
-module nutate_lane_top_series
+!> The arithmetic is that of tops in `nutate_diagonal_series`, and of one pair in `nutate_motion_series`, product by
+!> product, with series and loops as in `nutate_lane_series`. The two rows are series of their own.
+module nutate_lane_row_series
    use nutate_kinds, only: wp
    use nutate_lane_width, only: lanes
    use nutate_power_series, only: highest_order, inverses
    implicit none
    private
 
-   public :: expand_top_lanes, expand_axial_lanes
+   public :: expand_top_lanes, expand_axial_lanes, expand_pair_lanes, find_full_rates
 
 contains
 
@@ -161,6 +161,41 @@ contains
       end do
    end subroutine continue_row
 
+   !> Free bodies of any inertia: w = Ω·time_unit; L, and a row E.
+   pure subroutine expand_pair_lanes(order, to_angle, w, rows)
+      !> At least 3.
+      integer, intent(in) :: order
+      !> J⁻¹ times the unit of time; shape (lanes, 3, 3).
+      real(wp), intent(in) :: to_angle(lanes, 3, 3)
+      !> Coefficient 0 on entry; all of L and E, all but the last of w on exit; shapes (lanes, 3, 0:highest_order) and
+      !> (lanes, 3, 0:highest_order, 2).
+      real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 2)
+      real(wp) :: sums(lanes, 3)
+      integer :: k, row
+      do k = 0, order - 1
+         if (k > 0) call find_full_rates(to_angle, rows(:, :, k, 1), w(:, :, k))
+         do row = 1, 2
+            sums = 0.0_wp
+            if (k > 1) call add_row_products(k, w, rows(:, :, :, row), sums)
+            call add_row_ends(k, w(:, :, 0), w(:, :, k), rows(:, :, 0, row), rows(:, :, k, row), sums)
+            call continue_row(inverses(k + 1), sums, rows(:, :, k + 1, row))
+         end do
+      end do
+   end subroutine expand_pair_lanes
+
+   !> ΔtJ⁻¹x.
+   pure subroutine find_full_rates(to_angle, x, w)
+      !> Shapes (lanes, 3, 3) and (lanes, 3).
+      real(wp), intent(in) :: to_angle(lanes, 3, 3), x(lanes, 3)
+      real(wp), intent(out) :: w(lanes, 3)
+      integer :: i
+      do i = 1, lanes
+         w(i, 1) = to_angle(i, 1, 1)*x(i, 1) + to_angle(i, 1, 2)*x(i, 2) + to_angle(i, 1, 3)*x(i, 3)
+         w(i, 2) = to_angle(i, 2, 1)*x(i, 1) + to_angle(i, 2, 2)*x(i, 2) + to_angle(i, 2, 3)*x(i, 3)
+         w(i, 3) = to_angle(i, 3, 1)*x(i, 1) + to_angle(i, 3, 2)*x(i, 2) + to_angle(i, 3, 3)*x(i, 3)
+      end do
+   end subroutine find_full_rates
+
    !> Symmetric tops in the axial frame, components with the axis last: w = L/J₁·time_unit, of which the last component
    !> is constant, and the rows.
    pure subroutine expand_axial_lanes(order, g, w, rows)
@@ -222,4 +257,4 @@ contains
       end do
    end subroutine continue_axial_rates
 
-end module nutate_lane_top_series
+end module nutate_lane_row_series
