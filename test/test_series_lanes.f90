@@ -25,9 +25,9 @@ module test_series_lanes
 
    !> Bodies without anything, and tops; both with an axis of symmetry; with a dipole and weight along one direction;
    !> pendulums in a plane, many of whose numbers are zeros; gyrostats; bodies whose axes are not principal ones, without
-   !> and with a rotor; symmetric ones with a rotor along the axis, and tops of these.
+   !> and with a rotor; symmetric ones with a rotor along the axis, and tops of these; tops with any rotor and axes.
    integer, parameter :: FREE = 0, TOP = 1, SYMMETRIC = 2, SYMMETRIC_TOP = 3, LOADED = 4, PENDULUM = 5, GYROSTAT = 6, &
-      SKEW = 7, SKEW_GYROSTAT = 8, SPINNER = 9, SPINNING_TOP = 10
+      SKEW = 7, SKEW_GYROSTAT = 8, SPINNER = 9, SPINNING_TOP = 10, SKEW_TOP = 11
    !> Where weights point; of pendulums along an axis.
    real(wp), parameter :: down(3) = [0.6_wp, 0.0_wp, -0.8_wp]
 
@@ -61,7 +61,7 @@ contains
       moments = 10**(4*u(1) - 2)*(1 + 0.9_wp*u(2:4))
       if (any(kind == with_axis)) moments(1) = moments(3)
       tensor = diagonal(moments)
-      if (any(kind == [SKEW, SKEW_GYROSTAT])) then
+      if (any(kind == [SKEW, SKEW_GYROSTAT, SKEW_TOP])) then
          tensor(1, 2) = 0.05_wp*moments(1)*u(5)
          tensor(1, 3) = -0.05_wp*moments(1)*u(6)
          tensor(2, 1) = tensor(1, 2)
@@ -76,11 +76,11 @@ contains
       ! Slow bodies are not turned over by their weight within a step.
       if (kind == PENDULUM) then
          call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -rate*rate]))
-      else if (any(kind == [TOP, SYMMETRIC_TOP, LOADED, SPINNING_TOP])) then
+      else if (any(kind == [TOP, SYMMETRIC_TOP, LOADED, SPINNING_TOP, SKEW_TOP])) then
          call system%effects%add(gravity_t(system%body, rate*rate*down))
       end if
       if (kind == LOADED) call system%effects%add(dipole_t(moments(1)*(u(6:8) - 0.5_wp), -rate*rate*down))
-      if (any(kind == [GYROSTAT, SKEW_GYROSTAT])) &
+      if (any(kind == [GYROSTAT, SKEW_GYROSTAT, SKEW_TOP])) &
          call system%effects%add(rotor_t(name='rotor', momentum=rate*moments(1)*(u(3:5) - 0.5_wp)))
       if (any(kind == [SPINNER, SPINNING_TOP])) &
          call system%effects%add(rotor_t(name='rotor', momentum=rate*moments(1)*[0.0_wp, u(4) - 0.5_wp, 0.0_wp]))
@@ -97,7 +97,7 @@ contains
       type(taylor_lanes_t), intent(inout) :: bodies
       integer, intent(in) :: order, kind
       real(wp), intent(in) :: dt
-      integer, parameter :: potentials(FREE:SPINNING_TOP) = [0, 1, 0, 1, 2, 1, 0, 0, 0, 0, 1]
+      integer, parameter :: potentials(FREE:SKEW_TOP) = [0, 1, 0, 1, 2, 1, 0, 0, 0, 0, 1, 1]
       call bodies%set_up(order, dt, potentials(kind))
    end subroutine begin
 
@@ -170,12 +170,12 @@ contains
       type(taylor_lanes_t) :: bodies
       type(system_t) :: systems(lanes)
       type(state_t) :: states(lanes)
-      character(len=100) :: place
-      integer :: block, i, k, n, kind, taken(FREE:SPINNING_TOP), drawn(FREE:SPINNING_TOP)
+      character(len=120) :: place
+      integer :: block, i, k, n, kind, taken(FREE:SKEW_TOP), drawn(FREE:SKEW_TOP)
       taken = 0
       drawn = 0
-      do block = 1, 132
-         kind = mod(block/3, 11)
+      do block = 1, 144
+         kind = mod(block/3, 12)
          ! Rows may end at any step from a projection to the next.
          n = 200 + mod(block, 4)
          associate (order => orders(1 + mod(block, 6)))
@@ -201,7 +201,7 @@ contains
             end do
          end associate
       end do
-      write (place, '("taken ",11i4," of ",11i4)') taken, drawn
+      write (place, '("taken ",12i4," of ",12i4)') taken, drawn
       call check(error, all(10*taken > 5*drawn) .and. 10*sum(taken) > 8*sum(drawn), place)
    end subroutine same_bits
 
@@ -239,10 +239,10 @@ contains
       type(system_t) :: system, bad
       type(state_t) :: state, poison, a, b
       character(len=40) :: place
-      integer, parameter :: kinds(5) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW]
+      integer, parameter :: kinds(6) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW, SKEW_TOP]
       logical :: stays
       integer :: case, k, kind
-      do case = 1, 35
+      do case = 1, 42
          kind = kinds(1 + (case - 1)/7)
          call draw(7, 0.5_wp, kind, system, state, error)
          call draw(8, 0.5_wp, kind, bad, poison, error)
@@ -327,9 +327,9 @@ contains
       type(system_t) :: systems(lanes)
       type(state_t) :: states(lanes), state
       real(wp) :: change(3), scale
-      integer, parameter :: kinds(6) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW_GYROSTAT, SPINNING_TOP]
+      integer, parameter :: kinds(7) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW_GYROSTAT, SPINNING_TOP, SKEW_TOP]
       integer :: i, k, n
-      do n = 1, 6
+      do n = 1, 7
          call begin(bodies, 0, 0.25_wp, kinds(n))
          do i = 1, lanes
             call draw(i, 0.5_wp, kinds(n), systems(i), states(i), error)

@@ -1,12 +1,13 @@
 !> The motion of several bodies in one step by power series: one body a lane, each with its own numbers, all with the
 !> same equations.
 !>
-!> The equations are five of `nutate_motion_series`: free bodies with rotors, of any inertia, as one pair of L and a row;
-!> free bodies and tops of diagonal inertia; and both with an axis of symmetry in the axial frame. A step is the unit of time of its series, so that all powers of it are 1.
+!> The equations are those of `nutate_motion_series`: two pairs, L and three rows, for tops of any inertia, with rotors;
+!> one pair, L and a row, for such bodies that are free; free bodies and tops of diagonal inertia; and both with an axis
+!> of symmetry in the axial frame. A step is the unit of time of its series, so that all powers of it are 1.
 module nutate_lane_expansion
    use nutate_axial_frame, only: axial_frame_t
    use nutate_kinds, only: wp
-   use nutate_lane_motion, only: add_changes, begin_lanes, end_lanes, find_axes, find_frames, find_rates, find_scale, &
+   use nutate_lane_motion, only: add_changes, begin_lanes, cross_lanes, end_lanes, find_axes, find_frames, find_rates, find_scale, &
       find_sines, find_weights, multiply_lanes, scale_moments, see_lanes, straighten_rows, test_rates, turn_evenly, &
       turn_free_lanes, turn_in_axial_frame, turn_rows
    use nutate_lane_row_series, only: expand_axial_lanes, expand_pair_lanes, expand_top_lanes, find_full_rates
@@ -24,8 +25,8 @@ module nutate_lane_expansion
 
    public :: lane_expansion_t
 
-   !> The equations: none yet, one pair, a free body, a top, the latter two in the axial frame.
-   integer, parameter :: NONE = 0, ONE_PAIR = 1, FREE_BODY = 2, TOP = 3, AXIAL_FREE = 4, AXIAL_TOP = 5
+   !> The equations: none yet, L and three rows, L and one, a top, a free body, the latter two in the axial frame.
+   integer, parameter :: NONE = 0, TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6
    !> Momentum of a free body, N m s.
    real(wp), parameter :: least = 1e-40_wp
    !> Change of ΔtΩ that a potential may make in a step, rad: what is beyond belongs to no step that a lane takes.
@@ -49,8 +50,8 @@ module nutate_lane_expansion
       real(wp) :: floor(lanes) = least
       !> 1/J along the axis and across it, kg⁻¹ m⁻².
       real(wp) :: inverse_along(lanes) = 0.0_wp, inverse_across(lanes) = 0.0_wp
-      !> The potential's moment times Δt²/Jᵢ in column i, and along the axis, over J₁; basis vectors as columns, space
-      !> axes; shape (lanes, 3, 3).
+      !> The potential's moment times Δt²/Jᵢ in column i, or times Δt in the first; Δt² times that along the axis, over
+      !> J₁; basis vectors as columns, space axes; shape (lanes, 3, 3).
       real(wp) :: moments(lanes, 3, 3) = 0.0_wp, g(lanes) = 0.0_wp, basis(lanes, 3, 3) = 0.0_wp
    contains
       !> For bodies that are to come.
@@ -65,8 +66,8 @@ module nutate_lane_expansion
 
    !> The series of a step. No component has a first value: they would be set at every step.
    type :: lane_series_t
-      !> ΔtΩ, or ΔtL/J₁; the angle of free bodies, rad; two rows.
-      real(wp) :: w(lanes, 3, 0:highest_order), angle(lanes, 0:highest_order), rows(lanes, 3, 0:highest_order, 2)
+      !> ΔtΩ, or ΔtL/J₁; the angle of free bodies, rad; rows.
+      real(wp) :: w(lanes, 3, 0:highest_order), angle(lanes, 0:highest_order), rows(lanes, 3, 0:highest_order, 4)
       !> Weights of the last coefficient and of the one before in the tail.
       real(wp) :: last(lanes), before(lanes)
    end type lane_series_t
@@ -148,7 +149,7 @@ contains
          equations = merge(FREE_BODY, ONE_PAIR, diagonal)
          if (axis > 0) equations = AXIAL_FREE
       else if (torques%n_moments == 1) then
-         if (diagonal) equations = TOP
+         equations = merge(TOP, TWO_PAIRS, diagonal)
          if (axis > 0) equations = AXIAL_TOP
       end if
    end function equations_of
@@ -162,7 +163,7 @@ contains
       integer :: i, j, k
       self%rotor(lane, :) = system%effects%rotor_momentum
       self%floor(lane) = max(least, least_share*length_of(system%effects%rotor_momentum))
-      if (self%equations == ONE_PAIR) then
+      if (self%equations == ONE_PAIR .or. self%equations == TWO_PAIRS) then
          self%full(lane, :, :) = self%dt*system%body%inverse_inertia
          return
       end if
@@ -196,7 +197,10 @@ contains
       real(wp) :: moments(3, 3)
       integer :: i
       moments = 0.0_wp
-      if (axial%axis > 0) then
+      if (self%equations == TWO_PAIRS) then
+         self%moments(lane, :, 1) = self%dt*torques%moments(:, 1)
+         moments(1, 1) = sum(abs(self%full(lane, :, :)))*sum(abs(self%moments(lane, :, 1)))
+      else if (axial%axis > 0) then
          self%g(lane) = self%to_angle(lane, 1)*(self%dt*torques%moments(axial%axis, 1))
          moments(1, 1) = self%g(lane)
       else
@@ -219,7 +223,7 @@ contains
       real(wp) :: momentum(lanes, 3), rotation(lanes, 4)
       type(lane_series_t) :: series
       call begin_lanes(q, p, momentum)
-      if (self%equations == ONE_PAIR) then
+      if (self%equations == ONE_PAIR .or. self%equations == TWO_PAIRS) then
          call find_full_rates(self%full, momentum - self%rotor, series%w(:, :, 0))
       else
          call find_rates(self%to_angle, momentum, series%w(:, :, 0))
@@ -228,6 +232,8 @@ contains
       select case (self%equations)
       case (ONE_PAIR)
          call move_pair(self, series, momentum, rotation, given_up)
+      case (TWO_PAIRS)
+         call move_pairs(self, q, series, momentum, rotation, given_up)
       case (FREE_BODY)
          call move_free(self, series, momentum, rotation, given_up)
       case (TOP)
@@ -278,13 +284,13 @@ contains
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
       real(wp), parameter :: ones(lanes, 3) = 1.0_wp
-      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 2), length(lanes), change(lanes, 3)
+      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 3), length(lanes), change(lanes, 3)
       type(tail_products_t) :: products
       call find_axes(self%floor, momentum, frame(:, :, 2), length, given_up)
       call find_frames(frame(:, :, 2), frame(:, :, 1), frame(:, :, 3))
       series%rows(:, :, 0, 1) = momentum
       series%rows(:, :, 0, 2) = frame(:, :, 1)
-      call expand_pair_lanes(self%order, self%full, series%w, series%rows)
+      call expand_pair_lanes(self%order, 2, self%full, self%moments(:, :, 1), series%w, series%rows)
       call begin_tail(self%order, ones, series%rows(:, :, :, 1), products)
       call add_row(self%order, series%rows(:, :, :, 2), products)
       call tail_weights(products, series%last, series%before)
@@ -294,8 +300,45 @@ contains
       ends(:, :, 1) = frame(:, :, 1)
       call add_changes(ones, change, ends(:, :, 1))
       call straighten_rows(self%floor, momentum, ends(:, :, 1), ends(:, :, 2), given_up)
-      call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), rotation, given_up)
+      call cross_lanes(ends(:, :, 1), ends(:, :, 2), ends(:, :, 3))
+      call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), ends(:, :, 3), &
+                     rotation, given_up)
    end subroutine move_pair
+
+   !> Tops of any inertia, with rotors.
+   pure subroutine move_pairs(self, q, series, momentum, rotation, given_up)
+      type(lane_expansion_t), intent(in) :: self
+      real(wp), intent(in) :: q(lanes, 4)
+      type(lane_series_t), intent(inout) :: series
+      !> As in `move_free`.
+      real(wp), intent(inout) :: momentum(lanes, 3)
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp), intent(inout) :: given_up(lanes)
+      real(wp), parameter :: ones(lanes, 3) = 1.0_wp
+      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 3), change(lanes, 3)
+      type(tail_products_t) :: products
+      integer :: row
+      series%rows(:, :, 0, 1) = momentum
+      do row = 1, 3
+         call see_lanes(q, self%basis(:, :, row), frame(:, :, row))
+         series%rows(:, :, 0, row + 1) = frame(:, :, row)
+      end do
+      call expand_pair_lanes(self%order, 4, self%full, self%moments(:, :, 1), series%w, series%rows)
+      call begin_tail(self%order, ones, series%rows(:, :, :, 1), products)
+      do row = 1, 3
+         call add_row(self%order, series%rows(:, :, :, row + 1), products)
+      end do
+      call tail_weights(products, series%last, series%before)
+      call sum_lanes(3, self%order, series%rows(:, :, :, 1), series%last, series%before, change)
+      call add_changes(ones, change, momentum)
+      ends = frame
+      do row = 1, 3
+         call sum_lanes(3, self%order, series%rows(:, :, :, row + 1), series%last, series%before, change)
+         call add_changes(ones, change, ends(:, :, row))
+      end do
+      call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), ends(:, :, 3), &
+                     rotation, given_up)
+   end subroutine move_pairs
 
    !> The products of the coefficients of L, as angles, that a tail is fitted to.
    pure subroutine begin_tail(order, inertia, w, products)
@@ -349,7 +392,7 @@ contains
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
       real(wp), parameter :: ones(lanes, 3) = 1.0_wp
-      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 2), seen(lanes, 3), change(lanes, 3)
+      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 3), seen(lanes, 3), change(lanes, 3)
       type(tail_products_t) :: products
       integer :: row
       do row = 1, 3
@@ -374,7 +417,9 @@ contains
          ends(:, :, row) = frame(:, :, row)
          call add_changes(ones, change, ends(:, :, row))
       end do
-      call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), rotation, given_up)
+      call cross_lanes(ends(:, :, 1), ends(:, :, 2), ends(:, :, 3))
+      call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), ends(:, :, 3), &
+                     rotation, given_up)
    end subroutine move_top
 
    !> Bodies with an axis of symmetry: in the axial frame, in which they then turn evenly.

@@ -8,7 +8,7 @@ module nutate_lane_motion
    private
 
    public :: begin_lanes, find_rates, test_rates, find_axes, find_weights, find_frames, find_scale, scale_moments
-   public :: add_changes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows, multiply_lanes, &
+   public :: add_changes, cross_lanes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows, multiply_lanes, &
       turn_in_axial_frame, turn_evenly, end_lanes
 
    !> Sum of the components of a turn in a step that a lane takes, rad: coefficients of the series grow by this from one
@@ -301,10 +301,23 @@ contains
       end do
    end subroutine straighten_rows
 
+   !> a×b.
+   pure subroutine cross_lanes(a, b, c)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: a(lanes, 3), b(lanes, 3)
+      real(wp), intent(out) :: c(lanes, 3)
+      integer :: i
+      do i = 1, lanes
+         c(i, 1) = a(i, 2)*b(i, 3) - a(i, 3)*b(i, 2)
+         c(i, 2) = a(i, 3)*b(i, 1) - a(i, 1)*b(i, 3)
+         c(i, 3) = a(i, 1)*b(i, 2) - a(i, 2)*b(i, 1)
+      end do
+   end subroutine cross_lanes
+
    !> The rotation, from the rows at start and end; one by more than 2π/3 is given up.
-   pure subroutine turn_rows(f1, f2, f3, g1, g2, rotation, given_up)
-      !> Rows at the start, and the first two at the end; shape (lanes, 3).
-      real(wp), dimension(lanes, 3), intent(in) :: f1, f2, f3, g1, g2
+   pure subroutine turn_rows(f1, f2, f3, g1, g2, g3, rotation, given_up)
+      !> Rows at the start and at the end; shape (lanes, 3).
+      real(wp), dimension(lanes, 3), intent(in) :: f1, f2, f3, g1, g2, g3
       !> Shape (lanes, 4).
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
@@ -317,9 +330,9 @@ contains
          b1 = g2(i, 1)
          b2 = g2(i, 2)
          b3 = g2(i, 3)
-         c1 = a2*b3 - a3*b2
-         c2 = a3*b1 - a1*b3
-         c3 = a1*b2 - a2*b1
+         c1 = g3(i, 1)
+         c2 = g3(i, 2)
+         c3 = g3(i, 3)
          rotation(i, 1) = 1 + ((f1(i, 1)*a1 + f2(i, 1)*b1 + f3(i, 1)*c1) + (f1(i, 2)*a2 + f2(i, 2)*b2 + f3(i, 2)*c2) &
                                + (f1(i, 3)*a3 + f2(i, 3)*b3 + f3(i, 3)*c3))
          rotation(i, 2) = (f1(i, 3)*a2 + f2(i, 3)*b2 + f3(i, 3)*c2) - (f1(i, 2)*a3 + f2(i, 2)*b3 + f3(i, 2)*c3)

@@ -20,8 +20,9 @@ contains
       !> (J₂ - J₃)/J₁, ...; shape (lanes, 3). The potential's moment times time_unit²/Jᵢ in column i; shape
       !> (lanes, 3, 3).
       real(wp), intent(in) :: c(lanes, 3), moments(lanes, 3, 3)
-      !> Coefficient 0 on entry, all on exit; shapes (lanes, 3, 0:highest_order) and (lanes, 3, 0:highest_order, 2).
-      real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 2)
+      !> Coefficient 0 on entry, all on exit; shapes (lanes, 3, 0:highest_order) and (lanes, 3, 0:highest_order, 4);
+      !> the first two rows.
+      real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 4)
       real(wp) :: sums(lanes, 3)
       integer :: k, row
       do k = 0, order - 1
@@ -161,27 +162,42 @@ contains
       end do
    end subroutine continue_row
 
-   !> Free bodies of any inertia: w = Ω·time_unit; L, and a row E.
-   pure subroutine expand_pair_lanes(order, to_angle, w, rows)
-      !> At least 3.
-      integer, intent(in) :: order
-      !> J⁻¹ times the unit of time; shape (lanes, 3, 3).
-      real(wp), intent(in) :: to_angle(lanes, 3, 3)
+   !> Bodies of any inertia: w = Ω·time_unit; L, and as many rows E as tell the attitude, the first of which is that of
+   !> a potential.
+   pure subroutine expand_pair_lanes(order, last, to_angle, moment, w, rows)
+      !> At least 3; the last of the rows: 2 without a potential, else 4.
+      integer, intent(in) :: order, last
+      !> J⁻¹ times the unit of time, and the potential's moment times it; shapes (lanes, 3, 3) and (lanes, 3).
+      real(wp), intent(in) :: to_angle(lanes, 3, 3), moment(lanes, 3)
       !> Coefficient 0 on entry; all of L and E, all but the last of w on exit; shapes (lanes, 3, 0:highest_order) and
-      !> (lanes, 3, 0:highest_order, 2).
-      real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 2)
+      !> (lanes, 3, 0:highest_order, 4), L first.
+      real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 4)
       real(wp) :: sums(lanes, 3)
       integer :: k, row
       do k = 0, order - 1
          if (k > 0) call find_full_rates(to_angle, rows(:, :, k, 1), w(:, :, k))
-         do row = 1, 2
+         do row = 1, last
             sums = 0.0_wp
             if (k > 1) call add_row_products(k, w, rows(:, :, :, row), sums)
             call add_row_ends(k, w(:, :, 0), w(:, :, k), rows(:, :, 0, row), rows(:, :, k, row), sums)
+            if (row == 1 .and. last > 2) call add_moment(moment, rows(:, :, k, 2), sums)
             call continue_row(inverses(k + 1), sums, rows(:, :, k + 1, row))
          end do
       end do
    end subroutine expand_pair_lanes
+
+   !> Adds m×E.
+   pure subroutine add_moment(moment, e, sums)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: moment(lanes, 3), e(lanes, 3)
+      real(wp), intent(inout) :: sums(lanes, 3)
+      integer :: i
+      do i = 1, lanes
+         sums(i, 1) = sums(i, 1) + (moment(i, 2)*e(i, 3) - moment(i, 3)*e(i, 2))
+         sums(i, 2) = sums(i, 2) + (moment(i, 3)*e(i, 1) - moment(i, 1)*e(i, 3))
+         sums(i, 3) = sums(i, 3) + (moment(i, 1)*e(i, 2) - moment(i, 2)*e(i, 1))
+      end do
+   end subroutine add_moment
 
    !> ΔtJ⁻¹x.
    pure subroutine find_full_rates(to_angle, x, w)
@@ -203,8 +219,9 @@ contains
       integer, intent(in) :: order
       !> Moment of the potential along the axis, over J₁, times the square of the unit of time; shape (lanes).
       real(wp), intent(in) :: g(lanes)
-      !> Coefficient 0 on entry, all on exit; shapes (lanes, 3, 0:highest_order) and (lanes, 3, 0:highest_order, 2).
-      real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 2)
+      !> Coefficient 0 on entry, all on exit; shapes (lanes, 3, 0:highest_order) and (lanes, 3, 0:highest_order, 4);
+      !> the first two rows.
+      real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 4)
       real(wp) :: sums(lanes, 3)
       integer :: k, row
       w(:, 3, 1:order) = 0.0_wp

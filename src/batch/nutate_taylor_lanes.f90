@@ -1,9 +1,8 @@
 !> Steps by Taylor series, of one length, of several bodies at once, with the projection onto the invariants: one body a
 !> lane.
 !>
-!> Free bodies and gyrostats; tops, which have potentials linear in one fixed direction, of diagonal inertia and without
-!> rotors, or with an axis of symmetry, along which a rotor may lie. All have the same equations
-!> (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper (`nutate_taylor_stepper` with
+!> Free bodies and gyrostats, and tops of both, with potentials linear in one fixed direction. All have the same
+!> equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper (`nutate_taylor_stepper` with
 !> `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its bits are the same. A body that turns by tens of radians in a step, or that the projection would move far, is given
 !> up, to be moved by the scalar stepper from its start.
 module nutate_taylor_lanes
