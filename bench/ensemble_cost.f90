@@ -31,8 +31,8 @@ program bench_ensemble
    !> Bodies: the paper's box, a gyrostat, a heavy top, a satellite in the gradient of gravity; a rod, and the box hung
    !> up; with the steps that they are moved by, s.
    integer, parameter :: repeats = 25, orders(4) = [2, 4, 6, 8]
-   character(len=*), parameter :: kinds(6) = [character(len=9) :: 'free box', 'gyrostat', 'top', 'satellite', 'free rod', &
-                                              'hung box']
+   character(len=*), parameter :: kinds(6) = [character(len=9) :: 'free box', 'gyrostat', 'top', 'satellite', &
+                                              'free rod', 'hung box']
    real(wp), parameter :: dt(4) = [0.01_wp, 0.01_wp, 0.0005_wp, 10.0_wp]
    !> The bodies that lanes move by Taylor series, with orders and steps, s.
    integer, parameter :: by_series(4) = [1, 5, 6, 3], series_orders(3) = [12, 16, 24]
@@ -50,8 +50,8 @@ program bench_ensemble
          call compare('taylor', by_series(k), series_orders(i), 3000)
       end do
    end do
-   write (*, '(/,2a)') 'largest error of energy and of what is conserved of momentum, in lanes, 1e6 steps of order 2, ', &
-      'and of series of order 16'
+   write (*, '(/,2a)') 'largest error of energy and of what is conserved of momentum, in lanes, 1e6 steps of ', &
+      'order 2, and of series of order 16'
    do k = 1, size(dt)
       call drift('nielsen_krenk', k, 2, 1000000)
    end do

@@ -1,5 +1,5 @@
-!> The start and the end of a step by Taylor series of several bodies at once: one body a lane. The arithmetic is that of
-!> `begin_step` and `end_step` in `nutate_rigid_rates`, of `expand` and of `evaluate` in `nutate_motion_series`.
+!> The start and the end of a step by Taylor series of several bodies at once: one body a lane. The arithmetic is that
+!> of `begin_step` and `end_step` in `nutate_rigid_rates`, of `expand` and of `evaluate` in `nutate_motion_series`.
 module nutate_lane_motion
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
@@ -8,8 +8,8 @@ module nutate_lane_motion
    private
 
    public :: begin_lanes, find_rates, test_rates, find_axes, find_weights, find_frames, find_scale, scale_moments
-   public :: add_changes, cross_lanes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows, multiply_lanes, &
-      turn_in_axial_frame, turn_evenly, end_lanes
+   public :: add_changes, cross_lanes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows, &
+      multiply_lanes, turn_in_axial_frame, turn_evenly, end_lanes
 
    !> Sum of the components of a turn in a step that a lane takes, rad: coefficients of the series grow by this from one
    !> to the next at most, since the moments of a body obey the triangle inequality; none leaves the range of numbers.

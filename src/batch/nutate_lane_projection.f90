@@ -274,7 +274,8 @@ contains
       !> 1: too far.
       real(wp), intent(inout) :: lost(lanes)
       real(wp), dimension(lanes) :: steepness, excess, differs, settled, far
-      call find_slopes(self%to_order_one, self%energy, self%size, points%energy, points%rate, steepness, excess, differs)
+      call find_slopes(self%to_order_one, self%energy, self%size, points%energy, points%rate, steepness, excess, &
+                       differs)
       if (self%along) call find_pushes(self%to_order_one, points%twice_kinetic, points%gamma, points%omega, &
                                        points%inertia, steepness)
       call judge_lanes(self%to_order_one, self%size, steepness, excess, differs, settled, far, points%little)

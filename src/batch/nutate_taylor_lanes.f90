@@ -3,8 +3,9 @@
 !>
 !> Free bodies and gyrostats, and tops of both, with potentials linear in one fixed direction. All have the same
 !> equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper (`nutate_taylor_stepper` with
-!> `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its bits are the same. A body that turns by tens of radians in a step, or that the projection would move far, is given
-!> up, to be moved by the scalar stepper from its start.
+!> `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its bits are the same. A body that
+!> turns by tens of radians in a step, or that the projection would move far, is given up, to be moved by the scalar
+!> stepper from its start.
 module nutate_taylor_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
@@ -53,8 +54,8 @@ module nutate_taylor_lanes
 
 contains
 
-   !> True if lanes may be able to move a system: nothing acts on it but rotors, and potentials linear in directions that
-   !> stand still.
+   !> True if lanes may be able to move a system: nothing acts on it but rotors, and potentials linear in directions
+   !> that stand still.
    pure logical function can_be_series_lanes(system) result(can_be)
       type(system_t), intent(in) :: system
       integer :: i
