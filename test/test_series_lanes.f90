@@ -25,7 +25,8 @@ module test_series_lanes
 
    !> Bodies without anything, and tops; both with an axis of symmetry; with a dipole and weight along one direction;
    !> pendulums in a plane, many of whose numbers are zeros; gyrostats; bodies whose axes are not principal ones,
-   !> without and with a rotor; symmetric ones with a rotor along the axis, and tops of these; tops with any rotor and axes.
+   !> without and with a rotor; symmetric ones with a rotor along the axis, and tops of these; tops with any rotor and
+   !> axes.
    integer, parameter :: FREE = 0, TOP = 1, SYMMETRIC = 2, SYMMETRIC_TOP = 3, LOADED = 4, PENDULUM = 5, GYROSTAT = 6, &
       SKEW = 7, SKEW_GYROSTAT = 8, SPINNER = 9, SPINNING_TOP = 10, SKEW_TOP = 11
    !> Where weights point; of pendulums along an axis.
