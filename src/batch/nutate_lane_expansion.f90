@@ -23,7 +23,7 @@ module nutate_lane_expansion
    implicit none
    private
 
-   public :: lane_expansion_t
+   public :: lane_expansion_t, set_up_motion, put_motion, rest_motion, move_lanes
 
    !> The equations: none yet, L and three rows, L and one, a top, a free body, the latter two in the axial frame.
    integer, parameter :: NONE = 0, TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6
@@ -53,15 +53,6 @@ module nutate_lane_expansion
       !> The potential's moment times Δt²/Jᵢ in column i, or times Δt in the first; Δt² times that along the axis, over
       !> J₁; basis vectors as columns, space axes; shape (lanes, 3, 3).
       real(wp) :: moments(lanes, 3, 3) = 0.0_wp, g(lanes) = 0.0_wp, basis(lanes, 3, 3) = 0.0_wp
-   contains
-      !> For bodies that are to come.
-      procedure :: set_up
-      !> A lane without a body.
-      procedure :: rest
-      !> Takes a body.
-      procedure :: put
-      !> Moves all bodies by one step.
-      procedure :: move
    end type lane_expansion_t
 
    !> The series of a step. No component has a first value: they would be set at every step.
@@ -75,8 +66,8 @@ module nutate_lane_expansion
 contains
 
    !> For bodies that are to come, the first of which says what the equations are.
-   pure subroutine set_up(self, order, dt)
-      class(lane_expansion_t), intent(inout) :: self
+   pure subroutine set_up_motion(self, order, dt)
+      type(lane_expansion_t), intent(inout) :: self
       !> Highest coefficient.
       integer, intent(in) :: order
       !> s.
@@ -85,11 +76,11 @@ contains
       self%axis = 0
       self%order = order
       self%dt = dt
-   end subroutine set_up
+   end subroutine set_up_motion
 
    !> A sphere of which no series turns.
-   pure subroutine rest(self, lane)
-      class(lane_expansion_t), intent(inout) :: self
+   pure subroutine rest_motion(self, lane)
+      type(lane_expansion_t), intent(inout) :: self
       integer, intent(in) :: lane
       integer :: i
       self%inertia(lane, :) = 1.0_wp
@@ -106,11 +97,11 @@ contains
       do i = 1, 3
          self%basis(lane, i, i) = 1.0_wp
       end do
-   end subroutine rest
+   end subroutine rest_motion
 
    !> Takes a body on which nothing acts but rotors and potentials linear in fixed directions.
-   subroutine put(self, lane, system, fits)
-      class(lane_expansion_t), intent(inout) :: self
+   subroutine put_motion(self, lane, system, fits)
+      type(lane_expansion_t), intent(inout) :: self
       integer, intent(in) :: lane
       type(system_t), intent(in) :: system
       !> False: its equations are others than those of the lanes, or of any lane, and it is not taken.
@@ -132,7 +123,7 @@ contains
       if (.not. fits) return
       call put_body(self, lane, system, axial)
       if (torques%n_moments == 1) call put_moment(self, lane, system, axial, torques, fits)
-   end subroutine put
+   end subroutine put_motion
 
    !> Which equations do, as `nutate_motion_series` finds it.
    pure integer function equations_of(system, axis, torques) result(equations)
@@ -214,8 +205,8 @@ contains
    end subroutine put_moment
 
    !> Moves all bodies by one step: q normalised, p = 2 q∘[0, L].
-   pure subroutine move(self, q, p, given_up)
-      class(lane_expansion_t), intent(in) :: self
+   pure subroutine move_lanes(self, q, p, given_up)
+      type(lane_expansion_t), intent(in) :: self
       !> Shape (lanes, 4).
       real(wp), intent(inout) :: q(lanes, 4), p(lanes, 4)
       !> 1: yes.
@@ -244,7 +235,7 @@ contains
          return
       end select
       call end_lanes(rotation, momentum, q, p, given_up)
-   end subroutine move
+   end subroutine move_lanes
 
    !> Free bodies.
    pure subroutine move_free(self, series, momentum, rotation, given_up)

@@ -76,7 +76,7 @@ contains
       end do
    end subroutine give_up_others
 
-   !> Of free bodies the direction of L; gives up those that have none.
+   !> Of free bodies the direction of L; gives up those that have none, which get another.
    pure subroutine find_axes(floor, momentum, axis, length, given_up)
       !> Lengths up to this have no direction; shape (lanes).
       real(wp), intent(in) :: floor(lanes)
@@ -85,21 +85,25 @@ contains
       !> L/|L|, and |L|; shapes (lanes, 3) and (lanes).
       real(wp), intent(out) :: axis(lanes, 3), length(lanes)
       real(wp), intent(inout) :: given_up(lanes)
+      real(wp) :: kept(lanes)
       integer :: i
-      call find_lengths(floor, momentum, length, given_up)
+      call find_lengths(floor, momentum, length, kept, given_up)
       do i = 1, lanes
          axis(i, 1) = momentum(i, 1)/length(i)
          axis(i, 2) = momentum(i, 2)/length(i)
          axis(i, 3) = momentum(i, 3)/length(i)
       end do
+      call replace_lanes(kept, 1.0_wp, axis(:, 1))
+      call replace_lanes(kept, 0.0_wp, axis(:, 2))
+      call replace_lanes(kept, 0.0_wp, axis(:, 3))
    end subroutine find_axes
 
    !> |L|, or 1 in lanes that have none and are given up.
-   pure subroutine find_lengths(floor, l, length, given_up)
+   pure subroutine find_lengths(floor, l, length, kept, given_up)
       real(wp), intent(in) :: floor(lanes), l(lanes, 3)
-      real(wp), intent(out) :: length(lanes)
+      !> The latter 1 in lanes that have one.
+      real(wp), intent(out) :: length(lanes), kept(lanes)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: kept(lanes)
       integer :: i
       do i = 1, lanes
          length(i) = sqrt(l(i, 1)*l(i, 1) + l(i, 2)*l(i, 2) + l(i, 3)*l(i, 3))
@@ -200,9 +204,9 @@ contains
       !> Shape (lanes, 4).
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: length(lanes), u1, u2, u3, s1, s2, s3, s4, a1, a2, a3, a4
+      real(wp) :: length(lanes), kept(lanes), u1, u2, u3, s1, s2, s3, s4, a1, a2, a3, a4
       integer :: i
-      call find_lengths(floor, momentum, length, given_up)
+      call find_lengths(floor, momentum, length, kept, given_up)
       do i = 1, lanes
          u1 = momentum(i, 1)/length(i)
          u2 = momentum(i, 2)/length(i)
@@ -280,7 +284,7 @@ contains
       real(wp), intent(inout) :: given_up(lanes)
       real(wp) :: along(lanes), length(lanes), kept(lanes)
       integer :: i
-      call find_lengths(floor, momentum, length, given_up)
+      call find_lengths(floor, momentum, length, kept, given_up)
       do i = 1, lanes
          g2(i, 1) = momentum(i, 1)/length(i)
          g2(i, 2) = momentum(i, 2)/length(i)

@@ -18,7 +18,7 @@ module nutate_lane_projection
    implicit none
    private
 
-   public :: lane_projection_t
+   public :: lane_projection_t, set_up_targets, put_target, rest_target, project_lanes
 
    !> What each body is projected to.
    type :: lane_projection_t
@@ -37,15 +37,6 @@ module nutate_lane_projection
       real(wp) :: energy(lanes) = 0.0_wp
       !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
       real(wp) :: size(lanes) = 0.0_wp, largest(lanes) = 0.0_wp, to_order_one(lanes) = 1.0_wp
-   contains
-      !> Says what is conserved.
-      procedure :: set_up
-      !> Takes the invariants of a body.
-      procedure :: put
-      !> A lane without a body.
-      procedure :: rest
-      !> Projects states.
-      procedure :: project
    end type lane_projection_t
 
    !> Bodies under way to their energy. No component has a first value: they would be set at every projection.
@@ -65,17 +56,17 @@ module nutate_lane_projection
 contains
 
    !> Says what is conserved.
-   pure subroutine set_up(self, along)
-      class(lane_projection_t), intent(inout) :: self
+   pure subroutine set_up_targets(self, along)
+      type(lane_projection_t), intent(inout) :: self
       !> Of l the component along one direction; else all of it.
       logical, intent(in) :: along
       self%along = along
       self%begun = .false.
-   end subroutine set_up
+   end subroutine set_up_targets
 
    !> Takes the invariants of a body from its first state.
-   pure subroutine put(self, lane, system, state, fits)
-      class(lane_projection_t), intent(inout) :: self
+   pure subroutine put_target(self, lane, system, state, fits)
+      type(lane_projection_t), intent(inout) :: self
       integer, intent(in) :: lane
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -103,7 +94,7 @@ contains
       self%size(lane) = point%size
       self%largest(lane) = max(point%size, abs(point%rate(1)), abs(point%rate(2)), abs(point%rate(3)))
       self%to_order_one(lane) = unit_of(self%largest(lane))
-   end subroutine put
+   end subroutine put_target
 
    !> A power of two that brings a number to order one.
    pure real(wp) function unit_of(largest)
@@ -112,8 +103,8 @@ contains
    end function unit_of
 
    !> A sphere that turns about axis 3.
-   pure subroutine rest(self, lane)
-      class(lane_projection_t), intent(inout) :: self
+   pure subroutine rest_target(self, lane)
+      type(lane_projection_t), intent(inout) :: self
       integer, intent(in) :: lane
       integer :: i
       self%inverse(lane, :, :) = 0.0_wp
@@ -129,11 +120,11 @@ contains
       self%size(lane) = 0.5_wp
       self%largest(lane) = 0.5_wp
       self%to_order_one(lane) = 1.0_wp
-   end subroutine rest
+   end subroutine rest_target
 
    !> Projects states, of which other lanes keep theirs.
-   pure subroutine project(self, due, q, p, given_up)
-      class(lane_projection_t), intent(inout) :: self
+   pure subroutine project_lanes(self, due, q, p, given_up)
+      type(lane_projection_t), intent(inout) :: self
       !> 1: to be projected.
       real(wp), intent(in) :: due(lanes)
       !> Shape (lanes, 4).
@@ -166,7 +157,7 @@ contains
          call choose_lanes(due, points%q(:, move), q(:, move))
          call choose_lanes(due, new_p(:, move), p(:, move))
       end do
-   end subroutine project
+   end subroutine project_lanes
 
    !> q normalised, as a step leaves it: all but a unit one; others are lost.
    pure subroutine take_attitudes(q, unit, lost)
@@ -211,7 +202,7 @@ contains
 
    !> Ω, H, the size of its terms and L̇.
    pure subroutine evaluate_lanes(self, points)
-      class(lane_projection_t), intent(in) :: self
+      type(lane_projection_t), intent(in) :: self
       type(lane_points_t), intent(inout) :: points
       real(wp) :: x(lanes, 3)
       x = points%momentum
@@ -231,7 +222,7 @@ contains
 
    !> Keeps the largest energies of the lanes that are pending.
    pure subroutine note_sizes(self, pending, points)
-      class(lane_projection_t), intent(inout) :: self
+      type(lane_projection_t), intent(inout) :: self
       real(wp), intent(in) :: pending(lanes)
       type(lane_points_t), intent(in) :: points
       real(wp) :: largest(lanes), above(lanes)
@@ -268,7 +259,7 @@ contains
 
    !> How far each body is to be moved.
    pure subroutine measure(self, pending, points, lost)
-      class(lane_projection_t), intent(in) :: self
+      type(lane_projection_t), intent(in) :: self
       real(wp), intent(in) :: pending(lanes)
       type(lane_points_t), intent(inout) :: points
       !> 1: too far.
@@ -353,7 +344,7 @@ contains
    !> Moves bodies down their slopes, by δ = cL̇ at fixed l and by ΔL: those whose move is little with its first term,
    !> others by the Cayley map.
    pure subroutine move_points(self, points)
-      class(lane_projection_t), intent(in) :: self
+      type(lane_projection_t), intent(in) :: self
       type(lane_points_t), intent(inout) :: points
       real(wp) :: q(lanes, 4), momentum(lanes, 3), pushed(lanes, 3), half(lanes)
       integer :: k

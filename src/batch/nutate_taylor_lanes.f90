@@ -10,8 +10,8 @@ module nutate_taylor_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
    use nutate_lane_bodies, only: lane_bodies_t
-   use nutate_lane_expansion, only: lane_expansion_t
-   use nutate_lane_projection, only: lane_projection_t
+   use nutate_lane_expansion, only: lane_expansion_t, move_lanes, put_motion, rest_motion, set_up_motion
+   use nutate_lane_projection, only: lane_projection_t, project_lanes, put_target, rest_target, set_up_targets
    use nutate_lane_width, only: lanes
    use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
@@ -85,8 +85,8 @@ contains
       integer :: k
       self%dt = dt
       self%looked = .false.
-      call self%expansion%set_up(merge(order, fixed_step_order, order > 0), dt)
-      call self%projection%set_up(potentials > 0)
+      call set_up_motion(self%expansion, merge(order, fixed_step_order, order > 0), dt)
+      call set_up_targets(self%projection, potentials > 0)
       do k = 1, lanes
          call rest(self, k)
       end do
@@ -102,8 +102,8 @@ contains
       self%p(lane, :) = [0.0_wp, 0.0_wp, 0.0_wp, 2.0_wp]
       self%count(lane) = 0
       self%interval(lane) = 1
-      call self%expansion%rest(lane)
-      call self%projection%rest(lane)
+      call rest_motion(self%expansion, lane)
+      call rest_target(self%projection, lane)
    end subroutine rest
 
    !> Puts a body into a lane, before the first step; it is not `taken` where its equations are not those of the others,
@@ -115,8 +115,8 @@ contains
       type(state_t), intent(in) :: state
       call rest(self, lane)
       if (.not. is_in_range(self, system, state)) return
-      call self%projection%put(lane, system, state, self%taken(lane))
-      if (self%taken(lane)) call self%expansion%put(lane, system, self%taken(lane))
+      call put_target(self%projection, lane, system, state, self%taken(lane))
+      if (self%taken(lane)) call put_motion(self%expansion, lane, system, self%taken(lane))
       if (.not. self%taken(lane)) then
          call rest(self, lane)
          return
@@ -153,7 +153,7 @@ contains
       integer :: lane
       given_up = self%idle
       self%looked = .false.
-      call self%expansion%move(self%q, self%p, given_up)
+      call move_lanes(self%expansion, self%q, self%p, given_up)
       do lane = 1, lanes
          due(lane) = merge(1.0_wp, 0.0_wp, self%count(lane) + 1 >= self%interval(lane))
       end do
@@ -175,7 +175,7 @@ contains
       integer :: lane
       q = self%q
       p = self%p
-      call self%projection%project(due, self%q, self%p, given_up)
+      call project_lanes(self%projection, due, self%q, self%p, given_up)
       do lane = 1, lanes
          if (due(lane) < 0.5_wp) cycle
          self%count(lane) = 0
@@ -199,7 +199,7 @@ contains
       if (.not. maxval(due) > 0.5_wp) return
       given_up = self%idle
       aside = self%projection
-      call aside%project(due, self%seen_q, self%seen_p, given_up)
+      call project_lanes(aside, due, self%seen_q, self%seen_p, given_up)
       do lane = 1, lanes
          if (self%taken(lane) .and. given_up(lane) > 0.5_wp) call rest(self, lane)
       end do
