@@ -66,7 +66,10 @@ cat >"$scratch/series_top.nml" <<'END'
 END
 sed -e 's/0.35, 0.3,/0.3, 0.3,/' -e '/^&dipole/d' "$scratch/series_top.nml" >"$scratch/series_axial_top.nml"
 sed -e '/^&gravity/d' "$scratch/series_axial_top.nml" >"$scratch/series_axial.nml"
-scenes=(free top satellite series series_top series_axial_top series_axial)
+sed -e 's/inertia = 5.0, 20.0, 17.0/inertia_tensor = 5.0, 20.0, 17.0, 0.1, 0.2, -0.1/' -e "/'body.inertia'/d" \
+   -e '/^&output/i &rotor momentum = 0.0, 10.0, 50.0 /' "$scratch/series.nml" >"$scratch/series_gyrostat.nml"
+sed -e '/^&gravity/i &rotor momentum = 0.0, 0.1, 0.5 /' "$scratch/series_top.nml" >"$scratch/series_gyrostat_top.nml"
+scenes=(free top satellite series series_{top,axial_top,axial,gyrostat,gyrostat_top})
 
 passed=0 failed=0
 # compare PROGRAM WAY [OPTION]...: its files with those of the program of `make`.
