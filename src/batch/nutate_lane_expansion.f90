@@ -11,7 +11,7 @@ module nutate_lane_expansion
       find_scale, find_sines, find_weights, multiply_lanes, scale_moments, see_lanes, straighten_rows, test_rates, &
       turn_evenly, turn_free_lanes, turn_in_axial_frame, turn_rows
    use nutate_lane_row_series, only: expand_axial_lanes, expand_pair_lanes, expand_top_lanes, find_full_rates
-   use nutate_lane_series, only: expand_free_lanes, sum_lanes
+   use nutate_lane_series, only: expand_free_lanes, sum_angles, sum_lanes
    use nutate_lane_tail, only: add_part, clear_parts, tail_products_t, tail_weights
    use nutate_lane_width, only: lanes
    use nutate_motion_series, only: least_share
@@ -246,22 +246,22 @@ contains
       !> Since the start; shape (lanes, 4).
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes, 1)
+      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes), one(lanes)
       real(wp) :: length(lanes), cosine(lanes), sine(lanes)
       type(tail_products_t) :: products
       call find_axes(self%floor, momentum, axis, length, given_up)
       call find_weights(axis, self%inertia, length, weights)
       call expand_free_lanes(self%order, self%c, weights, axis, series%w, series%angle)
       call begin_tail(self%order, self%inertia, series%w, products)
-      angle = 1.0_wp
+      one = 1.0_wp
       associate (n => self%order, x => series%angle)
-         call add_part(angle(:, 1), x(:, n), x(:, n - 1), x(:, n - 2), x(:, n - 3), products%squares, products%next, &
+         call add_part(one, x(:, n), x(:, n - 1), x(:, n - 2), x(:, n - 3), products%squares, products%next, &
                        products%second)
       end associate
       call tail_weights(products, series%last, series%before)
-      call sum_lanes(3, self%order, series%w, series%last, series%before, change)
-      call sum_lanes(1, self%order, series%angle, series%last, series%before, angle)
-      call find_sines(0.5_wp*angle(:, 1), cosine, sine)
+      call sum_lanes(self%order, series%w, series%last, series%before, change)
+      call sum_angles(self%order, series%angle, series%last, series%before, angle)
+      call find_sines(0.5_wp*angle, cosine, sine)
       call add_changes(self%inertia, change, momentum)
       call turn_free_lanes(self%floor, cosine, sine, axis, momentum, rotation, given_up)
    end subroutine move_free
@@ -285,9 +285,9 @@ contains
       call begin_tail(self%order, ones, series%rows(:, :, :, 1), products)
       call add_row(self%order, series%rows(:, :, :, 2), products)
       call tail_weights(products, series%last, series%before)
-      call sum_lanes(3, self%order, series%rows(:, :, :, 1), series%last, series%before, change)
+      call sum_lanes(self%order, series%rows(:, :, :, 1), series%last, series%before, change)
       call add_changes(ones, change, momentum)
-      call sum_lanes(3, self%order, series%rows(:, :, :, 2), series%last, series%before, change)
+      call sum_lanes(self%order, series%rows(:, :, :, 2), series%last, series%before, change)
       ends(:, :, 1) = frame(:, :, 1)
       call add_changes(ones, change, ends(:, :, 1))
       call straighten_rows(self%floor, momentum, ends(:, :, 1), ends(:, :, 2), given_up)
@@ -320,11 +320,11 @@ contains
          call add_row(self%order, series%rows(:, :, :, row + 1), products)
       end do
       call tail_weights(products, series%last, series%before)
-      call sum_lanes(3, self%order, series%rows(:, :, :, 1), series%last, series%before, change)
+      call sum_lanes(self%order, series%rows(:, :, :, 1), series%last, series%before, change)
       call add_changes(ones, change, momentum)
       ends = frame
       do row = 1, 3
-         call sum_lanes(3, self%order, series%rows(:, :, :, row + 1), series%last, series%before, change)
+         call sum_lanes(self%order, series%rows(:, :, :, row + 1), series%last, series%before, change)
          call add_changes(ones, change, ends(:, :, row))
       end do
       call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), ends(:, :, 3), &
@@ -401,10 +401,10 @@ contains
          call add_row(self%order, series%rows(:, :, :, row), products)
       end do
       call tail_weights(products, series%last, series%before)
-      call sum_lanes(3, self%order, series%w, series%last, series%before, change)
+      call sum_lanes(self%order, series%w, series%last, series%before, change)
       call add_changes(self%inertia, change, momentum)
       do row = 1, 2
-         call sum_lanes(3, self%order, series%rows(:, :, :, row), series%last, series%before, change)
+         call sum_lanes(self%order, series%rows(:, :, :, row), series%last, series%before, change)
          ends(:, :, row) = frame(:, :, row)
          call add_changes(ones, change, ends(:, :, row))
       end do

@@ -10,7 +10,7 @@ module nutate_lane_series
    implicit none
    private
 
-   public :: expand_free_lanes, sum_lanes
+   public :: expand_free_lanes, sum_angles, sum_lanes
 
 contains
 
@@ -107,48 +107,69 @@ contains
       end do
    end subroutine continue_free
 
-   !> Σ xₖ from k = 1 on, which is the series at the end of the unit of time, and the tail.
-   pure subroutine sum_lanes(n, order, x, last, before, total)
-      !> Number of series, and their highest coefficient.
-      integer, intent(in) :: n, order
-      real(wp), intent(in) :: x(lanes, n, 0:highest_order)
+   !> Σ xₖ from k = 1 on, which is the series at the end of the unit of time, and the tail; of the components of a
+   !> vector.
+   pure subroutine sum_lanes(order, x, last, before, total)
+      !> Highest coefficient, at least 3.
+      integer, intent(in) :: order
+      real(wp), intent(in) :: x(lanes, 3, 0:highest_order)
       !> Weights of the last coefficient and of the one before in the tail; shape (lanes).
       real(wp), intent(in) :: last(lanes), before(lanes)
-      !> Shape (lanes, n).
-      real(wp), intent(out) :: total(lanes, n)
-      real(wp) :: even(lanes)
-      integer :: j, k, top
+      !> Shape (lanes, 3).
+      real(wp), intent(out) :: total(lanes, 3)
+      real(wp) :: start(lanes, 3), even1, even2, even3, odd1, odd2, odd3
+      integer :: i, k, top
       top = 2*((order - 1)/2)
-      do j = 1, n
-         even = 0.0_wp
-         if (order > top + 1) even = x(:, j, order)
-         total(:, j) = x(:, j, top + 1)
-         do k = top, 2, -2
-            call add_lanes(x(:, j, k - 1), total(:, j))
-            call add_lanes(x(:, j, k), even)
+      start = 0.0_wp
+      if (order > top + 1) start = x(:, :, order)
+      do i = 1, lanes
+         odd1 = x(i, 1, top + 1)
+         odd2 = x(i, 2, top + 1)
+         odd3 = x(i, 3, top + 1)
+         even1 = start(i, 1)
+         even2 = start(i, 2)
+         even3 = start(i, 3)
+         k = top
+         do
+            odd1 = odd1 + x(i, 1, k - 1)
+            odd2 = odd2 + x(i, 2, k - 1)
+            odd3 = odd3 + x(i, 3, k - 1)
+            even1 = even1 + x(i, 1, k)
+            even2 = even2 + x(i, 2, k)
+            even3 = even3 + x(i, 3, k)
+            k = k - 2
+            if (k < 2) exit
          end do
-         call add_tail(even, last, x(:, j, order), before, x(:, j, order - 1), total(:, j))
+         total(i, 1) = (odd1 + even1) + (last(i)*x(i, 1, order) + before(i)*x(i, 1, order - 1))
+         total(i, 2) = (odd2 + even2) + (last(i)*x(i, 2, order) + before(i)*x(i, 2, order - 1))
+         total(i, 3) = (odd3 + even3) + (last(i)*x(i, 3, order) + before(i)*x(i, 3, order - 1))
       end do
    end subroutine sum_lanes
 
-   pure subroutine add_lanes(x, total)
-      real(wp), intent(in) :: x(lanes)
-      real(wp), intent(inout) :: total(lanes)
-      integer :: i
+   !> The same of an angle.
+   pure subroutine sum_angles(order, x, last, before, total)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: x(lanes, 0:highest_order)
+      real(wp), intent(in) :: last(lanes), before(lanes)
+      !> Shape (lanes).
+      real(wp), intent(out) :: total(lanes)
+      real(wp) :: start(lanes), even, odd
+      integer :: i, k, top
+      top = 2*((order - 1)/2)
+      start = 0.0_wp
+      if (order > top + 1) start = x(:, order)
       do i = 1, lanes
-         total(i) = total(i) + x(i)
+         odd = x(i, top + 1)
+         even = start(i)
+         k = top
+         do
+            odd = odd + x(i, k - 1)
+            even = even + x(i, k)
+            k = k - 2
+            if (k < 2) exit
+         end do
+         total(i) = (odd + even) + (last(i)*x(i, order) + before(i)*x(i, order - 1))
       end do
-   end subroutine add_lanes
-
-   !> The sum of odd powers becomes that of all, and of the tail.
-   pure subroutine add_tail(even, last, x_last, before, x_before, total)
-      !> Sum of even powers; weights and coefficients of the tail; shape (lanes).
-      real(wp), dimension(lanes), intent(in) :: even, last, x_last, before, x_before
-      real(wp), intent(inout) :: total(lanes)
-      integer :: i
-      do i = 1, lanes
-         total(i) = (total(i) + even(i)) + (last(i)*x_last(i) + before(i)*x_before(i))
-      end do
-   end subroutine add_tail
+   end subroutine sum_angles
 
 end module nutate_lane_series
