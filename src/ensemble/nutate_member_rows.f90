@@ -17,7 +17,8 @@ module nutate_member_rows
    integer(long), parameter :: largest_share = 64
    !> Shares of each thread, at least.
    integer(long), parameter :: usual_shares = 8
-   !> Members that are worth being run together: all lanes cost, by SSE2, what as many cost alone (`bench_ensemble`).
+   !> Members that are worth being run together: all lanes cost, by SSE2, what as many cost alone (`bench_ensemble`); of
+   !> tops by series they cost what twice as many do.
    integer(long), parameter :: fewest = max(1, lanes/3)
 
 contains
