@@ -114,6 +114,7 @@ program unit
    use test_wheel_reference, only: collect_wheel_reference
    use test_turning_tops, only: collect_turning_tops
    use test_wheels, only: collect_wheels
+   use test_work_share, only: collect_work_share
    use test_work_precision, only: collect_work_precision
    implicit none
 
@@ -297,7 +298,8 @@ contains
          new_testsuite("saturation", collect_saturation), &
          new_testsuite("wheel_limits", collect_wheel_limits), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
-         new_testsuite("wheels", collect_wheels) &
+         new_testsuite("wheels", collect_wheels), &
+         new_testsuite("work_share", collect_work_share) &
          ]
    end function torque_suites
 

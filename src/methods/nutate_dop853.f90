@@ -7,7 +7,7 @@
 module nutate_dop853
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
-   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_rates, n_rates, prepare_rates, &
+   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, get_rates, n_rates, prepare_rates, &
       rigid_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -16,7 +16,7 @@ module nutate_dop853
    implicit none
    private
 
-   public :: dop853_t, get_stages
+   public :: dop853_t, estimate_of_fifth, get_stages
    ! The coefficients under the names of the literature; to be renamed where they are used.
    public :: a, b, c, b3, e5
 
@@ -111,7 +111,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      real(wp) :: y(n_rates), change(n_rates), k(n_rates, n_stages)
+      real(wp) :: y(n_rates), change(n_rates), fifth(n_rates), k(n_rates, n_stages)
       call begin_step(self%rates, system, state, dt, window_time, y)
       call get_stages(self%rates, system, y, k)
       change = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
@@ -120,7 +120,9 @@ contains
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       self%work(:) = self%rates%work
-      self%error_estimate = estimate(k, change, y)
+      fifth = estimate_of_fifth(k)
+      self%error_estimate = estimate(k, change, fifth, y)
+      if (size(self%work) > 0) call get_error(self%rates, state%q, fifth, e5, self%step_error)
    end subroutine advance
 
    !> k = Δt ẏ of all stages; shape (n_rates, 12). Terms with vanishing coefficients are left out.
@@ -159,15 +161,24 @@ contains
       call get_rates(rates, system, c(12), stage, b(12), k(:, 12))
    end subroutine get_stages
 
-   !> |e5|²/√(|e5|² + |e3|²/100).
-   pure real(wp) function estimate(k, change, y)
-      !> Rates of the stages and the step's increment; shapes (n_rates, 12) and (n_rates).
-      real(wp), intent(in) :: k(n_rates, n_stages), change(n_rates)
-      !> Start of the step; shape (n_rates).
-      real(wp), intent(in) :: y(n_rates)
-      real(wp) :: fifth(n_rates), third(n_rates), last(3), scale, square5, square3
+   !> The difference to the method of order 5; shape (n_rates).
+   pure function estimate_of_fifth(k) result(fifth)
+      !> Shape (n_rates, 12).
+      real(wp), intent(in) :: k(n_rates, n_stages)
+      real(wp) :: fifth(n_rates)
       fifth = e5(1)*k(:, 1) + e5(6)*k(:, 6) + e5(7)*k(:, 7) + e5(8)*k(:, 8) + e5(9)*k(:, 9) + e5(10)*k(:, 10) &
               + e5(11)*k(:, 11) + e5(12)*k(:, 12)
+   end function estimate_of_fifth
+
+   !> |e5|²/√(|e5|² + |e3|²/100).
+   pure real(wp) function estimate(k, change, fifth, y)
+      !> Rates of the stages and the step's increment; shapes (n_rates, 12) and (n_rates).
+      real(wp), intent(in) :: k(n_rates, n_stages), change(n_rates)
+      !> The difference to the method of order 5; shape (n_rates).
+      real(wp), intent(in) :: fifth(n_rates)
+      !> Start of the step; shape (n_rates).
+      real(wp), intent(in) :: y(n_rates)
+      real(wp) :: third(n_rates), last(3), scale, square5, square3
       third = change - (b3(1)*k(:, 1) + b3(2)*k(:, 9) + b3(3)*k(:, 12))
       last = y(5:7) + change(5:7)
       ! A body that starts from rest is measured by what it gains.

@@ -48,6 +48,7 @@ module nutate_invariant_projection
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
+   use nutate_work_share, only: share_of_works, step_error_t
    implicit none
    private
 
@@ -249,7 +250,7 @@ contains
 
    !> Projects a state. To be called after `follow` with the state from which the step started. Errors, with the state
    !> and the targets as they were: `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
-   pure subroutine project(self, system, state, work, status)
+   pure subroutine project(self, system, state, work, status, error, given)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -257,9 +258,13 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
+      !> Estimated error of the step; zero, or absent, where works err no more than the state.
+      type(step_error_t), intent(in), optional :: error
+      !> What is to be added to the work for it, J; as it was where that is nothing. Present with `error`.
+      real(wp), intent(inout), optional :: given
       type(projection_point_t) :: point
       type(energy_sum_t) :: energy
-      real(wp) :: size, largest, to_order_one
+      real(wp) :: size, largest, to_order_one, share
       logical :: reached, undetermined
       size = self%size
       largest = self%largest
@@ -270,12 +275,14 @@ contains
       call take_state(self, state, point)
       energy = self%account%now
       if (abs(work) > 0.0_wp) call add_increment(energy%energy, energy%compensation, work)
-      call set_energy(self, system%effects, energy, point, reached, undetermined)
+      share = 0.0_wp
+      call set_energy(self, system%effects, energy, point, reached, undetermined, share, error)
       if (undetermined) then
          call take_state(self, state, point)
          call evaluate(self%plan, system%effects, point)
          energy = energy_sum_t(point%energy, 0.0_wp)
       end if
+      if (present(given) .and. reached) given = share
       if (reached .or. undetermined) then
          call write_state(self%plan, point, state)
          call self%account%book(state, energy)
@@ -301,7 +308,7 @@ contains
 
    !> Projects a state inside the step that was projected last, or some steps without work behind it, and leaves
    !> everything else as it is. Errors: those of `project`.
-   pure subroutine project_aside(self, system, state, inside, work, status)
+   pure subroutine project_aside(self, system, state, inside, work, status, error, given)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -311,6 +318,9 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
+      !> As of `project`.
+      type(step_error_t), intent(in), optional :: error
+      real(wp), intent(inout), optional :: given
       type(energy_account_t) :: account
       real(wp) :: wheels(most_wheels), size, largest, to_order_one
       account = self%account
@@ -319,7 +329,7 @@ contains
       largest = self%largest
       to_order_one = self%to_order_one
       if (inside) self%account%now = self%account%before
-      call self%project(system, state, work, status)
+      call self%project(system, state, work, status, error, given)
       self%account = account
       self%plan%wheels = wheels
       self%size = size
@@ -339,14 +349,17 @@ contains
       if (self%plan%has_wheels) call archive%transfer(self%plan%wheels)
    end subroutine transfer
 
-   !> Moves a point to the energy of an account.
-   pure subroutine set_energy(self, effects, target, point, reached, undetermined)
+   !> Moves a point to the energy of an account, or both to one that is between theirs.
+   pure subroutine set_energy(self, effects, target, point, reached, undetermined, given, error)
       class(invariant_projection_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
-      type(energy_sum_t), intent(in) :: target
+      type(energy_sum_t), intent(inout) :: target
       type(projection_point_t), intent(inout) :: point
       !> False if that is too far; true where it is, although there is little to remove.
       logical, intent(out) :: reached, undetermined
+      !> How far the account was moved, J; as it was where it was not.
+      real(wp), intent(inout) :: given
+      type(step_error_t), intent(in), optional :: error
       type(slope_t) :: slope
       real(wp) :: excess, first, square, unit
       integer :: i
@@ -369,6 +382,11 @@ contains
             if (i == 1 .and. abs(excess) <= alike*unit*(self%to_order_one*self%size)) &
                self%moved_by_round_off = abs(excess)/sqrt(slope%steepness)
          end if
+         if (i == 1 .and. present(error)) then
+            call give_to_works(self, error, point, excess, given)
+            if (abs(given) > 0.0_wp) call add_increment(target%energy, target%compensation, given)
+            square = excess*excess
+         end if
          excess = excess/slope%steepness
          if (square <= negligible*slope%steepness) then
             call move_little(self, excess, slope, point)
@@ -381,6 +399,23 @@ contains
       reached = .false.
       undetermined = first <= in_account*unit*self%size
    end subroutine set_energy
+
+   !> Takes the share of the works from an excess, unless that is no more than round-off may be.
+   pure subroutine give_to_works(self, error, point, excess, given)
+      class(invariant_projection_t), intent(in) :: self
+      type(step_error_t), intent(in) :: error
+      !> Evaluated.
+      type(projection_point_t), intent(in) :: point
+      !> J, in the unit of `to_order_one`.
+      real(wp), intent(inout) :: excess
+      !> J.
+      real(wp), intent(inout) :: given
+      real(wp) :: share
+      if (abs(excess) <= alike*(self%to_order_one*self%size)) return
+      share = share_of_works(self%plan, point, error, self%to_order_one)
+      given = share*(excess/self%to_order_one)
+      excess = (1 - share)*excess
+   end subroutine give_to_works
 
    !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =
    !> -c·inertia·Ω⊥.

@@ -1,6 +1,7 @@
 !> A stepper of any method with the projection onto the invariants after its steps.
 module nutate_projected_stepper
    use nutate_archive, only: archive_t
+   use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_spaced_projection, only: spaced_projection_t
@@ -91,7 +92,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      real(wp) :: work
+      real(wp) :: work, done, given
       integer :: i
       call self%kept%take(state, self%has_wheels)
       call self%projection%begin_step(system, state)
@@ -100,14 +101,48 @@ contains
       if (status%code == 0) then
          call self%take_work()
          work = 0.0_wp
+         done = 0.0_wp
          do i = 1, size(self%work)
             work = work + self%work(i)
+            done = done + abs(self%work(i))
          end do
-         call self%projection%end_step(system, state, .false., work, status)
+         if (done > 0.0_wp) then
+            given = 0.0_wp
+            call self%projection%end_step(system, state, .false., work, status, self%base%step_error, given)
+            if (abs(given) > 0.0_wp) call book_share(system%effects, given, done, self%work, state)
+         else
+            call self%projection%end_step(system, state, .false., work, status)
+         end if
          self%moved_by_round_off = self%projection%moved_by_round_off()
       end if
       if (status%code /= 0) call state%take(self%kept, self%has_wheels)
    end subroutine advance
+
+   !> Adds what works take to each of them, in proportion to what it did in the step.
+   pure subroutine book_share(effects, given, done, work, state)
+      type(effect_list_t), intent(in) :: effects
+      !> J, and Σ|work|, J.
+      real(wp), intent(in) :: given, done
+      !> Shape (n_works).
+      real(wp), intent(inout) :: work(:)
+      !> The work of wheels and of the world that it holds is moved with theirs.
+      type(state_t), intent(inout) :: state
+      real(wp) :: more
+      integer :: i, wheel
+      do i = 1, size(work)
+         more = given*(abs(work(i))/done)
+         work(i) = work(i) + more
+         wheel = (i - effects%n_torques + 1)/2
+         if (i <= effects%n_torques) cycle
+         if (wheel <= effects%n_wheels) then
+            associate (booked => state%wheel_work(2 - modulo(i - effects%n_torques, 2), wheel))
+               booked = booked + more
+            end associate
+         else
+            state%world_work = state%world_work + more
+         end if
+      end do
+   end subroutine book_share
 
    !> Projects a copy of the state that the last step left.
    subroutine show(self, system, state)
@@ -145,9 +180,12 @@ contains
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
       type(state_t) :: inside
+      real(wp) :: given
       call self%base%state_at(system, t, inside, work, status)
-      if (status%ok()) call self%projection%project_inside(system, inside, work, status)
+      given = 0.0_wp
+      if (status%ok()) call self%projection%project_inside(system, inside, work, status, self%base%step_error, given)
       if (status%ok()) state = inside
+      work = work + given
    end subroutine state_at
 
    !> What the stepper and the projection remember.

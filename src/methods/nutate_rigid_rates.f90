@@ -4,8 +4,8 @@
 !>
 !> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ.
 !>
-!> A method sees `y = [q, L, 0]`, padded to a length that suits vector instructions, and `k = Δt ẏ`: with `Δt J⁻¹` in
-!> place of J⁻¹ no stage multiplies by the step.
+!> A method sees `y = [q, L, W]`, W = Σ Wᵢ from the start of the step, and `k = Δt ẏ`: with `Δt J⁻¹` in place of J⁻¹ no
+!> stage multiplies by the step.
 !>
 !> Wheels have rows of their own, ḣ = u - cω: a stage finds their momenta from the rates of the stages before, by the
 !> method's coefficients.
@@ -20,10 +20,11 @@ module nutate_rigid_rates
    use nutate_state, only: add_increment, state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
+   use nutate_work_share, only: step_error_t
    implicit none
    private
 
-   public :: rigid_rates_t, prepare_rates, begin_step, read_state, get_rates, end_step, end_wheels, n_rates
+   public :: rigid_rates_t, prepare_rates, begin_step, read_state, get_rates, end_step, end_wheels, get_error, n_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
@@ -117,7 +118,7 @@ contains
       real(wp), intent(in) :: dt
       !> Time that decides which torques act, s.
       real(wp), intent(in) :: window_time
-      !> [q, L, 0]; shape (n_rates).
+      !> [q, L, W]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
       integer :: i
       self%to_angle = dt*system%body%inverse_inertia
@@ -171,7 +172,7 @@ contains
       type(state_t), intent(in) :: state
       !> s.
       real(wp), intent(in) :: dt
-      !> [q, L, 0]; shape (n_rates).
+      !> [q, L, W]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
       real(wp) :: square, half
       self%t = state%t
@@ -214,7 +215,7 @@ contains
       type(system_t), intent(in) :: system
       !> Time from the start of the step over Δt (dimensionless).
       real(wp), intent(in) :: fraction
-      !> [q, L, 0] of the stage, |q| not quite 1; shape (n_rates).
+      !> [q, L, W] of the stage, |q| not quite 1; shape (n_rates).
       real(wp), intent(in) :: y(n_rates)
       !> Weight of the stage in the method's quadrature.
       real(wp), intent(in) :: weight
@@ -290,13 +291,14 @@ contains
       tau = 0.0_wp
       if (square > tiny(1.0_wp)) then
          if (self%moves) then
-            call add_moving(self, system, fraction, y(1:4)/sqrt(square), weight, tau)
+            call add_moving(self, system, fraction, y(1:4)/sqrt(square), weight, tau, k(8))
          else if (system%effects%n_potentials > 0) then
             call self%potentials%add_torque(system%effects, y(1:4), square, tau)
          end if
-         if (system%effects%n_torques > 0) call add_torques(self, system, fraction, y, sqrt(square), weight, tau)
+         if (system%effects%n_torques > 0) &
+            call add_torques(self, system, fraction, y, sqrt(square), weight, tau, k(8))
       end if
-      if (self%n_wheels > 0) call turn_wheels(self, system, fraction, y, square, weight)
+      if (self%n_wheels > 0) call turn_wheels(self, system, fraction, y, square, weight, k(8))
       if (ieee_is_finite(tau(1)) .and. ieee_is_finite(tau(2)) .and. ieee_is_finite(tau(3))) then
          k(5) = k(5) + self%dt*tau(1)
          k(6) = k(6) + self%dt*tau(2)
@@ -307,11 +309,13 @@ contains
    end subroutine add_forces
 
    !> Rates and work of the wheels in a stage, and their momenta in the next.
-   pure subroutine turn_wheels(self, system, fraction, y, square, weight)
+   pure subroutine turn_wheels(self, system, fraction, y, square, weight, gain)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> Of the step; [q, L, 0], |q|²; weight of the stage.
+      !> Of the step; [q, L, W], |q|²; weight of the stage.
       real(wp), intent(in) :: fraction, y(n_rates), square, weight
+      !> Δt times the power of all that does work, J.
+      real(wp), intent(inout) :: gain
       real(wp) :: q(4), omega(3), relative(3), drive, speed, rate, t
       integer :: i, j
       q = y(1:4)/sqrt(max(square, tiny(1.0_wp)))
@@ -327,6 +331,7 @@ contains
             if (self%driven(i)) drive = wheel%drive(t, q, relative)
             rate = drive - wheel%friction*speed
             self%turns(i, self%stage) = self%dt*rate
+            gain = gain + self%dt*rate*speed
             self%gain(i) = self%gain(i) + weight*self%dt*rate
             self%wheel_work(1, i) = self%wheel_work(1, i) + weight*self%dt*drive*speed
             self%wheel_work(2, i) = self%wheel_work(2, i) - weight*self%dt*(wheel%friction*speed)*speed
@@ -341,30 +346,36 @@ contains
    end subroutine turn_wheels
 
    !> Adds the torque of potentials of which some move, and the work of those.
-   pure subroutine add_moving(self, system, fraction, q, weight, tau)
+   pure subroutine add_moving(self, system, fraction, q, weight, tau, gain)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> Of the step; unit quaternion, shape (4); weight of the stage.
       real(wp), intent(in) :: fraction, q(4), weight
       !> Body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
-      real(wp) :: t
+      !> Δt times the power of all that does work, J.
+      real(wp), intent(inout) :: gain
+      real(wp) :: t, power
       t = self%t + fraction*self%dt
       tau = tau + potential_torque(system%effects, q, t)
+      power = world_power(system%effects, q, t)
+      gain = gain + self%dt*power
       associate (work => self%work(size(self%work)))
-         work = work + (weight*self%dt)*world_power(system%effects, q, t)
+         work = work + (weight*self%dt)*power
       end associate
    end subroutine add_moving
 
    !> Adds the torques that act, each asked within its window only, and their work.
-   pure subroutine add_torques(self, system, fraction, y, norm, weight, tau)
+   pure subroutine add_torques(self, system, fraction, y, norm, weight, tau, gain)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      !> [q, L, 0] and |q|.
+      !> [q, L, W] and |q|.
       real(wp), intent(in) :: fraction, y(n_rates), norm, weight
       !> Body axes, N m; shape (3).
       real(wp), intent(inout) :: tau(3)
-      real(wp) :: q(4), omega(3), one(3), t
+      !> Δt times the power of all that does work, J.
+      real(wp), intent(inout) :: gain
+      real(wp) :: q(4), omega(3), one(3), t, power
       integer :: i
       q = y(1:4)/norm
       omega = times_vector(system%body%inverse_inertia, y(5:7) - self%rotor)
@@ -374,7 +385,9 @@ contains
          t = min(max(self%t + fraction*self%dt, self%window(1, i)), self%window(2, i))
          one = system%effects%torques(i)%item%torque(t, q, omega)
          tau = tau + one
-         self%work(i) = self%work(i) + (weight*self%dt)*(omega(1)*one(1) + omega(2)*one(2) + omega(3)*one(3))
+         power = omega(1)*one(1) + omega(2)*one(2) + omega(3)*one(3)
+         gain = gain + self%dt*power
+         self%work(i) = self%work(i) + (weight*self%dt)*power
       end do
    end subroutine add_torques
 
@@ -383,7 +396,7 @@ contains
    !> constraint manifold.
    pure subroutine end_step(self, y, state, status)
       type(rigid_rates_t), intent(inout) :: self
-      !> [q, L, 0]; shape (n_rates).
+      !> [q, L, W]; shape (n_rates).
       real(wp), intent(in) :: y(n_rates)
       type(state_t), intent(inout) :: state
       type(status_t), intent(inout) :: status
@@ -419,6 +432,27 @@ contains
          last = last + 2
       end do
    end subroutine end_wheels
+
+   !> What an estimate of the error of y comes to, for a step that has ended: in the axes of the body.
+   pure subroutine get_error(self, q, y, weights, error)
+      type(rigid_rates_t), intent(in) :: self
+      !> Attitude at the end of the step, |q| nearly 1; shape (4).
+      real(wp), intent(in) :: q(4)
+      !> Estimated error of [q, L, W]; shape (n_rates).
+      real(wp), intent(in) :: y(n_rates)
+      !> Weights of the rates of the stages in it; shape (stages).
+      real(wp), intent(in) :: weights(:)
+      type(step_error_t), intent(inout) :: error
+      integer :: i
+      error%rotation(1) = 2*(q(1)*y(2) - q(2)*y(1) - q(3)*y(4) + q(4)*y(3))
+      error%rotation(2) = 2*(q(1)*y(3) - q(3)*y(1) - q(4)*y(2) + q(2)*y(4))
+      error%rotation(3) = 2*(q(1)*y(4) - q(4)*y(1) - q(2)*y(3) + q(3)*y(2))
+      error%momentum = y(5:7)
+      error%work = y(8)
+      do i = 1, self%n_wheels
+         error%wheels(i) = dot_product(self%turns(i, :), weights)
+      end do
+   end subroutine get_error
 
    !> Says why a step failed.
    pure subroutine explain(failure, status)

@@ -3,7 +3,7 @@
 module nutate_rk4
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
-   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_rates, n_rates, prepare_rates, &
+   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, get_rates, n_rates, prepare_rates, &
       rigid_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t
@@ -60,6 +60,9 @@ contains
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       self%work(:) = self%rates%work
+      ! The difference to the mean of both midpoints, which is of order 2.
+      if (size(self%work) > 0) &
+         call get_error(self%rates, state%q, outer*(k1 - k2 - k3 + k4), outer*[1, -1, -1, 1], self%step_error)
    end subroutine advance
 
    !> A step remembers nothing of the ones before.

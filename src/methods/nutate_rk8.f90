@@ -5,15 +5,16 @@
 !> others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
 module nutate_rk8
    use nutate_archive, only: archive_t
-   use nutate_dop853, only: a, b, get_stages
+   use nutate_dop853, only: a, b, e5, estimate_of_fifth, get_stages
    use nutate_kinds, only: wp
    use nutate_lean_motion, only: lean_motion_t
-   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, read_state, &
+   use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, n_rates, prepare_rates, read_state, &
       rigid_rates_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
+   use nutate_work_share, only: step_error_t
    implicit none
    private
 
@@ -61,7 +62,7 @@ contains
          if (self%rates%failure == 0) self%rates%failure = NUTATE_OFF_BRANCH
       else
          call begin_step(self%rates, system, state, dt, window_time, y)
-         call take_stages(self%rates, system, y)
+         call take_stages(self%rates, system, y, self%step_error)
       end if
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
@@ -70,14 +71,17 @@ contains
    end subroutine advance
 
    !> A step by the general equations.
-   pure subroutine take_stages(rates, system, y)
+   pure subroutine take_stages(rates, system, y, error)
       type(rigid_rates_t), intent(inout) :: rates
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: y(n_rates)
+      !> Estimated, where there are works.
+      type(step_error_t), intent(inout) :: error
       real(wp) :: k(n_rates, size(b))
       call get_stages(rates, system, y, k)
       y = y + (b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
                + b(11)*k(:, 11) + b(12)*k(:, 12))
+      if (size(rates%work) > 0) call get_error(rates, y(1:4), estimate_of_fifth(k), e5, error)
    end subroutine take_stages
 
    !> A step remembers nothing of the ones before.

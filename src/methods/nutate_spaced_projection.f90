@@ -11,6 +11,7 @@ module nutate_spaced_projection
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_system, only: system_t
+   use nutate_work_share, only: step_error_t
    implicit none
    private
 
@@ -154,7 +155,7 @@ contains
 
    !> Counts a step, and projects the state if that is due. Errors, with state and count as they were: those of the
    !> projection.
-   pure subroutine end_step(self, system, state, due, work, status)
+   pure subroutine end_step(self, system, state, due, work, status, error, given)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -164,9 +165,12 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
+      !> Estimated error of the step, and what works take for it, J: zero where they take nothing.
+      type(step_error_t), intent(in), optional :: error
+      real(wp), intent(inout), optional :: given
       real(wp) :: q(4), p(4)
       if (self%each) then
-         call self%projection%project(system, state, work, status)
+         call self%projection%project(system, state, work, status, error, given)
          return
       end if
       if (self%count + 1 < self%interval .and. .not. due) then
@@ -204,7 +208,7 @@ contains
    end subroutine show
 
    !> Projects a state inside the last step. Errors: those of the projection.
-   pure subroutine project_inside(self, system, state, work, status)
+   pure subroutine project_inside(self, system, state, work, status, error, given)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -212,7 +216,10 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      call self%projection%project_aside(system, state, .true., work, status)
+      !> As of `end_step`.
+      type(step_error_t), intent(in), optional :: error
+      real(wp), intent(inout), optional :: given
+      call self%projection%project_aside(system, state, .true., work, status, error, given)
    end subroutine project_inside
 
    !> Shows what it remembers from step to step to an archive.

@@ -6,6 +6,7 @@ module nutate_stepper
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
+   use nutate_work_share, only: step_error_t
    implicit none
    private
 
@@ -62,6 +63,8 @@ module nutate_stepper
       integer :: unproved = 0
       !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
+      !> The same for all that the energy and its account depend on, where there are works; zero without an estimate.
+      type(step_error_t) :: step_error = step_error_t()
       !> How far round-off of the energy moved the end of the last step when it was projected, rad.
       real(wp) :: moved_by_round_off = 0.0_wp
       !> Work that each torque did in the last step, and of each wheel motor and friction, J; shape (n_works).
@@ -176,6 +179,7 @@ contains
       self%continued = 0
       self%unproved = 0
       self%error_estimate = 0.0_wp
+      self%step_error = step_error_t()
       self%prepared_with = settings
       self%keeps_steps = .false.
       self%last_length = 0.0_wp
@@ -294,6 +298,7 @@ contains
             end if
             if (status%code /= 0) return
             work = sum(again%work)
+            self%step_error = again%step_error
          end select
          inside%t = t
       end if

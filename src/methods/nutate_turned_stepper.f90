@@ -101,6 +101,7 @@ contains
       if (status%code /= 0) return
       self%untested = .false.
       call self%take_work()
+      self%step_error = self%base%step_error
       if (self%follows) call turn_state(self, state)
    end subroutine advance
 
@@ -177,9 +178,11 @@ contains
       type(state_t) :: inside
       if (.not. self%follows) then
          call self%base%state_at(system, t, state, work, status)
+         self%step_error = self%base%step_error
          return
       end if
       call self%base%state_at(self%standing, t, inside, work, status)
+      self%step_error = self%base%step_error
       if (.not. status%ok()) return
       if (abs(t - self%start) > 0.0_wp) then
          if (t - self%start /= self%length) call set_length(self, t - self%start, status)

@@ -1,0 +1,251 @@
+!> Works that err more than the state take their part of the difference between the two; the account stays what it is.
+module test_work_share
+   use nutate, only: read_scene, scene_t
+   use nutate_damping, only: damping_t
+   use nutate_hamiltonian, only: total_energy
+   use nutate_kinds, only: wp, eps
+   use nutate_methods, only: default_settings, make_stepper
+   use nutate_progress, only: run_summary_t
+   use nutate_projection_point, only: evaluate, projection_plan_t, projection_point_t, read_point
+   use nutate_quaternion, only: attitude_distance
+   use nutate_run, only: integrate
+   use nutate_run_plan, only: run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_work_share, only: share_of_works, step_error_t
+   use test_problems, only: box, problem_t, forced_body, wheeled_body
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_work_share
+
+   character(len=6), parameter :: methods(3) = ['dop853', 'rk8   ', 'rk4   ']
+   !> Times in the second half of a run at which its error is taken: at one of them it may be small by accident.
+   integer, parameter :: samples = 10
+
+contains
+
+   subroutine collect_work_share(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("works that err most do not spoil the state", works_do_not_spoil_the_state), &
+                  new_unittest("a state that errs most is corrected in full", state_is_corrected), &
+                  new_unittest("works and energy close, effect by effect", works_close), &
+                  new_unittest("what did no work is given none", idle_effects_are_given_none), &
+                  new_unittest("a state inside a step has the works of that step", inside_agrees_with_the_end), &
+                  new_unittest("the share in any unit of energy", share_has_no_unit)]
+   end subroutine collect_work_share
+
+   !> Geometric mean of the attitude errors of a run of n steps, over ten times of its second half.
+   subroutine find_error(problem, method, conserve, end_time, n, error)
+      type(problem_t), intent(in) :: problem
+      character(len=*), intent(in) :: method
+      logical, intent(in) :: conserve
+      real(wp), intent(in) :: end_time
+      integer, intent(in) :: n
+      !> rad; huge where a run failed.
+      real(wp), intent(out) :: error
+      class(stepper_t), allocatable :: stepper
+      type(integrator_settings_t) :: settings
+      type(state_t) :: state, exact
+      type(run_plan_t) :: plan, fine
+      type(status_t) :: status, fine_status
+      integer :: k
+      settings = default_settings(method)
+      settings%conserve = conserve
+      call make_stepper(problem%system, settings, stepper, status)
+      state = problem%start
+      exact = problem%start
+      fine%goal%local_tolerance = 1e-14_wp
+      error = 0.0_wp
+      do k = 1, 2*samples
+         plan = run_plan_t(time_step=end_time/n, end_time=end_time*k/(2*samples), every=huge(plan%every))
+         fine%end_time = plan%end_time
+         if (status%ok()) call integrate(problem%system, stepper, state, plan, status)
+         call integrate(problem%system, default_settings('taylor'), exact, fine, fine_status)
+         if (k > samples) error = error + log(max(eps, attitude_distance(state%q, exact%q)))/samples
+      end do
+      error = exp(error)
+      if (.not. (status%ok() .and. fine_status%ok())) error = huge(error)
+   end subroutine find_error
+
+   !> All effects at once, at three long steps: off by no more than without the projection, where the works as they come
+   !> from their quadrature make it 1.2 to 3.5 times that.
+   subroutine works_do_not_spoil_the_state(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: steps(3) = [120, 160, 200]
+      type(scene_t) :: scene
+      type(problem_t) :: problem
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      real(wp) :: bare, conserving
+      integer :: i, k
+      call read_scene('scenes/all_effects.nml', scene, status, message)
+      call check(error, status%ok(), message)
+      problem%system = scene%system
+      problem%start = scene%initial
+      do k = 1, 2
+         do i = 1, size(steps)
+            if (allocated(error)) return
+            call find_error(problem, trim(methods(k)), .false., 20.0_wp, steps(i), bare)
+            call find_error(problem, trim(methods(k)), .true., 20.0_wp, steps(i), conserving)
+            call check_below(error, conserving, bare, methods(k))
+         end do
+      end do
+   end subroutine works_do_not_spoil_the_state
+
+   !> Damping that takes 3e-5 of the energy of the box in a step: of the difference between energy and account the work
+   !> takes a thousandth at most, and the state the rest.
+   subroutine state_is_corrected(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: dt = 0.08_wp
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: stepper, plain
+      type(integrator_settings_t) :: settings
+      type(state_t) :: state, other
+      type(status_t) :: status
+      real(wp) :: first, excess
+      integer :: k
+      problem = box()
+      call problem%system%effects%add(damping_t([1e-3_wp, 3e-3_wp, 4e-3_wp]))
+      first = total_energy(problem%system, problem%start)
+      do k = 1, size(methods)
+         settings = default_settings(trim(methods(k)))
+         settings%conserve = .false.
+         call make_stepper(problem%system, settings, plain, status)
+         settings%conserve = .true.
+         call make_stepper(problem%system, settings, stepper, status)
+         state = problem%start
+         other = problem%start
+         call plain%step(problem%system, other, dt, status)
+         call stepper%step(problem%system, state, dt, status)
+         call check(error, status%ok(), status%message)
+         excess = total_energy(problem%system, other) - first - sum(plain%work)
+         if (.not. allocated(error)) &
+            call check_below(error, abs(sum(stepper%work) - sum(plain%work)), 1e-3_wp*abs(excess), methods(k))
+         if (.not. allocated(error)) &
+            call check_close(error, total_energy(problem%system, state) - first, sum(stepper%work), 16*eps*first, &
+                             methods(k))
+         if (allocated(error)) return
+      end do
+   end subroutine state_is_corrected
+
+   !> Damping, a torque, a driven wheel and one with friction: at long steps the works add up to what the energy gains,
+   !> and those that the state has of the wheels are those of the run.
+   subroutine works_close(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: stepper
+      type(integrator_settings_t) :: settings
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      real(wp) :: size_of_energy
+      integer :: k
+      problem = wheeled_body()
+      size_of_energy = abs(total_energy(problem%system, problem%start))
+      do k = 1, size(methods)
+         settings = default_settings(trim(methods(k)))
+         settings%conserve = .true.
+         call make_stepper(problem%system, settings, stepper, status)
+         state = problem%start
+         call integrate(problem%system, stepper, state, run_plan_t(time_step=0.04_wp, end_time=4.0_wp), status, &
+                        summary=summary)
+         call check(error, status%ok(), status%message)
+         if (.not. allocated(error)) &
+            call check_close(error, sum(summary%work), total_energy(problem%system, state) - &
+                             total_energy(problem%system, problem%start), 100*eps*size_of_energy, methods(k))
+         if (.not. allocated(error)) &
+            call check_close(error, summary%work(3:6), [state%wheel_work(:, 1), state%wheel_work(:, 2)], &
+                             100*eps*size_of_energy, methods(k)//' wheels')
+         if (allocated(error)) return
+      end do
+   end subroutine works_close
+
+   !> In steps before the motor starts its work is exactly nothing, while damping and torque are given their shares.
+   subroutine idle_effects_are_given_none(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: stepper, plain
+      type(integrator_settings_t) :: settings
+      type(state_t) :: state, other
+      type(status_t) :: status
+      integer :: k
+      problem = wheeled_body()
+      do k = 1, size(methods)
+         settings = default_settings(trim(methods(k)))
+         settings%conserve = .false.
+         call make_stepper(problem%system, settings, plain, status)
+         settings%conserve = .true.
+         call make_stepper(problem%system, settings, stepper, status)
+         state = problem%start
+         other = problem%start
+         call plain%step(problem%system, other, 0.1_wp, status)
+         call stepper%step(problem%system, state, 0.1_wp, status)
+         call check(error, status%ok(), status%message)
+         if (.not. allocated(error)) call check_close(error, stepper%work(3:4), [0.0_wp, 0.0_wp], 0.0_wp, methods(k))
+         if (.not. allocated(error)) &
+            call check(error, all(abs(stepper%work([1, 2, 6]) - plain%work([1, 2, 6])) > 0.0_wp), &
+                       methods(k)//' takes none')
+         if (allocated(error)) return
+      end do
+   end subroutine idle_effects_are_given_none
+
+   !> At the end of the last step `state_at` is that end, and its work that of the step.
+   subroutine inside_agrees_with_the_end(error)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: dt = 0.2_wp
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: stepper
+      type(integrator_settings_t) :: settings
+      type(state_t) :: state, inside
+      type(status_t) :: status
+      real(wp) :: work
+      integer :: k
+      problem = forced_body()
+      do k = 1, size(methods)
+         settings = default_settings(trim(methods(k)))
+         settings%conserve = .true.
+         call make_stepper(problem%system, settings, stepper, status)
+         call stepper%keep_steps()
+         state = problem%start
+         call stepper%step(problem%system, state, dt, status)
+         if (status%ok()) call stepper%state_at(problem%system, dt, inside, work, status)
+         call check(error, status%ok(), status%message)
+         if (.not. allocated(error)) call check_close(error, inside%q, state%q, 4*eps, methods(k))
+         if (.not. allocated(error)) call check_close(error, work, sum(stepper%work), 100*eps, methods(k)//' work')
+         if (allocated(error)) return
+      end do
+   end subroutine inside_agrees_with_the_end
+
+   !> Between 0 and 1; all for works that alone err, nothing where nothing is known.
+   subroutine share_has_no_unit(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(projection_plan_t) :: plan
+      type(projection_point_t) :: point
+      type(step_error_t) :: step
+      real(wp) :: share
+      problem = forced_body()
+      call plan%prepare(problem%system, .true.)
+      call read_point(plan, problem%system%effects, problem%start, point)
+      call evaluate(plan, problem%system%effects, point)
+      call check_close(error, share_of_works(plan, point, step, 1.0_wp), 0.0_wp, 0.0_wp, 'nothing known')
+      step%work = 1e-9_wp
+      if (.not. allocated(error)) &
+         call check_close(error, share_of_works(plan, point, step, 1.0_wp), 1.0_wp, 0.0_wp, 'works')
+      step%momentum = [1e-9_wp, -2e-9_wp, 1e-9_wp]
+      step%rotation = [3e-10_wp, 1e-10_wp, -2e-10_wp]
+      share = share_of_works(plan, point, step, 1.0_wp)
+      if (.not. allocated(error)) call check(error, share > 0.01_wp .and. share < 0.99_wp, 'both')
+      if (.not. allocated(error)) &
+         call check_close(error, share_of_works(plan, point, step, 2.0_wp**(-40)), share, 0.0_wp, 'another unit')
+      step%work = 0.0_wp
+      if (.not. allocated(error)) &
+         call check_close(error, share_of_works(plan, point, step, 1.0_wp), 0.0_wp, 0.0_wp, 'state')
+   end subroutine share_has_no_unit
+
+end module test_work_share
