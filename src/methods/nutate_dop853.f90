@@ -111,18 +111,19 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      real(wp) :: y(n_rates), change(n_rates), fifth(n_rates), k(n_rates, n_stages)
+      real(wp) :: y(n_rates), change(n_rates), last(n_rates), fifth(n_rates), k(n_rates, n_stages)
       call begin_step(self%rates, system, state, dt, window_time, y)
       call get_stages(self%rates, system, y, k)
       change = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
                + b(11)*k(:, 11) + b(12)*k(:, 12)
-      call end_step(self%rates, y + change, state, status)
+      last = y + change
+      call end_step(self%rates, last, state, status)
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       self%work(:) = self%rates%work
       fifth = estimate_of_fifth(k)
       self%error_estimate = estimate(k, change, fifth, y)
-      if (size(self%work) > 0) call get_error(self%rates, state%q, fifth, e5, self%step_error)
+      if (size(self%work) > 0) call get_error(self%rates, last, fifth, e5, self%step_error)
    end subroutine advance
 
    !> k = Δt ẏ of all stages; shape (n_rates, 12). Terms with vanishing coefficients are left out.

@@ -40,7 +40,7 @@ module nutate_invariant_projection
    use nutate_energy_account, only: energy_account_t, energy_sum_t
    use nutate_projection_point, only: projection_plan_t, evaluate, get_slope, projection_point_t, read_point, &
       set_gamma, set_rows, slope_t, take_attitude, take_momentum, times, write_state
-   use nutate_invariants, only: ALL_COMPONENTS
+   use nutate_invariants, only: ALL_COMPONENTS, NO_COMPONENT
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_wheels
    use nutate_momentum_target, only: momentum_target_t
@@ -48,7 +48,7 @@ module nutate_invariant_projection
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
-   use nutate_work_share, only: share_of_works, step_error_t
+   use nutate_work_share, only: balance_momentum, share_of_works, step_error_t, weight_of_push
    implicit none
    private
 
@@ -65,6 +65,8 @@ module nutate_invariant_projection
    !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
    !> longest after which the rest of the excess, which goes as the square of the move, is below ε/16.
    real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = (64*eps)**2, negligible = 1e-17_wp
+   !> With another weight than the usual one a move is no longer than 0.01 rad.
+   real(wp), parameter :: long = 1e-4_wp
    !> Round-off ε that noise of 1 stands for, inverse: noise of 4ε is what evaluating H makes.
    real(wp), parameter :: noise_unit = 0.25_wp/eps
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
@@ -264,6 +266,7 @@ contains
       real(wp), intent(inout), optional :: given
       type(projection_point_t) :: point
       type(energy_sum_t) :: energy
+      type(step_error_t) :: known
       real(wp) :: size, largest, to_order_one, share
       logical :: reached, undetermined
       size = self%size
@@ -275,14 +278,20 @@ contains
       call take_state(self, state, point)
       energy = self%account%now
       if (abs(work) > 0.0_wp) call add_increment(energy%energy, energy%compensation, work)
-      share = 0.0_wp
-      call set_energy(self, system%effects, energy, point, reached, undetermined, share, error)
+      if (present(error)) then
+         known = error
+         call balance(self, known, point)
+         share = 0.0_wp
+         call set_energy(self, system%effects, energy, point, reached, undetermined, known, share)
+         if (reached) given = share
+      else
+         call set_energy(self, system%effects, energy, point, reached, undetermined)
+      end if
       if (undetermined) then
          call take_state(self, state, point)
          call evaluate(self%plan, system%effects, point)
          energy = energy_sum_t(point%energy, 0.0_wp)
       end if
-      if (present(given) .and. reached) given = share
       if (reached .or. undetermined) then
          call write_state(self%plan, point, state)
          call self%account%book(state, energy)
@@ -350,23 +359,24 @@ contains
    end subroutine transfer
 
    !> Moves a point to the energy of an account, or both to one that is between theirs.
-   pure subroutine set_energy(self, effects, target, point, reached, undetermined, given, error)
+   pure subroutine set_energy(self, effects, target, point, reached, undetermined, error, given)
       class(invariant_projection_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(energy_sum_t), intent(inout) :: target
       type(projection_point_t), intent(inout) :: point
       !> False if that is too far; true where it is, although there is little to remove.
       logical, intent(out) :: reached, undetermined
-      !> How far the account was moved, J; as it was where it was not.
-      real(wp), intent(inout) :: given
+      !> What is known of the errors of the step; how far the account was moved, J: as it was where it was not.
       type(step_error_t), intent(in), optional :: error
+      real(wp), intent(inout), optional :: given
       type(slope_t) :: slope
-      real(wp) :: excess, first, square, unit
+      real(wp) :: excess, first, square, unit, push
       integer :: i
       reached = .true.
       undetermined = .false.
       unit = max(1.0_wp, self%noise%amplitude*noise_unit)
       self%moved_by_round_off = 0.0_wp
+      push = 1.0_wp
       do i = 1, most_moves
          call evaluate(self%plan, effects, point)
          call note_size(self, point)
@@ -383,10 +393,11 @@ contains
                self%moved_by_round_off = abs(excess)/sqrt(slope%steepness)
          end if
          if (i == 1 .and. present(error)) then
-            call give_to_works(self, error, point, excess, given)
+            call weigh(self, error, point, slope, excess, given, push)
             if (abs(given) > 0.0_wp) call add_increment(target%energy, target%compensation, given)
             square = excess*excess
          end if
+         if (abs(push - 1) > 0.0_wp) call slope%weigh_push(push)
          excess = excess/slope%steepness
          if (square <= negligible*slope%steepness) then
             call move_little(self, excess, slope, point)
@@ -400,22 +411,38 @@ contains
       undetermined = first <= in_account*unit*self%size
    end subroutine set_energy
 
-   !> Takes the share of the works from an excess, unless that is no more than round-off may be.
-   pure subroutine give_to_works(self, error, point, excess, given)
+   !> Moves a point towards the account of its momentum, where not all of that is conserved.
+   pure subroutine balance(self, error, point)
+      class(invariant_projection_t), intent(in) :: self
+      type(step_error_t), intent(inout) :: error
+      type(projection_point_t), intent(inout) :: point
+      if (.not. self%plan%pushes) return
+      call balance_momentum(error, alike, point%momentum)
+      if (self%plan%components /= NO_COMPONENT) call self%target%put(self%plan%components, point)
+   end subroutine balance
+
+   !> Takes the share of the works from an excess, and weighs the two moves, unless it is no more than round-off may be.
+   pure subroutine weigh(self, error, point, slope, excess, given, push)
       class(invariant_projection_t), intent(in) :: self
       type(step_error_t), intent(in) :: error
       !> Evaluated.
       type(projection_point_t), intent(in) :: point
+      type(slope_t), intent(in) :: slope
       !> J, in the unit of `to_order_one`.
       real(wp), intent(inout) :: excess
-      !> J.
-      real(wp), intent(inout) :: given
+      !> J; S² over its usual value.
+      real(wp), intent(inout) :: given, push
+      type(slope_t) :: weighed
       real(wp) :: share
       if (abs(excess) <= alike*(self%to_order_one*self%size)) return
       share = share_of_works(self%plan, point, error, self%to_order_one)
       given = share*(excess/self%to_order_one)
       excess = (1 - share)*excess
-   end subroutine give_to_works
+      push = weight_of_push(point, error)
+      weighed = slope
+      call weighed%weigh_push(push)
+      if (.not. excess*excess < long*weighed%steepness) push = 1.0_wp
+   end subroutine weigh
 
    !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =
    !> -c·inertia·Ω⊥.

@@ -86,6 +86,11 @@ module nutate_projection_point
       real(wp) :: wheels(most_wheels)
       !> |L̇|² + S²|Ω⊥|² + Sw²Σω².
       real(wp) :: steepness
+      !> S²|Ω⊥|² in it.
+      real(wp) :: of_push
+   contains
+      !> Multiplies S² by a factor.
+      procedure :: weigh_push
    end type slope_t
 
 contains
@@ -352,6 +357,7 @@ contains
          slope%steepness = x(1)*x(1) + x(2)*x(2) + x(3)*x(3)
       end associate
       slope%inertia = 0.0_wp
+      slope%of_push = 0.0_wp
       slope%omega = point%omega
       if (self%moves_wheels) call add_wheels(self, to_order_one, point, slope)
       if (.not. self%pushes) return
@@ -370,9 +376,19 @@ contains
          else
             kinetic = kinetic*kinetic
          end if
+         slope%of_push = kinetic
          slope%steepness = slope%steepness + kinetic
       end associate
    end subroutine get_slope
+
+   !> Multiplies S² by a factor.
+   pure subroutine weigh_push(self, factor)
+      class(slope_t), intent(inout) :: self
+      real(wp), intent(in) :: factor
+      self%inertia = factor*self%inertia
+      self%steepness = (self%steepness - self%of_push) + factor*self%of_push
+      self%of_push = factor*self%of_push
+   end subroutine weigh_push
 
    !> With the speeds ω = h/Jw - s·Ω, at fixed L `dH = ω dh`: Δh = -cSw²ω, Sw² = (Σ Jw ω²)²/Σω² over the wheels that
    !> move.

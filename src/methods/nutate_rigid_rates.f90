@@ -14,7 +14,7 @@ module nutate_rigid_rates
    use nutate_hamiltonian, only: potential_torque, world_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
-   use nutate_quaternion, only: quat_vector_product, rotate_to_body
+   use nutate_quaternion, only: quat_vector_product, rotate_to_body, rotate_to_space
    use nutate_small_products, only: times_vector
    use nutate_stage_potentials, only: stage_potentials_t
    use nutate_state, only: add_increment, state_t
@@ -72,6 +72,12 @@ module nutate_rigid_rates
       logical, allocatable :: in_pieces(:)
       !> ∫ Ω·τᵢ dt over the step, and the work of the wheels, J; shape (n_works).
       real(wp), allocatable :: work(:)
+      !> The account of l is kept: l at the start and ∫ Rτ dt over the step, N m s, shape (3), and ΔtRτ of the stages so
+      !> far, N m s, shape (3, stages).
+      logical, private :: balances = .false.
+      real(wp), private :: first_l(3) = 0.0_wp, impulse(3) = 0.0_wp
+      real(wp), allocatable, private :: pushes(:, :)
+      integer, private :: n_pushes = 0
    end type rigid_rates_t
 
 contains
@@ -97,6 +103,9 @@ contains
          allocate (self%a, source=a)
          allocate (self%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
       end if
+      self%balances = present(a) .and. system%effects%n_works() > 0 .and. attitude .and. .not. self%frame_turns
+      if (allocated(self%pushes)) deallocate (self%pushes)
+      if (self%balances) allocate (self%pushes(3, size(a, 2) + 1), source=0.0_wp)
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), self%in_pieces(n), source=.false.)
@@ -138,6 +147,11 @@ contains
       if (self%moves) self%work(size(self%work)) = 0.0_wp
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
+      if (self%balances .and. self%failure == 0) then
+         self%first_l = rotate_to_space(y(1:4), y(5:7))/dot_product(y(1:4), y(1:4))
+         self%impulse = 0.0_wp
+         self%n_pushes = 0
+      end if
       if (self%failure /= 0 .or. .not. self%frame_turns) return
       if (2*maxval(abs(self%frame_turn)) <= largest_angle) return
       self%failure = NUTATE_OFF_BRANCH
@@ -303,10 +317,24 @@ contains
          k(5) = k(5) + self%dt*tau(1)
          k(6) = k(6) + self%dt*tau(2)
          k(7) = k(7) + self%dt*tau(3)
+         if (self%balances) call add_push(self, y(1:4), square, weight, tau)
       else
          self%failure = NUTATE_NOT_FINITE
       end if
    end subroutine add_forces
+
+   !> The share of a stage in the account of l.
+   pure subroutine add_push(self, q, square, weight, tau)
+      type(rigid_rates_t), intent(inout) :: self
+      !> Attitude, |q|², weight of the stage, and torque, body axes, N m.
+      real(wp), intent(in) :: q(4), square, weight, tau(3)
+      self%n_pushes = self%n_pushes + 1
+      if (.not. abs(weight)*square > tiny(1.0_wp)) return
+      associate (push => self%pushes(:, self%n_pushes))
+         push = (self%dt/square)*rotate_to_space(q, tau)
+         self%impulse = self%impulse + weight*push
+      end associate
+   end subroutine add_push
 
    !> Rates and work of the wheels in a stage, and their momenta in the next.
    pure subroutine turn_wheels(self, system, fraction, y, square, weight, gain)
@@ -434,21 +462,32 @@ contains
    end subroutine end_wheels
 
    !> What an estimate of the error of y comes to, for a step that has ended: in the axes of the body.
-   pure subroutine get_error(self, q, y, weights, error)
+   pure subroutine get_error(self, y, off, weights, error)
       type(rigid_rates_t), intent(in) :: self
-      !> Attitude at the end of the step, |q| nearly 1; shape (4).
-      real(wp), intent(in) :: q(4)
-      !> Estimated error of [q, L, W]; shape (n_rates).
-      real(wp), intent(in) :: y(n_rates)
-      !> Weights of the rates of the stages in it; shape (stages).
+      !> [q, L, W] at the end of the step, |q| nearly 1, and its estimated error; shape (n_rates).
+      real(wp), intent(in) :: y(n_rates), off(n_rates)
+      !> Weights of the rates of the stages in that; shape (stages). Zero where they are in the step itself.
       real(wp), intent(in) :: weights(:)
       type(step_error_t), intent(inout) :: error
+      real(wp) :: square
       integer :: i
-      error%rotation(1) = 2*(q(1)*y(2) - q(2)*y(1) - q(3)*y(4) + q(4)*y(3))
-      error%rotation(2) = 2*(q(1)*y(3) - q(3)*y(1) - q(4)*y(2) + q(2)*y(4))
-      error%rotation(3) = 2*(q(1)*y(4) - q(4)*y(1) - q(2)*y(3) + q(3)*y(2))
-      error%momentum = y(5:7)
-      error%work = y(8)
+      associate (q => y(1:4), d => off(1:4))
+         error%rotation(1) = 2*(q(1)*d(2) - q(2)*d(1) - q(3)*d(4) + q(4)*d(3))
+         error%rotation(2) = 2*(q(1)*d(3) - q(3)*d(1) - q(4)*d(2) + q(2)*d(4))
+         error%rotation(3) = 2*(q(1)*d(4) - q(4)*d(1) - q(2)*d(3) + q(3)*d(2))
+      end associate
+      error%momentum = off(5:7)
+      error%work = off(8)
+      error%balances = self%balances
+      if (self%balances) then
+         square = dot_product(y(1:4), y(1:4))
+         error%balance = rotate_to_body(y(1:4), self%first_l + self%impulse)/square - y(5:7)
+         error%of_balance = 0.0_wp
+         do i = 1, size(weights)
+            if (abs(weights(i)) > 0.0_wp) error%of_balance = error%of_balance + weights(i)*self%pushes(:, i)
+         end do
+         error%of_balance = rotate_to_body(y(1:4), error%of_balance)/square
+      end if
       do i = 1, self%n_wheels
          error%wheels(i) = dot_product(self%turns(i, :), weights)
       end do

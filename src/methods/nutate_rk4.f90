@@ -62,7 +62,7 @@ contains
       self%work(:) = self%rates%work
       ! The difference to the mean of both midpoints, which is of order 2.
       if (size(self%work) > 0) &
-         call get_error(self%rates, state%q, outer*(k1 - k2 - k3 + k4), outer*[1, -1, -1, 1], self%step_error)
+         call get_error(self%rates, y, outer*(k1 - k2 - k3 + k4), outer*[1, -1, -1, 1], self%step_error)
    end subroutine advance
 
    !> A step remembers nothing of the ones before.

@@ -81,7 +81,7 @@ contains
       call get_stages(rates, system, y, k)
       y = y + (b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
                + b(11)*k(:, 11) + b(12)*k(:, 12))
-      if (size(rates%work) > 0) call get_error(rates, y(1:4), estimate_of_fifth(k), e5, error)
+      if (size(rates%work) > 0) call get_error(rates, y, estimate_of_fifth(k), e5, error)
    end subroutine take_stages
 
    !> A step remembers nothing of the ones before.
