@@ -94,13 +94,13 @@ module nutate_dop853
 
 contains
 
-   !> Of the settings only `attitude` counts. No errors of its own.
+   !> Of the settings `attitude` and `conserve` count. No errors of its own.
    subroutine set_up(self, system, settings, status)
       class(dop853_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      call prepare_rates(self%rates, system, settings%attitude, a)
+      call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -123,7 +123,7 @@ contains
       self%work(:) = self%rates%work
       fifth = estimate_of_fifth(k)
       self%error_estimate = estimate(k, change, fifth, y)
-      if (size(self%work) > 0) call get_error(self%rates, last, fifth, e5, self%step_error)
+      if (self%rates%estimates) call get_error(self%rates, last, fifth, e5, self%step_error)
    end subroutine advance
 
    !> k = Δt ẏ of all stages; shape (n_rates, 12). Terms with vanishing coefficients are left out.

@@ -28,6 +28,8 @@ module nutate_rigid_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
+   !> Stages at most.
+   integer, parameter :: most_stages = 12
    !> Largest component of the angle ΔtΩ in a stage, and of a frame's turn in a step, rad: what lies beyond does not
    !> follow a motion, and overflows some stages later.
    real(wp), parameter :: largest_angle = 1e3_wp
@@ -72,22 +74,26 @@ module nutate_rigid_rates
       logical, allocatable :: in_pieces(:)
       !> ∫ Ω·τᵢ dt over the step, and the work of the wheels, J; shape (n_works).
       real(wp), allocatable :: work(:)
+      !> The error of steps is wanted in the axes of the body.
+      logical :: estimates = .false.
       !> The account of l is kept: l at the start and ∫ Rτ dt over the step, N m s, shape (3), and ΔtRτ of the stages so
-      !> far, N m s, shape (3, stages).
+      !> far, N m s, shape (3, most_stages).
       logical, private :: balances = .false.
       real(wp), private :: first_l(3) = 0.0_wp, impulse(3) = 0.0_wp
-      real(wp), allocatable, private :: pushes(:, :)
+      real(wp), private :: pushes(3, most_stages) = 0.0_wp
       integer, private :: n_pushes = 0
    end type rigid_rates_t
 
 contains
 
    !> Allocates for the effects of a system.
-   pure subroutine prepare_rates(self, system, attitude, a)
+   pure subroutine prepare_rates(self, system, attitude, conserve, a)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> Integrate the attitude.
       logical, intent(in) :: attitude
+      !> The states will be projected onto the invariants: where there are works, errors are estimated for that.
+      logical, intent(in) :: conserve
       !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on.
       real(wp), intent(in), optional :: a(:, :)
       integer :: i
@@ -103,9 +109,9 @@ contains
          allocate (self%a, source=a)
          allocate (self%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
       end if
-      self%balances = present(a) .and. system%effects%n_works() > 0 .and. attitude .and. .not. self%frame_turns
-      if (allocated(self%pushes)) deallocate (self%pushes)
-      if (self%balances) allocate (self%pushes(3, size(a, 2) + 1), source=0.0_wp)
+      self%estimates = conserve .and. system%effects%n_works() > 0
+      self%balances = self%estimates .and. present(a) .and. attitude .and. .not. self%frame_turns
+      self%pushes = 0.0_wp
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), self%in_pieces(n), source=.false.)
@@ -323,16 +329,27 @@ contains
       end if
    end subroutine add_forces
 
-   !> The share of a stage in the account of l.
+   !> The share of a stage in the account of l: ΔtRτ, which counts by the weight of the stage.
    pure subroutine add_push(self, q, square, weight, tau)
       type(rigid_rates_t), intent(inout) :: self
       !> Attitude, |q|², weight of the stage, and torque, body axes, N m.
       real(wp), intent(in) :: q(4), square, weight, tau(3)
+      real(wp) :: over, d, w1, w2, w3
       self%n_pushes = self%n_pushes + 1
       if (.not. abs(weight)*square > tiny(1.0_wp)) return
+      over = self%dt/square
+      ! q∘τ = [-d, w]
+      d = over*(q(2)*tau(1) + q(3)*tau(2) + q(4)*tau(3))
+      w1 = over*(q(1)*tau(1) + q(3)*tau(3) - q(4)*tau(2))
+      w2 = over*(q(1)*tau(2) + q(4)*tau(1) - q(2)*tau(3))
+      w3 = over*(q(1)*tau(3) + q(2)*tau(2) - q(3)*tau(1))
       associate (push => self%pushes(:, self%n_pushes))
-         push = (self%dt/square)*rotate_to_space(q, tau)
-         self%impulse = self%impulse + weight*push
+         push(1) = q(1)*w1 + d*q(2) + q(3)*w3 - q(4)*w2
+         push(2) = q(1)*w2 + d*q(3) + q(4)*w1 - q(2)*w3
+         push(3) = q(1)*w3 + d*q(4) + q(2)*w2 - q(3)*w1
+         self%impulse(1) = self%impulse(1) + weight*push(1)
+         self%impulse(2) = self%impulse(2) + weight*push(2)
+         self%impulse(3) = self%impulse(3) + weight*push(3)
       end associate
    end subroutine add_push
 
@@ -469,7 +486,7 @@ contains
       !> Weights of the rates of the stages in that; shape (stages). Zero where they are in the step itself.
       real(wp), intent(in) :: weights(:)
       type(step_error_t), intent(inout) :: error
-      real(wp) :: square
+      real(wp) :: square, sum1, sum2, sum3
       integer :: i
       associate (q => y(1:4), d => off(1:4))
          error%rotation(1) = 2*(q(1)*d(2) - q(2)*d(1) - q(3)*d(4) + q(4)*d(3))
@@ -482,11 +499,15 @@ contains
       if (self%balances) then
          square = dot_product(y(1:4), y(1:4))
          error%balance = rotate_to_body(y(1:4), self%first_l + self%impulse)/square - y(5:7)
-         error%of_balance = 0.0_wp
+         sum1 = 0.0_wp
+         sum2 = 0.0_wp
+         sum3 = 0.0_wp
          do i = 1, size(weights)
-            if (abs(weights(i)) > 0.0_wp) error%of_balance = error%of_balance + weights(i)*self%pushes(:, i)
+            sum1 = sum1 + weights(i)*self%pushes(1, i)
+            sum2 = sum2 + weights(i)*self%pushes(2, i)
+            sum3 = sum3 + weights(i)*self%pushes(3, i)
          end do
-         error%of_balance = rotate_to_body(y(1:4), error%of_balance)/square
+         error%of_balance = rotate_to_body(y(1:4), [sum1, sum2, sum3])/square
       end if
       do i = 1, self%n_wheels
          error%wheels(i) = dot_product(self%turns(i, :), weights)

@@ -32,13 +32,13 @@ module nutate_rk4
 
 contains
 
-   !> Of the settings only `attitude` counts. No errors of its own.
+   !> Of the settings `attitude` and `conserve` count. No errors of its own.
    subroutine set_up(self, system, settings, status)
       class(rk4_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      call prepare_rates(self%rates, system, settings%attitude, a)
+      call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,
@@ -61,7 +61,7 @@ contains
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       self%work(:) = self%rates%work
       ! The difference to the mean of both midpoints, which is of order 2.
-      if (size(self%work) > 0) &
+      if (self%rates%estimates) &
          call get_error(self%rates, y, outer*(k1 - k2 - k3 + k4), outer*[1, -1, -1, 1], self%step_error)
    end subroutine advance
 

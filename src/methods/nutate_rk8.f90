@@ -33,13 +33,13 @@ module nutate_rk8
 
 contains
 
-   !> Of the settings only `attitude` counts. No errors of its own.
+   !> Of the settings `attitude` and `conserve` count. No errors of its own.
    subroutine set_up(self, system, settings, status)
       class(rk8_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
-      call prepare_rates(self%rates, system, settings%attitude, a)
+      call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
       call self%lean%prepare(system)
       if (.not. settings%attitude) self%lean%possible = .false.
    end subroutine set_up
@@ -81,7 +81,7 @@ contains
       call get_stages(rates, system, y, k)
       y = y + (b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
                + b(11)*k(:, 11) + b(12)*k(:, 12))
-      if (size(rates%work) > 0) call get_error(rates, y, estimate_of_fifth(k), e5, error)
+      if (rates%estimates) call get_error(rates, y, estimate_of_fifth(k), e5, error)
    end subroutine take_stages
 
    !> A step remembers nothing of the ones before.

@@ -101,7 +101,7 @@ contains
                         .not. (self%series%torques%has_more .or. self%series%torques%rank > 0)
       self%turned_time = 0.0_wp
       self%turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-      call prepare_rates(self%rates, system, settings%attitude)
+      call prepare_rates(self%rates, system, settings%attitude, .false.)
       call self%projection%prepare(system, settings%attitude, usual_interval)
       call self%projection%remember_starts()
       if (allocated(self%acted)) deallocate (self%acted)
