@@ -76,7 +76,7 @@ contains
       call check_orders(error, free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp]), 10.0_wp, [200, 32])
       if (.not. allocated(error)) call check_orders(error, box(), 2.0_wp, [200, 25])
       if (.not. allocated(error)) call check_orders(error, bruls_top(), 0.2_wp, [400, 50])
-      if (.not. allocated(error)) call check_orders(error, forced_body(), 2.0_wp, [100, 16])
+      if (.not. allocated(error)) call check_orders(error, forced_body(), 2.0_wp, [100, 12])
    end subroutine orders_are_kept
 
    !> Slope of the attitude error over a halving from n steps: 4 ± 0.2 and 8 - 0.5 or more.

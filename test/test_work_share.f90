@@ -135,7 +135,7 @@ contains
       end do
    end subroutine state_is_corrected
 
-   !> The box on its unstable axis with a little damping: as without it, the projection divides the error by five at least.
+   !> The box on its unstable axis with a little damping: as without it, the projection divides the error by five.
    !> With the energy alone it multiplies it by forty, since no component of the momentum is conserved.
    subroutine unstable_axis_is_followed(error)
       type(error_type), allocatable, intent(out) :: error

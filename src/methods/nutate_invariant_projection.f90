@@ -48,7 +48,7 @@ module nutate_invariant_projection
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_system, only: system_t
-   use nutate_work_share, only: balance_momentum, share_of_works, step_error_t, weight_of_push
+   use nutate_work_share, only: balance_momentum, divide_excess, step_error_t
    implicit none
    private
 
@@ -65,8 +65,6 @@ module nutate_invariant_projection
    !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
    !> longest after which the rest of the excess, which goes as the square of the move, is below ε/16.
    real(wp), parameter :: longest = 1e-2_wp, longest_doubtful = (64*eps)**2, negligible = 1e-17_wp
-   !> With another weight than the usual one a move is no longer than 0.01 rad.
-   real(wp), parameter :: long = 1e-4_wp
    !> Round-off ε that noise of 1 stands for, inverse: noise of 4ε is what evaluating H makes.
    real(wp), parameter :: noise_unit = 0.25_wp/eps
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
@@ -393,7 +391,8 @@ contains
                self%moved_by_round_off = abs(excess)/sqrt(slope%steepness)
          end if
          if (i == 1 .and. present(error)) then
-            call weigh(self, error, point, slope, excess, given, push)
+            if (abs(excess) > alike*unit*(self%to_order_one*self%size)) &
+               call divide_excess(self%plan, error, point, slope, self%to_order_one, excess, given, push)
             if (abs(given) > 0.0_wp) call add_increment(target%energy, target%compensation, given)
             square = excess*excess
          end if
@@ -417,32 +416,9 @@ contains
       type(step_error_t), intent(inout) :: error
       type(projection_point_t), intent(inout) :: point
       if (.not. self%plan%pushes) return
-      call balance_momentum(error, alike, point%momentum)
+      call balance_momentum(error, alike*max(1.0_wp, self%noise%amplitude*noise_unit), point%momentum)
       if (self%plan%components /= NO_COMPONENT) call self%target%put(self%plan%components, point)
    end subroutine balance
-
-   !> Takes the share of the works from an excess, and weighs the two moves, unless it is no more than round-off may be.
-   pure subroutine weigh(self, error, point, slope, excess, given, push)
-      class(invariant_projection_t), intent(in) :: self
-      type(step_error_t), intent(in) :: error
-      !> Evaluated.
-      type(projection_point_t), intent(in) :: point
-      type(slope_t), intent(in) :: slope
-      !> J, in the unit of `to_order_one`.
-      real(wp), intent(inout) :: excess
-      !> J; S² over its usual value.
-      real(wp), intent(inout) :: given, push
-      type(slope_t) :: weighed
-      real(wp) :: share
-      if (abs(excess) <= alike*(self%to_order_one*self%size)) return
-      share = share_of_works(self%plan, point, error, self%to_order_one)
-      given = share*(excess/self%to_order_one)
-      excess = (1 - share)*excess
-      push = weight_of_push(point, error)
-      weighed = slope
-      call weighed%weigh_push(push)
-      if (.not. excess*excess < long*weighed%steepness) push = 1.0_wp
-   end subroutine weigh
 
    !> Moves a point by c down a slope: the attitude by δ = cL̇ at fixed l, by the Cayley map, and L by ΔL =
    !> -c·inertia·Ω⊥.

@@ -14,7 +14,8 @@ module nutate_rigid_rates
    use nutate_hamiltonian, only: potential_torque, world_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
-   use nutate_quaternion, only: quat_vector_product, rotate_to_body, rotate_to_space
+   use nutate_momentum_account, only: momentum_account_t
+   use nutate_quaternion, only: quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_stage_potentials, only: stage_potentials_t
    use nutate_state, only: add_increment, state_t
@@ -28,8 +29,6 @@ module nutate_rigid_rates
 
    !> Components of y.
    integer, parameter :: n_rates = 8
-   !> Stages at most.
-   integer, parameter :: most_stages = 12
    !> Largest component of the angle ΔtΩ in a stage, and of a frame's turn in a step, rad: what lies beyond does not
    !> follow a motion, and overflows some stages later.
    real(wp), parameter :: largest_angle = 1e3_wp
@@ -76,12 +75,8 @@ module nutate_rigid_rates
       real(wp), allocatable :: work(:)
       !> The error of steps is wanted in the axes of the body.
       logical :: estimates = .false.
-      !> The account of l is kept: l at the start and ∫ Rτ dt over the step, N m s, shape (3), and ΔtRτ of the stages so
-      !> far, N m s, shape (3, most_stages).
-      logical, private :: balances = .false.
-      real(wp), private :: first_l(3) = 0.0_wp, impulse(3) = 0.0_wp
-      real(wp), private :: pushes(3, most_stages) = 0.0_wp
-      integer, private :: n_pushes = 0
+      !> The account of l, for the same.
+      type(momentum_account_t), private :: account
    end type rigid_rates_t
 
 contains
@@ -110,8 +105,7 @@ contains
          allocate (self%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
       end if
       self%estimates = conserve .and. system%effects%n_works() > 0
-      self%balances = self%estimates .and. present(a) .and. attitude .and. .not. self%frame_turns
-      self%pushes = 0.0_wp
+      self%account%kept = self%estimates .and. present(a) .and. attitude .and. .not. self%frame_turns
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), self%in_pieces(n), source=.false.)
@@ -153,11 +147,7 @@ contains
       if (self%moves) self%work(size(self%work)) = 0.0_wp
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
-      if (self%balances .and. self%failure == 0) then
-         self%first_l = rotate_to_space(y(1:4), y(5:7))/dot_product(y(1:4), y(1:4))
-         self%impulse = 0.0_wp
-         self%n_pushes = 0
-      end if
+      if (self%account%kept .and. self%failure == 0) call self%account%start(y(1:4), y(5:7))
       if (self%failure /= 0 .or. .not. self%frame_turns) return
       if (2*maxval(abs(self%frame_turn)) <= largest_angle) return
       self%failure = NUTATE_OFF_BRANCH
@@ -323,35 +313,11 @@ contains
          k(5) = k(5) + self%dt*tau(1)
          k(6) = k(6) + self%dt*tau(2)
          k(7) = k(7) + self%dt*tau(3)
-         if (self%balances) call add_push(self, y(1:4), square, weight, tau)
+         if (self%account%kept) call self%account%add(y(1:4), square, weight, self%dt, tau)
       else
          self%failure = NUTATE_NOT_FINITE
       end if
    end subroutine add_forces
-
-   !> The share of a stage in the account of l: ΔtRτ, which counts by the weight of the stage.
-   pure subroutine add_push(self, q, square, weight, tau)
-      type(rigid_rates_t), intent(inout) :: self
-      !> Attitude, |q|², weight of the stage, and torque, body axes, N m.
-      real(wp), intent(in) :: q(4), square, weight, tau(3)
-      real(wp) :: over, d, w1, w2, w3
-      self%n_pushes = self%n_pushes + 1
-      if (.not. abs(weight)*square > tiny(1.0_wp)) return
-      over = self%dt/square
-      ! q∘τ = [-d, w]
-      d = over*(q(2)*tau(1) + q(3)*tau(2) + q(4)*tau(3))
-      w1 = over*(q(1)*tau(1) + q(3)*tau(3) - q(4)*tau(2))
-      w2 = over*(q(1)*tau(2) + q(4)*tau(1) - q(2)*tau(3))
-      w3 = over*(q(1)*tau(3) + q(2)*tau(2) - q(3)*tau(1))
-      associate (push => self%pushes(:, self%n_pushes))
-         push(1) = q(1)*w1 + d*q(2) + q(3)*w3 - q(4)*w2
-         push(2) = q(1)*w2 + d*q(3) + q(4)*w1 - q(2)*w3
-         push(3) = q(1)*w3 + d*q(4) + q(2)*w2 - q(3)*w1
-         self%impulse(1) = self%impulse(1) + weight*push(1)
-         self%impulse(2) = self%impulse(2) + weight*push(2)
-         self%impulse(3) = self%impulse(3) + weight*push(3)
-      end associate
-   end subroutine add_push
 
    !> Rates and work of the wheels in a stage, and their momenta in the next.
    pure subroutine turn_wheels(self, system, fraction, y, square, weight, gain)
@@ -486,7 +452,6 @@ contains
       !> Weights of the rates of the stages in that; shape (stages). Zero where they are in the step itself.
       real(wp), intent(in) :: weights(:)
       type(step_error_t), intent(inout) :: error
-      real(wp) :: square, sum1, sum2, sum3
       integer :: i
       associate (q => y(1:4), d => off(1:4))
          error%rotation(1) = 2*(q(1)*d(2) - q(2)*d(1) - q(3)*d(4) + q(4)*d(3))
@@ -495,20 +460,8 @@ contains
       end associate
       error%momentum = off(5:7)
       error%work = off(8)
-      error%balances = self%balances
-      if (self%balances) then
-         square = dot_product(y(1:4), y(1:4))
-         error%balance = rotate_to_body(y(1:4), self%first_l + self%impulse)/square - y(5:7)
-         sum1 = 0.0_wp
-         sum2 = 0.0_wp
-         sum3 = 0.0_wp
-         do i = 1, size(weights)
-            sum1 = sum1 + weights(i)*self%pushes(1, i)
-            sum2 = sum2 + weights(i)*self%pushes(2, i)
-            sum3 = sum3 + weights(i)*self%pushes(3, i)
-         end do
-         error%of_balance = rotate_to_body(y(1:4), [sum1, sum2, sum3])/square
-      end if
+      error%balances = self%account%kept
+      if (self%account%kept) call self%account%tell(y(1:4), y(5:7), weights, error)
       do i = 1, self%n_wheels
          error%wheels(i) = dot_product(self%turns(i, :), weights)
       end do

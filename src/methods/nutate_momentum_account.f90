@@ -1,0 +1,89 @@
+!> The momentum in space by its account, l = l₀ + ∫ Rτ dt, with the stages and weights of a Runge-Kutta method.
+module nutate_momentum_account
+   use nutate_kinds, only: wp
+   use nutate_quaternion, only: rotate_to_body, rotate_to_space
+   use nutate_work_share, only: step_error_t
+   implicit none
+   private
+
+   public :: momentum_account_t
+
+   !> Stages at most.
+   integer, parameter :: most_stages = 12
+
+   !> The account of one step.
+   type :: momentum_account_t
+      !> It is kept.
+      logical :: kept = .false.
+      !> l at the start of the step, and ∫ Rτ dt so far, N m s; shape (3).
+      real(wp), private :: first(3) = 0.0_wp, impulse(3) = 0.0_wp
+      !> ΔtRτ of the stages so far that count, N m s, shape (3, most_stages), and how many stages there were.
+      real(wp), private :: pushes(3, most_stages) = 0.0_wp
+      integer, private :: stages = 0
+   contains
+      !> Starts a step.
+      procedure :: start
+      !> Adds a stage.
+      procedure :: add
+      !> Tells what it has at the end of the step, and by how much it may have erred.
+      procedure :: tell
+   end type momentum_account_t
+
+contains
+
+   !> Starts a step.
+   pure subroutine start(self, q, momentum)
+      class(momentum_account_t), intent(inout) :: self
+      !> Attitude, |q| nearly 1, shape (4); L, body axes, N m s, shape (3).
+      real(wp), intent(in) :: q(4), momentum(3)
+      self%first = rotate_to_space(q, momentum)/dot_product(q, q)
+      self%impulse = 0.0_wp
+      self%stages = 0
+   end subroutine start
+
+   !> Adds a stage, if it counts.
+   pure subroutine add(self, q, square, weight, dt, tau)
+      class(momentum_account_t), intent(inout) :: self
+      !> Attitude, shape (4), and |q|²; weight of the stage; step, s; torque, body axes, N m, shape (3).
+      real(wp), intent(in) :: q(4), square, weight, dt, tau(3)
+      real(wp) :: over, d, w1, w2, w3
+      self%stages = self%stages + 1
+      if (.not. abs(weight)*square > tiny(1.0_wp)) return
+      over = dt/square
+      ! q∘τ = [-d, w]
+      d = over*(q(2)*tau(1) + q(3)*tau(2) + q(4)*tau(3))
+      w1 = over*(q(1)*tau(1) + q(3)*tau(3) - q(4)*tau(2))
+      w2 = over*(q(1)*tau(2) + q(4)*tau(1) - q(2)*tau(3))
+      w3 = over*(q(1)*tau(3) + q(2)*tau(2) - q(3)*tau(1))
+      associate (push => self%pushes(:, self%stages))
+         push(1) = q(1)*w1 + d*q(2) + q(3)*w3 - q(4)*w2
+         push(2) = q(1)*w2 + d*q(3) + q(4)*w1 - q(2)*w3
+         push(3) = q(1)*w3 + d*q(4) + q(2)*w2 - q(3)*w1
+         self%impulse(1) = self%impulse(1) + weight*push(1)
+         self%impulse(2) = self%impulse(2) + weight*push(2)
+         self%impulse(3) = self%impulse(3) + weight*push(3)
+      end associate
+   end subroutine add
+
+   !> Tells what it has more than the momentum at the end of the step, and by how much it may have erred, in body axes.
+   pure subroutine tell(self, q, momentum, weights, error)
+      class(momentum_account_t), intent(in) :: self
+      !> Attitude at the end, |q| nearly 1, shape (4); L, body axes, N m s, shape (3).
+      real(wp), intent(in) :: q(4), momentum(3)
+      !> Weights of the stages in the estimate; shape (stages). Zero where they are in the step itself.
+      real(wp), intent(in) :: weights(:)
+      type(step_error_t), intent(inout) :: error
+      real(wp) :: square, off(3)
+      integer :: i
+      square = dot_product(q, q)
+      error%balance = rotate_to_body(q, self%first + self%impulse)/square - momentum
+      off = 0.0_wp
+      do i = 1, size(weights)
+         off(1) = off(1) + weights(i)*self%pushes(1, i)
+         off(2) = off(2) + weights(i)*self%pushes(2, i)
+         off(3) = off(3) + weights(i)*self%pushes(3, i)
+      end do
+      error%of_balance = rotate_to_body(q, off)/square
+   end subroutine tell
+
+end module nutate_momentum_account
