@@ -46,22 +46,27 @@ contains
       class(momentum_account_t), intent(inout) :: self
       !> Attitude, shape (4), and |q|²; weight of the stage; step, s; torque, body axes, N m, shape (3).
       real(wp), intent(in) :: q(4), square, weight, dt, tau(3)
-      real(wp) :: over, d, w1, w2, w3
+      real(wp) :: over, push1, push2, push3, u1, u2, u3
       self%stages = self%stages + 1
       if (.not. abs(weight)*square > tiny(1.0_wp)) return
-      over = dt/square
-      ! q∘τ = [-d, w]
-      d = over*(q(2)*tau(1) + q(3)*tau(2) + q(4)*tau(3))
-      w1 = over*(q(1)*tau(1) + q(3)*tau(3) - q(4)*tau(2))
-      w2 = over*(q(1)*tau(2) + q(4)*tau(1) - q(2)*tau(3))
-      w3 = over*(q(1)*tau(3) + q(2)*tau(2) - q(3)*tau(1))
+      push1 = dt*tau(1)
+      push2 = dt*tau(2)
+      push3 = dt*tau(3)
+      ! Rx = x + 2(su + v×u)/|q|², u = v×x, q = [s, v]
+      over = 2/square
+      u1 = over*(q(3)*push3 - q(4)*push2)
+      u2 = over*(q(4)*push1 - q(2)*push3)
+      u3 = over*(q(2)*push2 - q(3)*push1)
+      push1 = push1 + (q(1)*u1 + (q(3)*u3 - q(4)*u2))
+      push2 = push2 + (q(1)*u2 + (q(4)*u1 - q(2)*u3))
+      push3 = push3 + (q(1)*u3 + (q(2)*u2 - q(3)*u1))
       associate (push => self%pushes(:, self%stages))
-         push(1) = q(1)*w1 + d*q(2) + q(3)*w3 - q(4)*w2
-         push(2) = q(1)*w2 + d*q(3) + q(4)*w1 - q(2)*w3
-         push(3) = q(1)*w3 + d*q(4) + q(2)*w2 - q(3)*w1
-         self%impulse(1) = self%impulse(1) + weight*push(1)
-         self%impulse(2) = self%impulse(2) + weight*push(2)
-         self%impulse(3) = self%impulse(3) + weight*push(3)
+         push(1) = push1
+         push(2) = push2
+         push(3) = push3
+         self%impulse(1) = self%impulse(1) + weight*push1
+         self%impulse(2) = self%impulse(2) + weight*push2
+         self%impulse(3) = self%impulse(3) + weight*push3
       end associate
    end subroutine add
 
