@@ -91,7 +91,7 @@ contains
       real(wp), intent(out) :: given, push
       type(slope_t) :: weighed
       real(wp) :: share
-      share = share_of_works(plan, point, error, to_order_one)
+      share = share_of_works(plan, point, error, to_order_one, excess)
       given = share*(excess/to_order_one)
       excess = (1 - share)*excess
       push = weight_of_push(point, error)
@@ -100,15 +100,18 @@ contains
       if (.not. excess*excess < longest*weighed%steepness) push = 1.0_wp
    end subroutine divide_excess
 
-   !> The share of the works, 0 to 1.
-   pure real(wp) function share_of_works(plan, point, error, to_order_one) result(share)
+   !> The share of the works, 0 to 1. Of an excess that is larger than both estimates they take none: a step that errs
+   !> more than a method of lower order follows no motion, and the invariants are all that keeps it near one.
+   pure real(wp) function share_of_works(plan, point, error, to_order_one, excess) result(share)
       type(projection_plan_t), intent(in) :: plan
       !> Evaluated.
       type(projection_point_t), intent(in) :: point
       type(step_error_t), intent(in) :: error
       !> A power of two that brings energies to order one.
       real(wp), intent(in) :: to_order_one
-      real(wp) :: omega(3), kinetic, potential, wheels, work, speed
+      !> J, in that unit.
+      real(wp), intent(in) :: excess
+      real(wp) :: omega(3), kinetic, potential, wheels, work, state, speed
       integer :: i
       omega = point%omega
       if (plan%turns) omega = point%relative
@@ -123,8 +126,9 @@ contains
          end do
       end if
       work = (to_order_one*error%work)**2
-      share = work + weight*(kinetic**2 + potential**2 + wheels)
-      if (share > tiny(1.0_wp)) share = work/share
+      state = kinetic**2 + potential**2 + wheels
+      share = 0.0_wp
+      if (work > tiny(1.0_wp) .and. excess**2 <= work + state) share = work/(work + weight*state)
    end function share_of_works
 
    !> S² over its usual value (2T/|Ω|)²; 1 where nothing is known.
