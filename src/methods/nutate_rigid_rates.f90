@@ -54,7 +54,7 @@ module nutate_rigid_rates
       real(wp), private :: first_momentum(most_wheels) = 0.0_wp, momentum(most_wheels) = 0.0_wp
       integer, private :: stage = 0
       !> Integrate the attitude; else its rates are zero. They are so, or the space axes turn.
-      logical :: attitude = .true., turns_otherwise = .false.
+      logical :: attitude = .true., general = .false.
       !> The space axes turn: half their turn in the step, ½Δt ω, rad, in these axes; shape (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_turn(3) = 0.0_wp
@@ -94,7 +94,7 @@ contains
       integer :: i
       self%attitude = attitude
       self%frame_turns = system%effects%frame_turns
-      self%turns_otherwise = self%frame_turns .or. .not. attitude
+      self%general = self%frame_turns .or. .not. attitude
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0
       self%n_wheels = system%effects%n_wheels
       self%moves = system%effects%moves
@@ -232,8 +232,8 @@ contains
       !> Shape (n_rates).
       real(wp), intent(out) :: k(n_rates)
       real(wp) :: x1, x2, x3, angle1, angle2, angle3
-      if (self%turns_otherwise) then
-         call get_rates_otherwise(self, system, fraction, y, weight, k)
+      if (self%general) then
+         call get_general_rates(self, system, fraction, y, weight, k)
          return
       end if
       x1 = y(5) - self%rotor(1)
@@ -260,7 +260,7 @@ contains
 
    !> The same without attitude, or where the space axes turn: ½ q∘Ω - ½ω∘q in the sums and differences of the two,
    !> with no products more than in axes that stand still. Apart, so that these are not held up by it.
-   pure subroutine get_rates_otherwise(self, system, fraction, y, weight, k)
+   pure subroutine get_general_rates(self, system, fraction, y, weight, k)
       type(rigid_rates_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: fraction, y(n_rates), weight
@@ -288,7 +288,7 @@ contains
       k(8) = 0.0_wp
       if (.not. self%attitude) k(1:4) = 0.0_wp
       if (self%forced) call add_forces(self, system, fraction, y, weight, k)
-   end subroutine get_rates_otherwise
+   end subroutine get_general_rates
 
    !> Adds Δtτ of all effects to the rates.
    pure subroutine add_forces(self, system, fraction, y, weight, k)

@@ -28,7 +28,7 @@ module nutate_motion_series
    use nutate_series_tail, only: most_parts, series_tail_t
    use nutate_torque_series, only: torque_series_t
    use nutate_system, only: system_t
-   use nutate_turning_top_series, only: expand_turning_top
+   use nutate_turning_top_series, only: expand_turning_axial_top, expand_turning_top
    use nutate_wheel_series, only: wheel_series_t
    implicit none
    private
@@ -156,7 +156,7 @@ contains
          self%lanes_1(1, :, 0) = self%frame(:, 1)
          self%lanes_1(2, :, 0) = self%frame(:, 2)
          if (self%frame_turns) then
-            call expand_turning_top(self%order, .false., c, moments, self%time_unit*self%frame_rate(1:2), self%omega, &
+            call expand_turning_top(self%order, c, moments, self%time_unit*self%frame_rate(1:2), self%omega, &
                                     self%lanes_1, converges)
          else
             call expand_top(self%order, c, moments, self%omega, self%lanes_1, converges)
@@ -171,7 +171,7 @@ contains
    pure subroutine expand_axial(self, converges)
       class(motion_series_t), intent(inout) :: self
       logical, intent(out) :: converges
-      real(wp) :: rate, moments(3, 3)
+      real(wp) :: rate, g
       integer :: axis, k
       axis = self%axial%axis
       rate = self%time_unit*self%axial%inverse_across
@@ -187,13 +187,12 @@ contains
       end do
       self%lanes_1(1, :, 0) = self%frame(:, 1)
       self%lanes_1(2, :, 0) = self%frame(:, 2)
+      g = rate*(self%time_unit*self%torques%moments(axis, 1))
       if (self%frame_turns) then
-         moments = rate*(self%time_unit*self%torques%moments(axis, 1))
-         call expand_turning_top(self%order, .true., moments(:, 1), moments, self%time_unit*self%frame_rate(1:2), &
-                                 self%omega, self%lanes_1, converges)
+         call expand_turning_axial_top(self%order, g, self%time_unit*self%frame_rate(1:2), self%omega, self%lanes_1, &
+                                       converges)
       else
-         call expand_axial_top(self%order, rate*(self%time_unit*self%torques%moments(axis, 1)), self%omega, &
-                               self%lanes_1, converges)
+         call expand_axial_top(self%order, g, self%omega, self%lanes_1, converges)
       end if
    end subroutine expand_axial
 

@@ -12,19 +12,16 @@ module nutate_turning_top_series
    implicit none
    private
 
-   public :: expand_turning_top
+   public :: expand_turning_top, expand_turning_axial_top
 
 contains
 
-   !> A top of diagonal inertia, `w₁' = c₁w₂w₃ + (m₁×E)₁`, ..., w = Ω·time_unit; or a symmetric one in the axial frame,
-   !> components with the axis last, w = L/J₁·time_unit, `w₁' = -gE₂, w₂' = gE₁` of the first row.
-   pure subroutine expand_turning_top(order, axial, c, moments, turn, w, rows, converges)
+   !> A top of diagonal inertia, `w₁' = c₁w₂w₃ + (m₁×E)₁`, ..., w = Ω·time_unit.
+   pure subroutine expand_turning_top(order, c, moments, turn, w, rows, converges)
       integer, intent(in) :: order
-      !> It is the symmetric one.
-      logical, intent(in) :: axial
       !> (J₂ - J₃)/J₁, ...; shape (3).
       real(wp), intent(in) :: c(3)
-      !> The potential's moment times time_unit²/Jᵢ in column i; of a symmetric one g in the last place; shape (3,3).
+      !> The potential's moment times time_unit²/Jᵢ in column i; shape (3,3).
       real(wp), intent(in) :: moments(3, 3)
       !> ω along the rows times time_unit; shape (2).
       real(wp), intent(in) :: turn(2)
@@ -32,7 +29,7 @@ contains
       real(wp), intent(inout) :: w(3, 0:highest_order), rows(2, 3, 0:highest_order)
       !> False where the coefficients grow so fast that the unit of time is far too long.
       logical, intent(out) :: converges
-      real(wp) :: e(2, 3, 0:highest_order), u(2, 3, 0:highest_order), w1, w2, w3, x, y, z, bound
+      real(wp) :: e(2, 3, 0:highest_order), u(2, 3, 0:highest_order), w1, w2, w3, bound
       integer :: k
       e(:, :, 0) = rows(:, :, 0)
       w1 = w(1, 0)
@@ -47,26 +44,59 @@ contains
          w(2, k) = w2
          w(3, k) = w3
          if (k == order) exit
-         x = e(1, 1, k)
-         y = e(1, 2, k)
-         z = e(1, 3, k)
-         u(:, 1, k) = w1 - (turn(1)*x + turn(2)*e(2, 1, k))
-         u(:, 2, k) = w2 - (turn(1)*y + turn(2)*e(2, 2, k))
-         u(:, 3, k) = w3 - (turn(1)*z + turn(2)*e(2, 3, k))
-         if (axial) then
-            w1 = -(moments(3, 3)*inverses(k + 1))*y
-            w2 = (moments(3, 3)*inverses(k + 1))*x
-            w3 = 0.0_wp
-         else
-            call add_euler_products(k, w, w1, w2, w3)
-            w1 = inverses(k + 1)*(c(1)*w1 + (moments(2, 1)*z - moments(3, 1)*y))
-            w2 = inverses(k + 1)*(c(2)*w2 + (moments(3, 2)*x - moments(1, 2)*z))
-            w3 = inverses(k + 1)*(c(3)*w3 + (moments(1, 3)*y - moments(2, 3)*x))
-         end if
+         call set_relative_rate(k, turn, w, e, u)
+         call add_euler_products(k, w, w1, w2, w3)
+         w1 = inverses(k + 1)*(c(1)*w1 + (moments(2, 1)*e(1, 3, k) - moments(3, 1)*e(1, 2, k)))
+         w2 = inverses(k + 1)*(c(2)*w2 + (moments(3, 2)*e(1, 1, k) - moments(1, 2)*e(1, 3, k)))
+         w3 = inverses(k + 1)*(c(3)*w3 + (moments(1, 3)*e(1, 2, k) - moments(2, 3)*e(1, 1, k)))
          call add_products(k, u, e)
       end do
       rows(:, :, 1:order) = e(:, :, 1:order)
    end subroutine expand_turning_top
+
+   !> A symmetric one in the axial frame, components with the axis last, w = L/J₁·time_unit, `w₁' = -gE₂, w₂' = gE₁` of
+   !> the first row.
+   pure subroutine expand_turning_axial_top(order, g, turn, w, rows, converges)
+      integer, intent(in) :: order
+      !> The potential's moment along the axis times time_unit²/J₁.
+      real(wp), intent(in) :: g
+      !> As of `expand_turning_top`.
+      real(wp), intent(in) :: turn(2)
+      real(wp), intent(inout) :: w(3, 0:highest_order), rows(2, 3, 0:highest_order)
+      logical, intent(out) :: converges
+      real(wp) :: e(2, 3, 0:highest_order), u(2, 3, 0:highest_order), w1, w2, bound
+      integer :: k
+      e(:, :, 0) = rows(:, :, 0)
+      w1 = w(1, 0)
+      w2 = w(2, 0)
+      bound = steepest_growth
+      converges = abs(w(3, 0)) <= bound
+      if (.not. converges) return
+      w(3, 1:order) = 0.0_wp
+      do k = 0, order
+         converges = max(abs(w1), abs(w2)) <= bound
+         if (.not. converges) return
+         bound = bound*steepest_growth
+         w(1, k) = w1
+         w(2, k) = w2
+         if (k == order) exit
+         call set_relative_rate(k, turn, w, e, u)
+         w1 = -(g*inverses(k + 1))*e(1, 2, k)
+         w2 = (g*inverses(k + 1))*e(1, 1, k)
+         call add_products(k, u, e)
+      end do
+      rows(:, :, 1:order) = e(:, :, 1:order)
+   end subroutine expand_turning_axial_top
+
+   !> Coefficient k of u, twice side by side.
+   pure subroutine set_relative_rate(k, turn, w, e, u)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: turn(2), w(3, 0:highest_order), e(2, 3, 0:highest_order)
+      real(wp), intent(inout) :: u(2, 3, 0:highest_order)
+      u(:, 1, k) = w(1, k) - (turn(1)*e(1, 1, k) + turn(2)*e(2, 1, k))
+      u(:, 2, k) = w(2, k) - (turn(1)*e(1, 2, k) + turn(2)*e(2, 2, k))
+      u(:, 3, k) = w(3, k) - (turn(1)*e(1, 3, k) + turn(2)*e(2, 3, k))
+   end subroutine set_relative_rate
 
    !> Coefficient k of w₂w₃, w₃w₁ and w₁w₂.
    pure subroutine add_euler_products(k, w, p1, p2, p3)
