@@ -7,12 +7,13 @@
 module nutate_lane_expansion
    use nutate_axial_frame, only: axial_frame_t
    use nutate_kinds, only: wp
-   use nutate_lane_motion, only: add_changes, begin_lanes, cross_lanes, end_lanes, find_axes, find_frames, find_rates, &
-      find_scale, find_sines, find_weights, multiply_lanes, scale_moments, see_lanes, straighten_rows, test_rates, &
+   use nutate_lane_motion, only: add_changes, begin_lanes, end_lanes, find_axes, find_frames, find_rates, &
+      find_scale, find_sines, find_weights, scale_moments, see_lanes, straighten_rows, test_rates, &
       turn_evenly, turn_free_lanes, turn_in_axial_frame, turn_rows
-   use nutate_lane_row_series, only: expand_axial_lanes, expand_pair_lanes, expand_top_lanes, find_full_rates
+   use nutate_lane_row_series, only: expand_axial_lanes, expand_pair_lanes, expand_top_lanes
    use nutate_lane_series, only: expand_free_lanes, sum_angles, sum_lanes
    use nutate_lane_tail, only: add_part, clear_parts, tail_products_t, tail_weights
+   use nutate_lane_vectors, only: cross_lanes, find_full_rates, multiply_lanes
    use nutate_lane_width, only: lanes
    use nutate_motion_series, only: least_share
    use nutate_power_series, only: highest_order

@@ -10,6 +10,7 @@ module nutate_lane_loads
    use nutate_kinds, only: wp, eps, long
    use nutate_lane_gradients, only: add_gradient_derivative, add_gradient_torque
    use nutate_lane_newton, only: iteration_t
+   use nutate_lane_vectors, only: cross_lanes
    use nutate_lane_width, only: lanes
    use nutate_linear_potential, only: linear_potential_t
    use nutate_reduced, only: coarse
@@ -384,19 +385,6 @@ contains
          call add_cross(shrink, across, slope, by_b(:, :, j))
       end do
    end subroutine add_derivative
-
-   !> a×c.
-   pure subroutine cross_lanes(a, c, product)
-      !> Shape (lanes, 3).
-      real(wp), intent(in) :: a(lanes, 3), c(lanes, 3)
-      real(wp), intent(out) :: product(lanes, 3)
-      integer :: i
-      do i = 1, lanes
-         product(i, 1) = a(i, 2)*c(i, 3) - a(i, 3)*c(i, 2)
-         product(i, 2) = a(i, 3)*c(i, 1) - a(i, 1)*c(i, 3)
-         product(i, 3) = a(i, 1)*c(i, 2) - a(i, 2)*c(i, 1)
-      end do
-   end subroutine cross_lanes
 
    !> A column of the forces' part of the Jacobian, in the lanes where it is renewed.
    pure subroutine add_column(weight, b, torque, renewed, j, by_b, by_forces)

@@ -3,13 +3,14 @@
 module nutate_lane_motion
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
+   use nutate_lane_vectors, only: multiply_lanes, write_momenta
    use nutate_lane_width, only: lanes
    implicit none
    private
 
    public :: begin_lanes, find_rates, test_rates, find_axes, find_weights, find_frames, find_scale, scale_moments
-   public :: add_changes, cross_lanes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows, &
-      multiply_lanes, turn_in_axial_frame, turn_evenly, end_lanes
+   public :: add_changes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows
+   public :: turn_in_axial_frame, turn_evenly, end_lanes
 
    !> Sum of the components of a turn in a step that a lane takes, rad: coefficients of the series grow by this from one
    !> to the next at most, since the moments of a body obey the triangle inequality; none leaves the range of numbers.
@@ -305,19 +306,6 @@ contains
       end do
    end subroutine straighten_rows
 
-   !> a×b.
-   pure subroutine cross_lanes(a, b, c)
-      !> Shape (lanes, 3).
-      real(wp), intent(in) :: a(lanes, 3), b(lanes, 3)
-      real(wp), intent(out) :: c(lanes, 3)
-      integer :: i
-      do i = 1, lanes
-         c(i, 1) = a(i, 2)*b(i, 3) - a(i, 3)*b(i, 2)
-         c(i, 2) = a(i, 3)*b(i, 1) - a(i, 1)*b(i, 3)
-         c(i, 3) = a(i, 1)*b(i, 2) - a(i, 2)*b(i, 1)
-      end do
-   end subroutine cross_lanes
-
    !> The rotation, from the rows at start and end; one by more than 2π/3 is given up.
    pure subroutine turn_rows(f1, f2, f3, g1, g2, g3, rotation, given_up)
       !> Rows at the start and at the end; shape (lanes, 3).
@@ -390,19 +378,6 @@ contains
       end do
    end subroutine turn_in_axial_frame
 
-   !> a∘b; shape (lanes, 4).
-   pure subroutine multiply_lanes(a, b, product)
-      real(wp), intent(in) :: a(lanes, 4), b(lanes, 4)
-      real(wp), intent(out) :: product(lanes, 4)
-      integer :: i
-      do i = 1, lanes
-         product(i, 1) = a(i, 1)*b(i, 1) - a(i, 2)*b(i, 2) - a(i, 3)*b(i, 3) - a(i, 4)*b(i, 4)
-         product(i, 2) = a(i, 1)*b(i, 2) + a(i, 2)*b(i, 1) + a(i, 3)*b(i, 4) - a(i, 4)*b(i, 3)
-         product(i, 3) = a(i, 1)*b(i, 3) - a(i, 2)*b(i, 4) + a(i, 3)*b(i, 1) + a(i, 4)*b(i, 2)
-         product(i, 4) = a(i, 1)*b(i, 4) + a(i, 2)*b(i, 3) - a(i, 3)*b(i, 2) + a(i, 4)*b(i, 1)
-      end do
-   end subroutine multiply_lanes
-
    !> Moves bodies by rotations and to momenta: q∘c normalised, p = 2 q∘[0, L].
    pure subroutine end_lanes(rotation, momentum, q, p, given_up)
       !> Not normalised; shape (lanes, 4).
@@ -411,7 +386,7 @@ contains
       real(wp), intent(in) :: momentum(lanes, 3)
       real(wp), intent(inout) :: q(lanes, 4), p(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: y(lanes, 4), square(lanes), has_length(lanes), factor, l1, l2, l3
+      real(wp) :: y(lanes, 4), square(lanes), has_length(lanes), factor
       integer :: i
       call multiply_lanes(q, rotation, y)
       do i = 1, lanes
@@ -426,14 +401,8 @@ contains
          q(i, 2) = factor*y(i, 2)
          q(i, 3) = factor*y(i, 3)
          q(i, 4) = factor*y(i, 4)
-         l1 = 2*momentum(i, 1)
-         l2 = 2*momentum(i, 2)
-         l3 = 2*momentum(i, 3)
-         p(i, 1) = -(q(i, 2)*l1 + q(i, 3)*l2 + q(i, 4)*l3)
-         p(i, 2) = q(i, 1)*l1 + q(i, 3)*l3 - q(i, 4)*l2
-         p(i, 3) = q(i, 1)*l2 + q(i, 4)*l1 - q(i, 2)*l3
-         p(i, 4) = q(i, 1)*l3 + q(i, 2)*l2 - q(i, 3)*l1
       end do
+      call write_momenta(q, momentum, p)
    end subroutine end_lanes
 
 end module nutate_lane_motion

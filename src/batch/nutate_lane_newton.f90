@@ -3,6 +3,7 @@
 module nutate_lane_newton
    use nutate_implicit_step, only: attitude_noise, most_stalls, too_slow
    use nutate_kinds, only: wp, eps, long
+   use nutate_lane_choice, only: choose_lanes
    use nutate_lane_width, only: lanes
    use nutate_newton_increment, only: round_off, usual_cancellation
    use nutate_reduced, only: coarse, curvature
@@ -82,19 +83,22 @@ contains
       logical, intent(in) :: all_of_them
       type(iteration_t), intent(inout) :: at
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: rows(lanes, 3, 3), determinant(lanes)
-      integer :: j, k
+      real(wp) :: rows(lanes, 3, 3), determinant(lanes), renewed(lanes)
+      integer :: i, j, k
       if (all_of_them) then
          call find_inverse(inertia, by_forces, at%z, at%mean, at%change, at%rest, at%rows, at%determinant, given_up)
          at%moved = 0.0_wp
       else
          call find_inverse(inertia, by_forces, at%z, at%mean, at%change, at%rest, rows, determinant, given_up)
-         call choose_lanes(at%size, determinant, at%determinant)
+         do i = 1, lanes
+            renewed(i) = merge(1.0_wp, 0.0_wp, at%size(i) > coarse)
+         end do
+         call choose_lanes(renewed, determinant, at%determinant)
          determinant = 0.0_wp
-         call choose_lanes(at%size, determinant, at%moved)
+         call choose_lanes(renewed, determinant, at%moved)
          do k = 1, 3
             do j = 1, 3
-               call choose_lanes(at%size, rows(:, j, k), at%rows(:, j, k))
+               call choose_lanes(renewed, rows(:, j, k), at%rows(:, j, k))
             end do
          end do
       end if
@@ -147,19 +151,6 @@ contains
          rows(i, 3, 3) = divisor*(m(1, 1)*m(2, 2) - m(2, 1)*m(1, 2))
       end do
    end subroutine find_inverse
-
-   !> Takes new numbers in the lanes whose last increment was coarse.
-   pure subroutine choose_lanes(size, new, x)
-      real(wp), intent(in) :: size(lanes), new(lanes)
-      real(wp), intent(inout) :: x(lanes)
-      real(wp) :: a, b
-      integer :: i
-      do i = 1, lanes
-         a = new(i)
-         b = x(i)
-         x(i) = merge(a, b, size(i) > coarse)
-      end do
-   end subroutine choose_lanes
 
    !> The first increment of all lanes.
    pure subroutine correct_first(is_cubic, inertia, by_forces, at, given_up)

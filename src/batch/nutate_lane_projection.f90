@@ -9,7 +9,7 @@ module nutate_lane_projection
    use nutate_lane_choice, only: choose_lanes, replace_lanes
    use nutate_lane_energies, only: add_rotor, add_weight, find_energies, find_full_sizes, find_pushes, push_momenta, &
       restore_component, take_momenta, turn_momenta, turn_momenta_little, turn_rates
-   use nutate_lane_row_series, only: find_full_rates
+   use nutate_lane_vectors, only: find_full_rates, write_momenta
    use nutate_lane_width, only: lanes
    use nutate_momentum_target, only: momentum_target_t
    use nutate_projection_point, only: nearly_unit, projection_plan_t, projection_point_t, read_point
@@ -428,22 +428,5 @@ contains
          given_up(i) = max(given_up(i), due(i)*max(lost(i), pending(i)))
       end do
    end subroutine give_up_lanes
-
-   !> p = 2 q∘[0, L].
-   pure subroutine write_momenta(q, momentum, p)
-      real(wp), intent(in) :: q(lanes, 4), momentum(lanes, 3)
-      real(wp), intent(out) :: p(lanes, 4)
-      real(wp) :: l1, l2, l3
-      integer :: i
-      do i = 1, lanes
-         l1 = 2*momentum(i, 1)
-         l2 = 2*momentum(i, 2)
-         l3 = 2*momentum(i, 3)
-         p(i, 1) = -(q(i, 2)*l1 + q(i, 3)*l2 + q(i, 4)*l3)
-         p(i, 2) = q(i, 1)*l1 + q(i, 3)*l3 - q(i, 4)*l2
-         p(i, 3) = q(i, 1)*l2 + q(i, 4)*l1 - q(i, 2)*l3
-         p(i, 4) = q(i, 1)*l3 + q(i, 2)*l2 - q(i, 3)*l1
-      end do
-   end subroutine write_momenta
 
 end module nutate_lane_projection

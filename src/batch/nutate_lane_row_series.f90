@@ -4,12 +4,13 @@
 !> product, with series and loops as in `nutate_lane_series`. The two rows are series of their own.
 module nutate_lane_row_series
    use nutate_kinds, only: wp
+   use nutate_lane_vectors, only: find_full_rates
    use nutate_lane_width, only: lanes
    use nutate_power_series, only: highest_order, inverses
    implicit none
    private
 
-   public :: expand_top_lanes, expand_axial_lanes, expand_pair_lanes, find_full_rates
+   public :: expand_top_lanes, expand_axial_lanes, expand_pair_lanes
 
 contains
 
@@ -198,19 +199,6 @@ contains
          sums(i, 3) = sums(i, 3) + (moment(i, 1)*e(i, 2) - moment(i, 2)*e(i, 1))
       end do
    end subroutine add_moment
-
-   !> ΔtJ⁻¹x.
-   pure subroutine find_full_rates(to_angle, x, w)
-      !> Shapes (lanes, 3, 3) and (lanes, 3).
-      real(wp), intent(in) :: to_angle(lanes, 3, 3), x(lanes, 3)
-      real(wp), intent(out) :: w(lanes, 3)
-      integer :: i
-      do i = 1, lanes
-         w(i, 1) = to_angle(i, 1, 1)*x(i, 1) + to_angle(i, 1, 2)*x(i, 2) + to_angle(i, 1, 3)*x(i, 3)
-         w(i, 2) = to_angle(i, 2, 1)*x(i, 1) + to_angle(i, 2, 2)*x(i, 2) + to_angle(i, 2, 3)*x(i, 3)
-         w(i, 3) = to_angle(i, 3, 1)*x(i, 1) + to_angle(i, 3, 2)*x(i, 2) + to_angle(i, 3, 3)*x(i, 3)
-      end do
-   end subroutine find_full_rates
 
    !> Symmetric tops in the axial frame, components with the axis last: w = L/J₁·time_unit, of which the last component
    !> is constant, and the rows.
