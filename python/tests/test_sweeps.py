@@ -188,6 +188,18 @@ class RefusalTest(unittest.TestCase):
                         nutate.sweep(scene, threads=threads)
                     self.assertLess(time.process_time() - stop.sent, threads * SOON)
 
+    def test_ctrl_c_is_heard_by_a_thread_that_has_no_more_members(self):
+        if not has_threads():
+            self.skipTest("the library was built without threads")
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
+        # Minutes, were it not heard. Which of the threads gets the long member is left to them.
+        for ends in ((1e6, 0.5), (0.5, 1e6)):
+            scene = nutate.Scene(None, "output.every=1000000", text=BODY)
+            with self.subTest(ends=ends), Stop() as stop:
+                with self.assertRaises(KeyboardInterrupt):
+                    nutate.sweep(scene, table={"integrator.end_time": ends}, threads=2)
+                self.assertLess(time.process_time() - stop.sent, 2 * SOON)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,8 +1,9 @@
 !> Rows of members in memory, by the thread that calls or by several.
 module nutate_member_rows
-   use nutate_kinds, only: long
+   use nutate_kinds, only: wp, long
    use nutate_lane_run, only: lanes
    use nutate_member_run, only: member_run_t
+   use nutate_pause, only: pause_thread
    use nutate_row_layout, only: row_layout_t
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STOPPED
@@ -20,6 +21,8 @@ module nutate_member_rows
    !> Members that are worth being run together: all lanes cost, by SSE2, what as many cost alone (`bench_ensemble`); of
    !> tops by series they cost what twice as many do.
    integer(long), parameter :: fewest = max(1, lanes/3)
+   !> Time between two questions of a thread that has no more members, s.
+   real(wp), parameter :: usual_pause = 0.01_wp
 
 contains
 
@@ -62,7 +65,7 @@ contains
       integer(long), intent(inout) :: fields(:, :)
       type(status_t), intent(out) :: status
       integer(long) :: share, next
-      integer :: workers
+      integer :: workers, at_work
       if (threads > 1 .and. .not. has_threads()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'this library was built without threads (expected 1)', 'threads')
          return
@@ -74,13 +77,37 @@ contains
       if ((last - first + 1)/workers >= lanes) share = (share + lanes - 1)/lanes*lanes
       next = first
       if (workers > 1) then
+         at_work = 0
          !$omp parallel num_threads(workers) default(shared)
+         !$omp atomic
+         at_work = at_work + 1
+         !$omp barrier
          call take_shares(scene, layout, first, last, share, next, watcher, fields, status)
+         !$omp atomic
+         at_work = at_work - 1
+         !$omp master
+         call wait_for_others(watcher, at_work)
+         !$omp end master
          !$omp end parallel
       else
          call take_shares(scene, layout, first, last, share, next, watcher, fields, status)
       end if
    end subroutine fill_rows
+
+   !> Asks whether to go on while others run the last members: the thread that called may be the only one that hears it.
+   subroutine wait_for_others(watcher, at_work)
+      class(sweep_watcher_t), intent(in) :: watcher
+      !> Threads with members to run; shared.
+      integer, intent(inout) :: at_work
+      integer :: others
+      do
+         !$omp atomic read
+         others = at_work
+         if (others == 0) exit
+         if (watcher%wants_end()) exit
+         call pause_thread(usual_pause)
+      end do
+   end subroutine wait_for_others
 
    !> What each thread does: takes shares of the members until there are none.
    subroutine take_shares(scene, layout, first, last, share, next, watcher, fields, failure)
