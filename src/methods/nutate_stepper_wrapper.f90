@@ -75,7 +75,7 @@ contains
       call self%base%forget_steps()
    end subroutine forget_steps
 
-   !> So does it then.
+   !> So does it then. What a wrapper knows of the invariants stays: the other values do work as the ones before.
    recursive subroutine take_commands(self)
       class(stepper_wrapper_t), intent(inout) :: self
       call self%base%take_commands()
