@@ -10,6 +10,7 @@ module test_near_rest
    use nutate_kinds, only: eps, long, wp
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: attitude_distance
+   use nutate_effect, only: rotor_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -34,7 +35,8 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("steps grow in number as the order says", steps_follow_tolerance), &
-                  new_unittest("the search for an accuracy ends, and keeps it", accuracy_is_found)]
+                  new_unittest("the search for an accuracy ends, and keeps it", accuracy_is_found), &
+                  new_unittest("steps as long as a swing come to rest, on the account", long_steps_come_to_rest)]
    end subroutine collect_near_rest
 
    type(integrator_settings_t) function settings_of(method) result(settings)
@@ -135,5 +137,44 @@ contains
          end do
       end do
    end subroutine accuracy_is_found
+
+   !> A pendulum with a fast rotor nods at 14 rad/s. Steps of up to four turns of that are cut; in their parts a nod that
+   !> is a rounding must not grow, nor the account lose what cannot be removed. What damping has done is the energy lost.
+   !> The account may be out by 64 ε of the largest T + |V| that a step leads to before it is projected: the weight's, and
+   !> ½(0.1|L|)²/J where it errs by the longest move, 0.1 rad.
+   subroutine long_steps_come_to_rest(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: all_methods(4) = [character(len=6) :: 'rk4', 'rk8', 'dop853', 'taylor']
+      real(wp), parameter :: steps(4) = [2.0_wp, 0.5_wp, 0.4_wp, 0.1_wp], weight = 0.4905_wp, spin = 15.0_wp
+      real(wp), parameter :: account = 64*(weight + 0.5_wp*(0.1_wp*spin)**2)/weight
+      type(problem_t) :: problem
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      character(len=120) :: label
+      real(wp) :: residual, rest
+      integer :: i, k
+      call make_body(diagonal([1.0_wp, 1.2_wp, 1.4_wp]), problem%system%body, status, mass=50.0_wp, &
+                     center_of_mass=[0.0_wp, 0.0_wp, -0.001_wp])
+      call problem%system%effects%add(rotor_t(momentum=[0.0_wp, spin, 0.0_wp]))
+      call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+      call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.45_wp]))
+      problem%start = make_state(problem%system, [0.9_wp, 0.1_wp, 0.3_wp, 0.3_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      do k = 1, size(all_methods)
+         do i = 1, size(steps)
+            state = problem%start
+            call integrate(problem%system, settings_of(trim(all_methods(k))), state, &
+                           run_plan_t(time_step=steps(i), end_time=2e4_wp), status, summary=summary)
+            residual = (total_energy(problem%system, state) - total_energy(problem%system, problem%start) - &
+                        sum(summary%work))/(eps*weight)
+            rest = (total_energy(problem%system, state) + weight)/weight
+            write (label, '(a,", step ",f0.1,": account ",f0.1," eps, above rest by ",es8.1)') &
+               trim(all_methods(k)), steps(i), residual, rest
+            call check(error, status%ok() .and. abs(residual) <= account .and. abs(rest) <= 1e-12_wp, &
+                       trim(label)//' '//trim(status%message))
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine long_steps_come_to_rest
 
 end module test_near_rest

@@ -26,7 +26,7 @@
 !> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long; unless there was no more
 !> to remove than what round-off of the account may come to: damping has brought the body so near to rest that no state
 !> has the energy of the account, or all that have are far. The state is left as it is then, and the account takes its
-!> energy.
+!> energy, the works the difference.
 !>
 !> **Targets.** H₀ + work and l are those of the first state, not of the last, so that nothing adds up over a long run.
 !> A stepper is also handed states that it did not return last: rejected steps are tried again, halves follow the
@@ -258,12 +258,12 @@ contains
       real(wp), intent(in) :: work
       !> Success on entry.
       type(status_t), intent(inout) :: status
-      !> Estimated error of the step; zero, or absent, where works err no more than the state.
+      !> Estimated error of the step; zero, or absent, where works err no more than the state. Only with `given`.
       type(step_error_t), intent(in), optional :: error
-      !> What is to be added to the work for it, J; as it was where that is nothing. Present with `error`.
+      !> What is to be added to the work, J; as it was where that is nothing.
       real(wp), intent(inout), optional :: given
       type(projection_point_t) :: point
-      type(energy_sum_t) :: energy
+      type(energy_sum_t) :: energy, booked
       type(step_error_t) :: known
       real(wp) :: size, largest, to_order_one, share
       logical :: reached, undetermined
@@ -276,6 +276,7 @@ contains
       call take_state(self, state, point)
       energy = self%account%now
       if (abs(work) > 0.0_wp) call add_increment(energy%energy, energy%compensation, work)
+      booked = energy
       if (present(error)) then
          known = error
          call balance(self, known, point)
@@ -289,10 +290,13 @@ contains
          call take_state(self, state, point)
          call evaluate(self%plan, system%effects, point)
          energy = energy_sum_t(point%energy, 0.0_wp)
+         if (present(given)) given = (energy%energy - booked%energy) - booked%compensation
       end if
       if (reached .or. undetermined) then
          call write_state(self%plan, point, state)
          call self%account%book(state, energy)
+         ! A state far off the account, as works can bring it about, had an energy that the motion never has.
+         if (present(given)) self%size = max(size, point%size)
       else
          self%size = size
          self%largest = largest

@@ -1,7 +1,6 @@
 !> A stepper of any method with the projection onto the invariants after its steps.
 module nutate_projected_stepper
    use nutate_archive, only: archive_t
-   use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_noise, only: noise_t
    use nutate_spaced_projection, only: spaced_projection_t
@@ -10,6 +9,7 @@ module nutate_projected_stepper
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
    use nutate_system, only: system_t
+   use nutate_work_share, only: book_share
    implicit none
    private
 
@@ -117,32 +117,6 @@ contains
       end if
       if (status%code /= 0) call state%take(self%kept, self%has_wheels)
    end subroutine advance
-
-   !> Adds what works take to each of them, in proportion to what it did in the step.
-   pure subroutine book_share(effects, given, done, work, state)
-      type(effect_list_t), intent(in) :: effects
-      !> J, and Σ|work|, J.
-      real(wp), intent(in) :: given, done
-      !> Shape (n_works).
-      real(wp), intent(inout) :: work(:)
-      !> The work of wheels and of the world that it holds is moved with theirs.
-      type(state_t), intent(inout) :: state
-      real(wp) :: more
-      integer :: i, wheel
-      do i = 1, size(work)
-         more = given*(abs(work(i))/done)
-         work(i) = work(i) + more
-         wheel = (i - effects%n_torques + 1)/2
-         if (i <= effects%n_torques) cycle
-         if (wheel <= effects%n_wheels) then
-            associate (booked => state%wheel_work(2 - modulo(i - effects%n_torques, 2), wheel))
-               booked = booked + more
-            end associate
-         else
-            state%world_work = state%world_work + more
-         end if
-      end do
-   end subroutine book_share
 
    !> Projects a copy of the state that the last step left.
    subroutine show(self, system, state)

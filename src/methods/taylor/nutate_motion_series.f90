@@ -57,7 +57,7 @@ module nutate_motion_series
       !> `TWO_PAIRS`, ...: of the system, and of the present series.
       integer, private :: best = TWO_PAIRS, equations = TWO_PAIRS
       !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
-      real(wp), private :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
+      real(wp) :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
       !> Angle about the momentum of a free body, or of the body in the axial frame, rad; shape (0:highest_order).
       real(wp), private :: angle(0:highest_order) = 0.0_wp
       !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the
@@ -277,6 +277,7 @@ contains
          w = inverses(k + 1)*(sums_a(1, :) + tau)
          a(1, :) = w
          a(2, :) = inverses(k + 1)*sums_a(2, :)
+         if (.not. two) b = 0.0_wp
          if (.not. two) cycle
          call add_outer(k, self%lanes_2(:, :, 0), b, self%omega(:, 0), self%omega(:, k), sums_b)
          b = inverses(k + 1)*sums_b

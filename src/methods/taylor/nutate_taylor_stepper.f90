@@ -18,6 +18,7 @@ module nutate_taylor_stepper
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
    use nutate_system, only: system_t
+   use nutate_work_share, only: book_share
    implicit none
    private
 
@@ -129,7 +130,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      real(wp) :: y(n_rates)
+      real(wp) :: y(n_rates), done, given
       logical :: chosen, converges
       integer :: i
       converges = .true.
@@ -140,6 +141,8 @@ contains
          call begin_step(self%rates, system, self%next, dt, window_time, y)
          self%series%order = merge(self%order, fixed_step_order, self%order > 0)
          if (self%rates%failure == 0) call expand_from(self, system, self%next, dt, y, converges)
+         if (converges .and. size(self%work) > 0 .and. self%rates%failure == 0) converges = is_followed(self%series)
+         self%expanded = self%expanded .and. converges
          if (.not. converges) self%rates%failure = NUTATE_OFF_BRANCH
       end if
       if (self%rates%failure == 0) then
@@ -155,11 +158,39 @@ contains
          self%work(i) = work_of(self, i, dt)
       end do
       if (self%conserve) then
-         call self%projection%end_step(system, self%next, chosen, sum(self%work), status)
+         done = sum(abs(self%work))
+         given = 0.0_wp
+         call self%projection%end_step(system, self%next, chosen, sum(self%work), status, given=given)
          if (status%code /= 0) return
+         if (abs(given) > 0.0_wp .and. done > 0.0_wp) &
+            call book_share(system%effects, given, done, self%work, self%next)
       end if
       call state%take(self%next, self%rates%n_wheels > 0)
    end subroutine advance
+
+   !> True if the last two terms of the series, differentiated twice, are no larger than the first: of a vibration that
+   !> takes the step for 1.2 rad at order 4, 2.7 at order 8, 5.7 at order 16, and errs by 2 % of it in each. Beyond, a
+   !> vibration grows, however small it is, and where works are done no conserved energy keeps it small.
+   pure logical function is_followed(series)
+      !> Of L and three rows, with the step as the unit of time.
+      type(motion_series_t), intent(in) :: series
+      real(wp) :: scale
+      integer :: n
+      n = series%order
+      scale = maxval(abs(series%lanes_1(1, :, 0:2)))
+      if (scale > tiny(1.0_wp)) scale = 1/scale
+      is_followed = max((n*(n - 1))*size_of(n), ((n - 1)*(n - 2))*size_of(n - 1)) <= max(size_of(1), 2*size_of(2))
+
+   contains
+
+      !> Of coefficient k, rad.
+      pure real(wp) function size_of(k)
+         integer, intent(in) :: k
+         size_of = max(scale*maxval(abs(series%lanes_1(1, :, k))), maxval(abs(series%lanes_1(2, :, k))), &
+                       maxval(abs(series%lanes_2(:, :, k))))
+      end function size_of
+
+   end function is_followed
 
    !> The length of the step that meets a goal.
    subroutine choose_step(self, system, state, goal, step, status)
@@ -370,7 +401,7 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
-      real(wp) :: y(n_rates), time
+      real(wp) :: y(n_rates), time, given
       integer :: i
       work = 0.0_wp
       if (.not. self%expanded .or. (self%keeps_steps .and. .not. is_inside(self, t))) then
@@ -389,7 +420,10 @@ contains
          work = work + work_of(self, i, time)
       end do
       state%t = t
-      if (self%conserve) call self%projection%project_inside(system, state, work, status)
+      if (.not. self%conserve) return
+      given = 0.0_wp
+      call self%projection%project_inside(system, state, work, status, given=given)
+      work = work + given
    end subroutine state_at
 
    !> Projects a copy of the state that the last step left.
