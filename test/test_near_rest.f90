@@ -138,10 +138,10 @@ contains
       end do
    end subroutine accuracy_is_found
 
-   !> A pendulum with a fast rotor nods at 14 rad/s. Steps of up to four turns of that are cut; in their parts a nod that
-   !> is a rounding must not grow, nor the account lose what cannot be removed. What damping has done is the energy lost.
-   !> The account may be out by 64 ε of the largest T + |V| that a step leads to before it is projected: the weight's, and
-   !> ½(0.1|L|)²/J where it errs by the longest move, 0.1 rad.
+   !> A pendulum with a fast rotor nods at 14 rad/s. Steps of up to four turns of that are cut; in their parts a nod
+   !> that is a rounding must not grow, nor the account lose what cannot be removed. What damping has done is the energy
+   !> lost. The account may be out by 64 ε of the largest T + |V| that a step leads to before it is projected: the
+   !> weight's, and ½(0.1|L|)²/J where it errs by the longest move, 0.1 rad.
    subroutine long_steps_come_to_rest(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: all_methods(4) = [character(len=6) :: 'rk4', 'rk8', 'dop853', 'taylor']
