@@ -27,6 +27,8 @@ module test_near_rest
    integer, parameter :: motions = 8
    !> A turn about the vertical is not damped out: the body comes to rest wherever it is. s.
    real(wp), parameter :: end_time = 60.0_wp
+   !> Of the gyroscope: weight times its arm, J, momentum of its rotor, N m s.
+   real(wp), parameter :: weight = 0.4905_wp, spin = 15.0_wp
    character(len=*), parameter :: methods(2) = ['rk4', 'rk8']
 
 contains
@@ -36,7 +38,8 @@ contains
       testsuite = [ &
                   new_unittest("steps grow in number as the order says", steps_follow_tolerance), &
                   new_unittest("the search for an accuracy ends, and keeps it", accuracy_is_found), &
-                  new_unittest("steps as long as a swing come to rest, on the account", long_steps_come_to_rest)]
+                  new_unittest("steps as long as a swing come to rest, on the account", long_steps_come_to_rest), &
+                  new_unittest("tolerances below round-off take no more steps than round-off", steps_end_at_round_off)]
    end subroutine collect_near_rest
 
    type(integrator_settings_t) function settings_of(method) result(settings)
@@ -145,7 +148,7 @@ contains
    subroutine long_steps_come_to_rest(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: all_methods(4) = [character(len=6) :: 'rk4', 'rk8', 'dop853', 'taylor']
-      real(wp), parameter :: steps(4) = [2.0_wp, 0.5_wp, 0.4_wp, 0.1_wp], weight = 0.4905_wp, spin = 15.0_wp
+      real(wp), parameter :: steps(4) = [2.0_wp, 0.5_wp, 0.4_wp, 0.1_wp]
       real(wp), parameter :: account = 64*(weight + 0.5_wp*(0.1_wp*spin)**2)/weight
       type(problem_t) :: problem
       type(run_summary_t) :: summary
@@ -154,12 +157,7 @@ contains
       character(len=120) :: label
       real(wp) :: residual, rest
       integer :: i, k
-      call make_body(diagonal([1.0_wp, 1.2_wp, 1.4_wp]), problem%system%body, status, mass=50.0_wp, &
-                     center_of_mass=[0.0_wp, 0.0_wp, -0.001_wp])
-      call problem%system%effects%add(rotor_t(momentum=[0.0_wp, spin, 0.0_wp]))
-      call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
-      call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.45_wp]))
-      problem%start = make_state(problem%system, [0.9_wp, 0.1_wp, 0.3_wp, 0.3_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      call hang_gyroscope(problem)
       do k = 1, size(all_methods)
          do i = 1, size(steps)
             state = problem%start
@@ -176,5 +174,48 @@ contains
          end do
       end do
    end subroutine long_steps_come_to_rest
+
+   !> A pendulum with a fast rotor across it, in a fluid.
+   subroutine hang_gyroscope(problem)
+      type(problem_t), intent(out) :: problem
+      type(status_t) :: status
+      call make_body(diagonal([1.0_wp, 1.2_wp, 1.4_wp]), problem%system%body, status, mass=50.0_wp, &
+                     center_of_mass=[0.0_wp, 0.0_wp, -weight/(50*9.81_wp)])
+      call problem%system%effects%add(rotor_t(momentum=[0.0_wp, spin, 0.0_wp]))
+      call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
+      call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.45_wp]))
+      problem%start = make_state(problem%system, [0.9_wp, 0.1_wp, 0.3_wp, 0.3_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+   end subroutine hang_gyroscope
+
+   !> Where a tolerance is below what rounding makes of a step, steps are no shorter than round-off asks for: from 1e-15
+   !> to there takes 1.4 times as many at order 4.
+   subroutine steps_end_at_round_off(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: explicit(3) = [character(len=6) :: 'rk4', 'rk8', 'dop853']
+      real(wp), parameter :: tolerances(3) = [1e-15_wp, 1e-16_wp, 1e-20_wp], most_growth = 2.0_wp
+      type(problem_t) :: problem
+      type(run_summary_t) :: summary
+      type(state_t) :: state
+      type(status_t) :: status
+      integer(long) :: tried
+      character(len=100) :: label
+      real(wp) :: limit
+      integer :: i, k
+      call hang_gyroscope(problem)
+      do k = 1, size(explicit)
+         limit = huge(limit)
+         do i = 1, size(tolerances)
+            state = problem%start
+            call integrate(problem%system, settings_of(trim(explicit(k))), state, run_plan_t( &
+                           goal=run_goal_t(local_tolerance=tolerances(i)), end_time=600.0_wp, max_steps=200000_long), &
+                           status, summary=summary)
+            tried = summary%steps + summary%cut_steps
+            write (label, '(a,", ",es8.1,": ",i0," steps")') trim(explicit(k)), tolerances(i), tried
+            call check(error, status%ok() .and. real(tried, wp) <= limit, trim(label)//' '//trim(status%message))
+            if (allocated(error)) return
+            if (i == 1) limit = most_growth*real(tried, wp)
+         end do
+      end do
+   end subroutine steps_end_at_round_off
 
 end module test_near_rest

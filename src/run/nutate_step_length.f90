@@ -38,8 +38,9 @@ module nutate_step_length
    !> Largest turn in a step, rad: not quite half a turn, beyond which two wrong results could agree by chance. It is
    !> known only after the step, which may have gone beyond by `turn_margin`; `sure_shrinkage` brings it below again.
    real(wp), parameter :: largest_turn = 3.0_wp, turn_margin = 1.2_wp, sure_shrinkage = 0.8_wp
-   !> Differences of the whole and the halves, rad: the rounding of two attitudes; of the steps that lead to them.
-   real(wp), parameter :: noise = 2*eps, doubtful = 8*eps
+   !> Differences of the whole and the halves, rad: the rounding of two attitudes; of the steps that lead to them, with
+   !> their projections.
+   real(wp), parameter :: noise = 2*eps, doubtful = 16*eps
 
 contains
 
@@ -51,7 +52,7 @@ contains
       self%order = order
       self%power = order + 1
       if (estimate_power > 0) self%power = estimate_power
-      self%round_off = max(0.5_wp*eps, doubtful/(2.0_wp**max(order, 1) - 1))
+      self%round_off = max(eps, doubtful/(2.0_wp**max(order, 1) - 1))
    end subroutine set_up
 
    !> Factor by which the step could grow: its error goes as its length to the order plus one, the error over its
