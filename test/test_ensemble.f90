@@ -366,9 +366,8 @@ contains
          "&rotor momentum = 0.2, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 0.2 /", &
          "&gravity / &rotor momentum = 0, 0.1, 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 /"// &
          "&force body_point = 0, 0.1, 0.2, force = 0.3, 0, 0, axes = 'space' /", &
-         "&gravity_gradient direction = 0, 0.6, -0.8, strength = 1 / "// &
-         "&dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 / &vary "// &
-         "key = 'gravity_gradient.strength', distribution = 'normal', sigma = 0.3 /"]
+         "&gravity_gradient direction = 0, 0.6, -0.8, strength = 1 / &dipole moment = 0, 0, 2, field = 1, 0, 0.4 / "// &
+         "&vary key = 'gravity_gradient.strength', distribution = 'normal', sigma = 0.3 /"]
       character(len=*), parameter :: tail(3) = [character(len=100) :: &
          "end_time = 1.0 / &output columns = 'quaternion', 'energy', every = 7 /", &
          "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &
@@ -388,7 +387,7 @@ contains
       end do
    end subroutine loaded_together
 
-   !> Free bodies and tops by Taylor series, at several orders and ways to look; some turn too fast for the step.
+   !> Free bodies, tops and satellites by Taylor series, at several orders and ways to look; some turn too fast.
    subroutine series_together(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: tail(4) = [character(len=100) :: &
@@ -396,17 +395,18 @@ contains
          "series_order = 9, end_time = 3 / &output columns = 'angular_momentum_space', 'constraints' /", &
          "series_order = 24, end_time = 1 / &output columns = 'angular_velocity_space', every = 100 /", &
          "end_time = 1 / &output columns = 'quaternion', every = 2 /"]
-      character(len=*), parameter :: head(4) = [character(len=200) :: "", &
+      character(len=*), parameter :: head(5) = [character(len=200) :: "", &
          "&rotor momentum = 10, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 5 /", &
          "&dipole moment = 9, 0, 30, field = 5, 0, 2 /", &
+         "&gravity_gradient direction = 1, 2, -2, strength = 9 / &dipole moment = 9, 0, 30, field = 5, 0, 2 /", &
          "&rotor momentum = 0, 1, 0 / &dipole moment = 9, 0, 30, field = 5, 0, 2 / &vary key = 'dipole.moment.2', "// &
          "distribution = 'normal', sigma = 3 /"]
       integer(long), allocatable :: status_of(:)
       integer :: i
-      do i = 1, size(tail)
+      do i = 1, size(head)
          call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / "// &
                            trim(head(i))//line_feed//"&integrator method = 'taylor', time_step = 0.1, "// &
-                           trim(tail(i))//line_feed//"&ensemble members = 61, seed = 2 / &vary key = "// &
+                           trim(tail(1 + mod(i, 4)))//line_feed//"&ensemble members = 61, seed = 2 / &vary key = "// &
                            "'body.inertia.2', distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
                            "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 20.0 / "// &
                            "&vary key = 'initial.quaternion', distribution = 'rotation' /", lanes/3, status_of, error)

@@ -5,6 +5,7 @@ module test_series_lanes
    use nutate_dipole, only: dipole_t
    use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
+   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: kinetic_energy, make_state, space_momentum, total_energy
    use nutate_kinds, only: wp, eps, long
    use nutate_lane_width, only: lanes
@@ -26,9 +27,13 @@ module test_series_lanes
    !> Bodies without anything, and tops; both with an axis of symmetry; with a dipole and weight along one direction;
    !> pendulums in a plane, many of whose numbers are zeros; gyrostats; bodies whose axes are not principal ones,
    !> without and with a rotor; symmetric ones with a rotor along the axis, and tops of these; tops with any rotor and
-   !> axes.
+   !> axes; tops with dipoles in other directions. Satellites in a gradient of gravity; with any rotor and axes; in a
+   !> plane; with weight along the gradient, and with a dipole across it; symmetric ones with a rotor along the axis,
+   !> and with such weight and dipole.
    integer, parameter :: FREE = 0, TOP = 1, SYMMETRIC = 2, SYMMETRIC_TOP = 3, LOADED = 4, PENDULUM = 5, GYROSTAT = 6, &
-      SKEW = 7, SKEW_GYROSTAT = 8, SPINNER = 9, SPINNING_TOP = 10, SKEW_TOP = 11
+      SKEW = 7, SKEW_GYROSTAT = 8, SPINNER = 9, SPINNING_TOP = 10, SKEW_TOP = 11, CROSSED_TOP = 12, &
+      SATELLITE = 13, SKEW_SATELLITE = 14, PLANAR = 15, HANGING = 16, CROSSED = 17, &
+      SPIN_STABLE = 18, SYMMETRIC_CROSSED = 19, last_kind = SYMMETRIC_CROSSED
    !> Where weights point; of pendulums along an axis.
    real(wp), parameter :: down(3) = [0.6_wp, 0.0_wp, -0.8_wp]
 
@@ -40,6 +45,8 @@ contains
                   new_unittest("lanes have the bits of the scalar stepper, at every order and length", same_bits), &
                   new_unittest("spins about principal axes and slow bodies", special_bodies), &
                   new_unittest("bodies given up leave the others as they are", poisoned_lanes), &
+                  new_unittest("symmetric bodies whose rotors make the series grow are given up", fast_rotors), &
+                  new_unittest("bodies that are unlike the first are left out", unlike_bodies), &
                   new_unittest("steps of any length: what is taken is what the scalar stepper takes", long_steps), &
                   new_unittest("energy and momentum of each body over 20 000 steps", long_run)]
    end subroutine collect_series_lanes
@@ -55,14 +62,15 @@ contains
       type(state_t), intent(out) :: state
       type(error_type), allocatable, intent(inout) :: error
       type(status_t) :: status
-      integer, parameter :: with_axis(4) = [SYMMETRIC, SYMMETRIC_TOP, SPINNER, SPINNING_TOP]
+      integer, parameter :: with_axis(6) = [SYMMETRIC, SYMMETRIC_TOP, SPINNER, SPINNING_TOP, SPIN_STABLE, &
+                                            SYMMETRIC_CROSSED]
       real(wp) :: u(12), moments(3), tensor(3, 3)
       integer :: i
       u = [(uniform_of(6_long, int(number, long), i), i=1, 12)]
       moments = 10**(4*u(1) - 2)*(1 + 0.9_wp*u(2:4))
       if (any(kind == with_axis)) moments(1) = moments(3)
       tensor = diagonal(moments)
-      if (any(kind == [SKEW, SKEW_GYROSTAT, SKEW_TOP])) then
+      if (any(kind == [SKEW, SKEW_GYROSTAT, SKEW_TOP, SKEW_SATELLITE])) then
          tensor(1, 2) = 0.05_wp*moments(1)*u(5)
          tensor(1, 3) = -0.05_wp*moments(1)*u(6)
          tensor(2, 1) = tensor(1, 2)
@@ -77,30 +85,31 @@ contains
       ! Slow bodies are not turned over by their weight within a step.
       if (kind == PENDULUM) then
          call system%effects%add(gravity_t(system%body, [0.0_wp, 0.0_wp, -rate*rate]))
-      else if (any(kind == [TOP, SYMMETRIC_TOP, LOADED, SPINNING_TOP, SKEW_TOP])) then
+      else if (any(kind == [TOP, SYMMETRIC_TOP, LOADED, SPINNING_TOP, SKEW_TOP, CROSSED_TOP, HANGING, &
+                          SYMMETRIC_CROSSED])) then
          call system%effects%add(gravity_t(system%body, rate*rate*down))
       end if
       if (kind == LOADED) call system%effects%add(dipole_t(moments(1)*(u(6:8) - 0.5_wp), -rate*rate*down))
-      if (any(kind == [GYROSTAT, SKEW_GYROSTAT, SKEW_TOP])) &
+      if (any(kind == [SATELLITE, SKEW_SATELLITE, PLANAR, HANGING, CROSSED, SPIN_STABLE, SYMMETRIC_CROSSED])) &
+         call system%effects%add(gravity_gradient_t(system%body, merge([0.0_wp, 0.0_wp, -1.0_wp], down, &
+                                                                       kind == PLANAR), rate*rate))
+      if (any(kind == [CROSSED_TOP, CROSSED])) &
+         call system%effects%add(dipole_t(moments(1)*(u(6:8) - 0.5_wp), rate*rate*(u(8:10) - 0.5_wp)))
+      if (kind == CROSSED_TOP) call system%effects%add(dipole_t(moments(1)*(u(7:9) - 0.5_wp), &
+                                                                rate*rate*(u(3:5) - 0.5_wp)))
+      if (kind == SYMMETRIC_CROSSED) call system%effects%add(dipole_t(moments(1)*[0.0_wp, u(6), 0.0_wp], &
+                                                                      rate*rate*(u(8:10) - 0.5_wp)))
+      if (any(kind == [GYROSTAT, SKEW_GYROSTAT, SKEW_TOP, SKEW_SATELLITE])) &
          call system%effects%add(rotor_t(name='rotor', momentum=rate*moments(1)*(u(3:5) - 0.5_wp)))
-      if (any(kind == [SPINNER, SPINNING_TOP])) &
+      if (any(kind == [SPINNER, SPINNING_TOP, SPIN_STABLE])) &
          call system%effects%add(rotor_t(name='rotor', momentum=rate*moments(1)*[0.0_wp, u(4) - 0.5_wp, 0.0_wp]))
-      if (kind == PENDULUM) then
+      if (any(kind == [PENDULUM, PLANAR])) then
          state = make_state(system, quat_normalized([0.5_wp, 0.0_wp, u(8), 0.0_wp]), [0.0_wp, rate*u(10), 0.0_wp])
       else
          state = make_state(system, quat_normalized([u(8:10), 0.5_wp] - 0.5_wp + [0.1_wp, 0.0_wp, 0.0_wp, 0.5_wp]), &
                             rate*(2*u(10:12) - 1))
       end if
    end subroutine draw
-
-   !> Empties the lanes for bodies of a kind.
-   subroutine begin(bodies, order, dt, kind)
-      type(taylor_lanes_t), intent(inout) :: bodies
-      integer, intent(in) :: order, kind
-      real(wp), intent(in) :: dt
-      integer, parameter :: potentials(FREE:SKEW_TOP) = [0, 1, 0, 1, 2, 1, 0, 0, 0, 0, 1, 1]
-      call bodies%set_up(order, dt, potentials(kind))
-   end subroutine begin
 
    !> Takes the scalar steps of a body, and looks at it after some of them.
    subroutine take_scalar(order, system, dt, steps, state, seen, error)
@@ -171,16 +180,16 @@ contains
       type(taylor_lanes_t) :: bodies
       type(system_t) :: systems(lanes)
       type(state_t) :: states(lanes)
-      character(len=120) :: place
-      integer :: block, i, k, n, kind, taken(FREE:SKEW_TOP), drawn(FREE:SKEW_TOP)
+      character(len=200) :: place
+      integer :: block, i, k, n, kind, taken(FREE:last_kind), drawn(FREE:last_kind)
       taken = 0
       drawn = 0
-      do block = 1, 144
-         kind = mod(block/3, 12)
+      do block = 1, 12*(1 + last_kind)
+         kind = mod(block/3, 1 + last_kind)
          ! Rows may end at any step from a projection to the next.
          n = 200 + mod(block, 4)
          associate (order => orders(1 + mod(block, 6)))
-            call begin(bodies, order, 0.1_wp, kind)
+            call bodies%set_up(order, 0.1_wp)
             ! From one lane that is used to all of them.
             do i = 1, 1 + mod(block, lanes)
                call draw(100*block + i, 0.05_wp*2**mod(block, 8), kind, systems(i), states(i), error)
@@ -202,7 +211,7 @@ contains
             end do
          end associate
       end do
-      write (place, '("taken ",12i4," of ",12i4)') taken, drawn
+      write (place, '("taken ",20i4," of ",20i4)') taken, drawn
       call check(error, all(10*taken > 5*drawn) .and. 10*sum(taken) > 8*sum(drawn), place)
    end subroutine same_bits
 
@@ -218,7 +227,7 @@ contains
                                                     1e-20_wp, 1e-20_wp, 0.0_wp, 1e-160_wp, 1.0_wp, 1e-170_wp], [3, 6])
       integer :: i, k
       call make_body(diagonal([5.0_wp, 20.0_wp, 17.0_wp]), system%body, status)
-      call begin(bodies, 0, 0.125_wp, FREE)
+      call bodies%set_up(0, 0.125_wp)
       do i = 1, 6
          states(i) = make_state(system, quat_normalized([1.0_wp, 2.0_wp, 3.0_wp, -1.0_wp]), rates(:, i))
          if (i <= lanes) call bodies%put(i, system, states(i))
@@ -240,10 +249,11 @@ contains
       type(system_t) :: system, bad
       type(state_t) :: state, poison, a, b
       character(len=40) :: place
-      integer, parameter :: kinds(6) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW, SKEW_TOP]
+      integer, parameter :: kinds(9) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW, SKEW_TOP, SATELLITE, CROSSED, &
+                                     SPIN_STABLE]
       logical :: stays
       integer :: case, k, kind
-      do case = 1, 42
+      do case = 1, 63
          kind = kinds(1 + (case - 1)/7)
          call draw(7, 0.5_wp, kind, system, state, error)
          call draw(8, 0.5_wp, kind, bad, poison, error)
@@ -263,10 +273,10 @@ contains
             poison%p = 0.0_wp
          case default
             ! As long as no series can follow it, but the first tries to.
-            call draw(9, 40.0_wp, kind, bad, poison, error)
+            call draw(9, merge(16.0_wp, 40.0_wp, kind >= SATELLITE), kind, bad, poison, error)
          end select
-         call begin(alone, 0, 0.5_wp, kind)
-         call begin(beside, 0, 0.5_wp, kind)
+         call alone%set_up(0, 0.5_wp)
+         call beside%set_up(0, 0.5_wp)
          call alone%put(lanes, system, state)
          do k = 1, lanes - 1
             call beside%put(k, bad, poison)
@@ -291,21 +301,82 @@ contains
       end do
    end subroutine poisoned_lanes
 
+   !> In the axial frame L turns the rows, however slowly the body turns: squares of their coefficients would leave the
+   !> range of numbers, which strict builds do not let pass.
+   subroutine fast_rotors(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(taylor_lanes_t) :: bodies
+      type(system_t) :: system
+      type(state_t) :: state
+      integer :: i
+      call bodies%set_up(0, 0.5_wp)
+      do i = 1, lanes
+         call draw(i, 0.1_wp, SYMMETRIC_CROSSED, system, state, error)
+         if (allocated(error)) return
+         call system%effects%add(rotor_t(name='rotor', momentum=[0.0_wp, 1e12_wp*system%body%moments(1), 0.0_wp]))
+         state = make_state(system, state%q, [0.0_wp, 0.1_wp, 0.0_wp])
+         call bodies%put(i, system, state)
+      end do
+      call check(error, all(bodies%taken), 'put')
+      if (allocated(error)) return
+      call bodies%step()
+      call check(error, .not. any(bodies%taken), 'taken')
+   end subroutine fast_rotors
+
+   !> The first body says what the equations are, and what is conserved: each kind beside a satellite.
+   subroutine unlike_bodies(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(taylor_lanes_t) :: alone, beside
+      type(system_t) :: system, other
+      type(state_t) :: state, start, a, b
+      character(len=20) :: place
+      integer :: k, kind
+      if (lanes == 1) return
+      call draw(1, 0.5_wp, SATELLITE, system, state, error)
+      if (allocated(error)) return
+      do kind = FREE, last_kind + 1
+         call draw(2, 0.5_wp, min(kind, last_kind), other, start, error)
+         if (allocated(error)) return
+         ! After all kinds one with two gradients.
+         if (kind > last_kind) call draw(2, 0.5_wp, SATELLITE, other, start, error)
+         if (kind > last_kind) call other%effects%add(gravity_gradient_t(other%body, down, 0.1_wp))
+         call alone%set_up(0, 0.5_wp)
+         call alone%put(1, other, start)
+         call check(error, alone%taken(1) .neqv. kind > last_kind, 'the first one')
+         if (allocated(error)) return
+         call alone%set_up(0, 0.5_wp)
+         call alone%put(1, system, state)
+         beside = alone
+         call beside%put(2, other, start)
+         write (place, '("kind ",i0)') kind
+         call check(error, alone%taken(1) .and. (beside%taken(2) .eqv. any(kind == [SATELLITE, PLANAR])), place)
+         if (allocated(error)) return
+         do k = 1, 20
+            call alone%step()
+            call beside%step()
+         end do
+         call alone%get(1, a)
+         call beside%get(1, b)
+         call check(error, agree(a, b), trim(place)//' changes a satellite')
+         if (allocated(error)) return
+      end do
+   end subroutine unlike_bodies
+
    !> Rates from short steps to far too long ones.
    subroutine long_steps(error)
       type(error_type), allocatable, intent(out) :: error
       type(taylor_lanes_t) :: bodies
       type(system_t) :: system
       type(state_t) :: state
-      character(len=60) :: place
-      integer, parameter :: kinds(4) = [FREE, TOP, SYMMETRIC_TOP, SKEW_GYROSTAT]
-      integer :: i, k, kind, taken(4)
+      character(len=80) :: place
+      integer, parameter :: kinds(7) = [FREE, TOP, SYMMETRIC_TOP, SKEW_GYROSTAT, SKEW_SATELLITE, CROSSED, SPIN_STABLE]
+      integer :: i, k, kind, taken(7)
       taken = 0
-      do kind = 1, 4
+      do kind = 1, 7
          do i = 1, 60
             call draw(i, 0.4_wp*1.1_wp**i, kinds(kind), system, state, error)
             if (allocated(error)) return
-            call begin(bodies, 0, 0.5_wp, kinds(kind))
+            call bodies%set_up(0, 0.5_wp)
             call bodies%put(1, system, state)
             do k = 1, 50
                call bodies%step()
@@ -317,7 +388,7 @@ contains
             if (allocated(error)) return
          end do
       end do
-      write (place, '("steps are neither taken nor given up: ",4i4)') taken
+      write (place, '("steps are neither taken nor given up: ",7i4)') taken
       call check(error, all(taken > 10) .and. all(taken < 55), place)
    end subroutine long_steps
 
@@ -328,10 +399,11 @@ contains
       type(system_t) :: systems(lanes)
       type(state_t) :: states(lanes), state
       real(wp) :: change(3), scale
-      integer, parameter :: kinds(7) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW_GYROSTAT, SPINNING_TOP, SKEW_TOP]
+      integer, parameter :: kinds(11) = [FREE, TOP, SYMMETRIC, SYMMETRIC_TOP, SKEW_GYROSTAT, SPINNING_TOP, SKEW_TOP, &
+                                      SKEW_SATELLITE, CROSSED, SPIN_STABLE, SYMMETRIC_CROSSED]
       integer :: i, k, n
-      do n = 1, 7
-         call begin(bodies, 0, 0.25_wp, kinds(n))
+      do n = 1, 11
+         call bodies%set_up(0, 0.25_wp)
          do i = 1, lanes
             call draw(i, 0.5_wp, kinds(n), systems(i), states(i), error)
             if (allocated(error)) return
@@ -354,6 +426,7 @@ contains
             if (allocated(error)) return
             change = space_momentum(state) - space_momentum(states(i))
             if (systems(i)%effects%n_potentials > 0) change = dot_product(change, down)*down
+            if (any(kinds(n) == [CROSSED, SYMMETRIC_CROSSED])) change = 0.0_wp
             call check_below(error, norm2(change), 16*eps*(norm2(space_momentum(states(i))) &
                                                            + norm2(space_momentum(state))), 'momentum')
             if (allocated(error)) return

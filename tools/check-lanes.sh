@@ -69,7 +69,11 @@ sed -e '/^&gravity/d' "$scratch/series_axial_top.nml" >"$scratch/series_axial.nm
 sed -e 's/inertia = 5.0, 20.0, 17.0/inertia_tensor = 5.0, 20.0, 17.0, 0.1, 0.2, -0.1/' -e "/'body.inertia'/d" \
    -e '/^&output/i &rotor momentum = 0.0, 10.0, 50.0 /' "$scratch/series.nml" >"$scratch/series_gyrostat.nml"
 sed -e '/^&gravity/i &rotor momentum = 0.0, 0.1, 0.5 /' "$scratch/series_top.nml" >"$scratch/series_gyrostat_top.nml"
-scenes=(free top satellite series series_{top,axial_top,axial,gyrostat,gyrostat_top})
+sed -e "s/linear_solver = 'reduced', order = 4, time_step = 0.5, end_time = 50.0/method = 'taylor', time_step = 4.0, end_time = 400.0/" \
+   "$scratch/satellite.nml" >"$scratch/series_satellite.nml"
+sed -e 's/5.0, 20.0, 17.0/20.0, 20.0, 17.0/' -e 's/0.0, 0.1, 0.5/0.0, 0.0, 0.5/' "$scratch/series_satellite.nml" \
+   >"$scratch/series_axial_satellite.nml"
+scenes=(free top satellite series series_{top,axial_top,axial,gyrostat,gyrostat_top,satellite,axial_satellite})
 
 passed=0 failed=0
 # compare PROGRAM WAY [OPTION]...: its files with those of the program of `make`.

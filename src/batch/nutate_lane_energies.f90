@@ -1,7 +1,8 @@
 !> Energies in the projection onto the invariants of several bodies at once, and how they change: one body a lane.
 !>
-!> Potentials are linear in one direction n, U = -m·Rᵀn: of the space momentum that along n is then conserved. The
-!> arithmetic is that of `nutate_projection_point` and `nutate_invariant_projection`, with γ = Rᵀn.
+!> Potentials are linear or quadratic in directions n: where these are one, the component of the space momentum along it
+!> is conserved, else none is. The arithmetic is that of `nutate_projection_point` and `nutate_invariant_projection`,
+!> with γ = Rᵀn.
 module nutate_lane_energies
    use nutate_kinds, only: wp, eps
    use nutate_lane_choice, only: choose_lanes, replace_lanes
@@ -10,7 +11,8 @@ module nutate_lane_energies
    private
 
    public :: turn_rates, find_energies, find_full_sizes, add_rotor
-   public :: take_momenta, restore_component, add_weight, find_pushes, push_momenta, turn_momenta, turn_momenta_little
+   public :: take_momenta, restore_component, add_weight, add_gradient, find_pushes, push_momenta, turn_momenta
+   public :: turn_momenta_little
 
 contains
 
@@ -114,17 +116,43 @@ contains
       end do
    end subroutine add_weight
 
+   !> Adds U = ½γᵀAγ + U₀ and γ×Aγ.
+   pure subroutine add_gradient(stiffness, offset, gamma, energy, size, rate)
+      !> A and U₀, J, and γ; shapes (lanes, 3, 3), (lanes) and (lanes, 3).
+      real(wp), intent(in) :: stiffness(lanes, 3, 3), offset(lanes), gamma(lanes, 3)
+      !> H, T + Σ|U| and L̇.
+      real(wp), intent(inout) :: energy(lanes), size(lanes), rate(lanes, 3)
+      real(wp) :: g1, g2, g3, s1, s2, s3, potential
+      integer :: i
+      do i = 1, lanes
+         g1 = gamma(i, 1)
+         g2 = gamma(i, 2)
+         g3 = gamma(i, 3)
+         s1 = stiffness(i, 1, 1)*g1 + stiffness(i, 1, 2)*g2 + stiffness(i, 1, 3)*g3
+         s2 = stiffness(i, 2, 1)*g1 + stiffness(i, 2, 2)*g2 + stiffness(i, 2, 3)*g3
+         s3 = stiffness(i, 3, 1)*g1 + stiffness(i, 3, 2)*g2 + stiffness(i, 3, 3)*g3
+         potential = 0.5_wp*(g1*s1 + g2*s2 + g3*s3) + offset(i)
+         energy(i) = energy(i) + potential
+         size(i) = size(i) + abs(potential)
+         rate(i, 1) = rate(i, 1) + (g2*s3 - g3*s2)
+         rate(i, 2) = rate(i, 2) + (g3*s1 - g1*s3)
+         rate(i, 3) = rate(i, 3) + (g1*s2 - g2*s1)
+      end do
+   end subroutine add_gradient
+
    !> The part of the slope that changes L: ΔL = -c·inertia·Ω⊥.
-   pure subroutine find_pushes(to_order_one, twice_kinetic, gamma, omega, inertia, steepness)
+   pure subroutine find_pushes(along, to_order_one, twice_kinetic, gamma, omega, inertia, steepness)
+      !> Of l the component along γ is conserved, and Ω⊥ is the part of Ω across γ; else none is, and Ω⊥ is Ω.
+      logical, intent(in) :: along
       !> A power of two that brings energies to order one, 2T, J, and γ.
       real(wp), intent(in) :: to_order_one(lanes), twice_kinetic(lanes), gamma(lanes, 3)
-      !> Ω on entry, Ω⊥, its part across γ, on exit; shape (lanes, 3).
+      !> Ω on entry, Ω⊥ on exit; shape (lanes, 3).
       real(wp), intent(inout) :: omega(lanes, 3)
       !> kg m².
       real(wp), intent(out) :: inertia(lanes)
       real(wp), intent(inout) :: steepness(lanes)
       real(wp), dimension(lanes) :: square, turns, kinetic
-      real(wp) :: along, w1, w2, w3
+      real(wp) :: across
       integer :: i
       do i = 1, lanes
          square(i) = omega(i, 1)*omega(i, 1) + omega(i, 2)*omega(i, 2) + omega(i, 3)*omega(i, 3)
@@ -134,14 +162,11 @@ contains
       do i = 1, lanes
          kinetic(i) = to_order_one(i)*twice_kinetic(i)
          inertia(i) = kinetic(i)*(twice_kinetic(i)/square(i))
-         along = omega(i, 1)*gamma(i, 1) + omega(i, 2)*gamma(i, 2) + omega(i, 3)*gamma(i, 3)
-         w1 = omega(i, 1) - along*gamma(i, 1)
-         w2 = omega(i, 2) - along*gamma(i, 2)
-         w3 = omega(i, 3) - along*gamma(i, 3)
-         omega(i, 1) = w1
-         omega(i, 2) = w2
-         omega(i, 3) = w3
-         kinetic(i) = kinetic(i)*((w1*w1 + w2*w2 + w3*w3)/square(i))*kinetic(i)
+      end do
+      if (along) call take_across(gamma, omega)
+      do i = 1, lanes
+         across = omega(i, 1)*omega(i, 1) + omega(i, 2)*omega(i, 2) + omega(i, 3)*omega(i, 3)
+         kinetic(i) = kinetic(i)*(across/square(i))*kinetic(i)
       end do
       call replace_lanes(turns, 0.0_wp, inertia)
       call replace_lanes(turns, 0.0_wp, kinetic)
@@ -149,6 +174,21 @@ contains
          steepness(i) = steepness(i) + kinetic(i)
       end do
    end subroutine find_pushes
+
+   !> The part of Ω across γ.
+   pure subroutine take_across(gamma, omega)
+      !> Shape (lanes, 3).
+      real(wp), intent(in) :: gamma(lanes, 3)
+      real(wp), intent(inout) :: omega(lanes, 3)
+      real(wp) :: along
+      integer :: i
+      do i = 1, lanes
+         along = omega(i, 1)*gamma(i, 1) + omega(i, 2)*gamma(i, 2) + omega(i, 3)*gamma(i, 3)
+         omega(i, 1) = omega(i, 1) - along*gamma(i, 1)
+         omega(i, 2) = omega(i, 2) - along*gamma(i, 2)
+         omega(i, 3) = omega(i, 3) - along*gamma(i, 3)
+      end do
+   end subroutine take_across
 
    !> L + ΔL.
    pure subroutine push_momenta(c, inertia, omega, momentum)

@@ -1,18 +1,21 @@
 !> The motion of several bodies in one step by power series: one body a lane, each with its own numbers, all with the
 !> same equations.
 !>
-!> The equations are those of `nutate_motion_series`: two pairs, L and three rows, for tops of any inertia, with rotors;
-!> one pair, L and a row, for such bodies that are free; free bodies and tops of diagonal inertia; and both with an axis
-!> of symmetry in the axial frame. A step is the unit of time of its series, so that all powers of it are 1.
+!> The equations are those of `nutate_motion_series`: two pairs, L and three rows, for tops of any inertia, with rotors,
+!> several directions and gradients of gravity; one pair, L and a row, for such bodies that are free; free bodies and
+!> tops of diagonal inertia; and all but one pair with an axis of symmetry in the axial frame. A step is the unit of
+!> time of its series, so that all powers of it are 1.
 module nutate_lane_expansion
    use nutate_axial_frame, only: axial_frame_t
    use nutate_kinds, only: wp
+   use nutate_lane_choice, only: replace_lanes
    use nutate_lane_motion, only: add_changes, begin_lanes, end_lanes, find_axes, find_frames, find_rates, &
-      find_scale, find_sines, find_weights, scale_moments, see_lanes, straighten_rows, test_rates, &
-      turn_evenly, turn_free_lanes, turn_in_axial_frame, turn_rows
+      find_sines, find_weights, see_lanes, straighten_rows, test_rates, turn_evenly, turn_free_lanes, &
+      turn_in_axial_frame, turn_rows
    use nutate_lane_row_series, only: expand_axial_lanes, expand_pair_lanes, expand_top_lanes
    use nutate_lane_series, only: expand_free_lanes, sum_angles, sum_lanes
-   use nutate_lane_tail, only: add_part, clear_parts, tail_products_t, tail_weights
+   use nutate_lane_torque_series, only: lane_torques_t, put_torques, rest_torques, set_up_torques
+   use nutate_lane_tail, only: add_angle, add_row, begin_tail, tail_products_t, tail_weights
    use nutate_lane_vectors, only: cross_lanes, find_full_rates, multiply_lanes
    use nutate_lane_width, only: lanes
    use nutate_motion_series, only: least_share
@@ -32,8 +35,6 @@ module nutate_lane_expansion
    real(wp), parameter :: least = 1e-40_wp
    !> Change of ΔtΩ that a potential may make in a step, rad: what is beyond belongs to no step that a lane takes.
    real(wp), parameter :: greatest_push = 1e3_wp
-   !> Lengths of rows as angles (`nutate_motion_series`).
-   real(wp), parameter :: root_half = sqrt(0.5_wp)
 
    !> What the series of each body need.
    type :: lane_expansion_t
@@ -51,9 +52,11 @@ module nutate_lane_expansion
       real(wp) :: floor(lanes) = least
       !> 1/J along the axis and across it, kg⁻¹ m⁻².
       real(wp) :: inverse_along(lanes) = 0.0_wp, inverse_across(lanes) = 0.0_wp
-      !> The potential's moment times Δt²/Jᵢ in column i, or times Δt in the first; Δt² times that along the axis, over
-      !> J₁; basis vectors as columns, space axes; shape (lanes, 3, 3).
+      !> The potential's moment times Δt²/Jᵢ in column i; Δt² times that along the axis, over J₁; basis vectors as
+      !> columns, space axes; shape (lanes, 3, 3).
       real(wp) :: moments(lanes, 3, 3) = 0.0_wp, g(lanes) = 0.0_wp, basis(lanes, 3, 3) = 0.0_wp
+      !> What acts on bodies of two pairs.
+      type(lane_torques_t) :: torques
    end type lane_expansion_t
 
    !> The series of a step. No component has a first value: they would be set at every step.
@@ -77,6 +80,7 @@ contains
       self%axis = 0
       self%order = order
       self%dt = dt
+      call set_up_torques(self%torques, dt)
    end subroutine set_up_motion
 
    !> A sphere of which no series turns.
@@ -94,13 +98,14 @@ contains
       self%inverse_across(lane) = 0.0_wp
       self%moments(lane, :, :) = 0.0_wp
       self%g(lane) = 0.0_wp
+      call rest_torques(self%torques, lane)
       self%basis(lane, :, :) = 0.0_wp
       do i = 1, 3
          self%basis(lane, i, i) = 1.0_wp
       end do
    end subroutine rest_motion
 
-   !> Takes a body on which nothing acts but rotors and potentials linear in fixed directions.
+   !> Takes a body on which nothing acts but rotors and potentials that lanes know.
    subroutine put_motion(self, lane, system, fits)
       type(lane_expansion_t), intent(inout) :: self
       integer, intent(in) :: lane
@@ -111,19 +116,22 @@ contains
       type(torque_series_t) :: torques
       type(status_t) :: status
       integer :: equations
+      logical :: is_first
       call axial%recognise(system)
       call torques%prepare(system%effects, status)
-      fits = status%ok() .and. .not. torques%has_more
+      fits = status%ok()
       if (.not. fits) return
       equations = equations_of(system, axial%axis, torques)
-      if (self%equations == NONE) then
+      is_first = self%equations == NONE
+      if (is_first) then
          self%equations = equations
          self%axis = axial%axis
       end if
       fits = equations /= NONE .and. self%equations == equations .and. self%axis == axial%axis
       if (.not. fits) return
       call put_body(self, lane, system, axial)
-      if (torques%n_moments == 1) call put_moment(self, lane, system, axial, torques, fits)
+      if (equations == TOP .or. equations == AXIAL_TOP) call put_moment(self, lane, system, axial, torques, fits)
+      if (equations == TWO_PAIRS) call put_pairs(self, lane, is_first, system, torques, fits)
    end subroutine put_motion
 
    !> Which equations do, as `nutate_motion_series` finds it.
@@ -140,9 +148,10 @@ contains
       if (torques%rank == 0) then
          equations = merge(FREE_BODY, ONE_PAIR, diagonal)
          if (axis > 0) equations = AXIAL_FREE
-      else if (torques%n_moments == 1) then
-         equations = merge(TOP, TWO_PAIRS, diagonal)
-         if (axis > 0) equations = AXIAL_TOP
+      else if (.not. torques%has_more .and. torques%n_moments == 1 .and. (diagonal .or. axis > 0)) then
+         equations = merge(AXIAL_TOP, TOP, axis > 0)
+      else
+         equations = TWO_PAIRS
       end if
    end function equations_of
 
@@ -155,10 +164,7 @@ contains
       integer :: i, j, k
       self%rotor(lane, :) = system%effects%rotor_momentum
       self%floor(lane) = max(least, least_share*length_of(system%effects%rotor_momentum))
-      if (self%equations == ONE_PAIR .or. self%equations == TWO_PAIRS) then
-         self%full(lane, :, :) = self%dt*system%body%inverse_inertia
-         return
-      end if
+      self%full(lane, :, :) = self%dt*system%body%inverse_inertia
       if (axial%axis > 0) then
          self%to_angle(lane, :) = self%dt*axial%inverse_across
          self%inertia(lane, :) = 1/self%to_angle(lane, :)
@@ -177,22 +183,19 @@ contains
       end do
    end subroutine put_body
 
-   !> What belongs to the potentials.
+   !> What belongs to the potential of a top.
    pure subroutine put_moment(self, lane, system, axial, torques, fits)
       type(lane_expansion_t), intent(inout) :: self
       integer, intent(in) :: lane
       type(system_t), intent(in) :: system
       type(axial_frame_t), intent(in) :: axial
       type(torque_series_t), intent(in) :: torques
-      !> False: they are too strong for a lane.
+      !> False: it is too strong for a lane.
       logical, intent(out) :: fits
       real(wp) :: moments(3, 3)
       integer :: i
       moments = 0.0_wp
-      if (self%equations == TWO_PAIRS) then
-         self%moments(lane, :, 1) = self%dt*torques%moments(:, 1)
-         moments(1, 1) = sum(abs(self%full(lane, :, :)))*sum(abs(self%moments(lane, :, 1)))
-      else if (axial%axis > 0) then
+      if (axial%axis > 0) then
          self%g(lane) = self%to_angle(lane, 1)*(self%dt*torques%moments(axial%axis, 1))
          moments(1, 1) = self%g(lane)
       else
@@ -204,6 +207,22 @@ contains
       self%basis(lane, :, :) = torques%basis
       fits = all(abs(moments) <= greatest_push)
    end subroutine put_moment
+
+   !> What belongs to all potentials of a body of two pairs.
+   pure subroutine put_pairs(self, lane, is_first, system, torques, fits)
+      type(lane_expansion_t), intent(inout) :: self
+      integer, intent(in) :: lane
+      !> The other bodies are like this one.
+      logical, intent(in) :: is_first
+      type(system_t), intent(in) :: system
+      type(torque_series_t), intent(in) :: torques
+      !> False: they are others than those of the other bodies, or too strong for a lane.
+      logical, intent(out) :: fits
+      real(wp) :: bound
+      call put_torques(self%torques, lane, is_first, system, torques, bound, fits)
+      self%basis(lane, :, :) = torques%basis
+      if (fits) fits = sum(abs(self%full(lane, :, :)))*bound <= greatest_push
+   end subroutine put_pairs
 
    !> Moves all bodies by one step: q normalised, p = 2 q∘[0, L].
    pure subroutine move_lanes(self, q, p, given_up)
@@ -247,18 +266,14 @@ contains
       !> Since the start; shape (lanes, 4).
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes), one(lanes)
+      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes)
       real(wp) :: length(lanes), cosine(lanes), sine(lanes)
       type(tail_products_t) :: products
       call find_axes(self%floor, momentum, axis, length, given_up)
       call find_weights(axis, self%inertia, length, weights)
       call expand_free_lanes(self%order, self%c, weights, axis, series%w, series%angle)
       call begin_tail(self%order, self%inertia, series%w, products)
-      one = 1.0_wp
-      associate (n => self%order, x => series%angle)
-         call add_part(one, x(:, n), x(:, n - 1), x(:, n - 2), x(:, n - 3), products%squares, products%next, &
-                       products%second)
-      end associate
+      call add_angle(self%order, series%angle, products)
       call tail_weights(products, series%last, series%before)
       call sum_lanes(self%order, series%w, series%last, series%before, change)
       call sum_angles(self%order, series%angle, series%last, series%before, angle)
@@ -282,7 +297,8 @@ contains
       call find_frames(frame(:, :, 2), frame(:, :, 1), frame(:, :, 3))
       series%rows(:, :, 0, 1) = momentum
       series%rows(:, :, 0, 2) = frame(:, :, 1)
-      call expand_pair_lanes(self%order, 2, self%full, self%moments(:, :, 1), series%w, series%rows)
+      call expand_pair_lanes(self%order, 2, self%full, 0, self%to_angle(:, 1), self%torques, series%w, series%rows, &
+                             series%angle)
       call begin_tail(self%order, ones, series%rows(:, :, :, 1), products)
       call add_row(self%order, series%rows(:, :, :, 2), products)
       call tail_weights(products, series%last, series%before)
@@ -297,7 +313,7 @@ contains
                      rotation, given_up)
    end subroutine move_pair
 
-   !> Tops of any inertia, with rotors.
+   !> Bodies of any inertia, with rotors, under any potentials that lanes know.
    pure subroutine move_pairs(self, q, series, momentum, rotation, given_up)
       type(lane_expansion_t), intent(in) :: self
       real(wp), intent(in) :: q(lanes, 4)
@@ -307,19 +323,27 @@ contains
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
       real(wp), parameter :: ones(lanes, 3) = 1.0_wp
-      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 3), change(lanes, 3)
+      real(wp) :: frame(lanes, 3, 3), ends(lanes, 3, 3), change(lanes, 3), turned(lanes, 4), spin(lanes)
       type(tail_products_t) :: products
       integer :: row
+      if (self%axis > 0) then
+         call find_rates(self%to_angle, momentum, change)
+         call test_rates(change, given_up)
+      end if
       series%rows(:, :, 0, 1) = momentum
       do row = 1, 3
+         ! What turns too fast for a lane makes no numbers out of range.
+         call replace_lanes(1 - given_up, 0.0_wp, series%rows(:, row, 0, 1))
          call see_lanes(q, self%basis(:, :, row), frame(:, :, row))
          series%rows(:, :, 0, row + 1) = frame(:, :, row)
       end do
-      call expand_pair_lanes(self%order, 4, self%full, self%moments(:, :, 1), series%w, series%rows)
+      call expand_pair_lanes(self%order, 4, self%full, self%axis, self%to_angle(:, 1), self%torques, series%w, &
+                             series%rows, series%angle)
       call begin_tail(self%order, ones, series%rows(:, :, :, 1), products)
       do row = 1, 3
          call add_row(self%order, series%rows(:, :, :, row + 1), products)
       end do
+      if (self%axis > 0) call add_angle(self%order, series%angle, products)
       call tail_weights(products, series%last, series%before)
       call sum_lanes(self%order, series%rows(:, :, :, 1), series%last, series%before, change)
       call add_changes(ones, change, momentum)
@@ -330,47 +354,11 @@ contains
       end do
       call turn_rows(frame(:, :, 1), frame(:, :, 2), frame(:, :, 3), ends(:, :, 1), ends(:, :, 2), ends(:, :, 3), &
                      rotation, given_up)
+      if (self%axis == 0) return
+      call sum_angles(self%order, series%angle, series%last, series%before, spin)
+      turned = rotation
+      call turn_about_axis(self%axis, spin, turned, momentum, rotation)
    end subroutine move_pairs
-
-   !> The products of the coefficients of L, as angles, that a tail is fitted to.
-   pure subroutine begin_tail(order, inertia, w, products)
-      integer, intent(in) :: order
-      !> What the series is multiplied by; shape (lanes, 3).
-      real(wp), intent(in) :: inertia(lanes, 3)
-      real(wp), intent(in) :: w(lanes, 3, 0:highest_order)
-      type(tail_products_t), intent(out) :: products
-      real(wp) :: scale(lanes), scaled(lanes, 3)
-      integer :: i
-      call find_scale(inertia, w(:, :, 0), w(:, :, 1), w(:, :, 2), scale)
-      call scale_moments(scale, inertia, scaled)
-      call clear_parts(products)
-      do i = 1, 3
-         call add_parts(order, i, scaled(:, i), w, products)
-      end do
-   end subroutine begin_tail
-
-   !> Adds those of a row.
-   pure subroutine add_row(order, row, products)
-      integer, intent(in) :: order
-      real(wp), intent(in) :: row(lanes, 3, 0:highest_order)
-      type(tail_products_t), intent(inout) :: products
-      real(wp), parameter :: scale(lanes) = root_half
-      integer :: i
-      do i = 1, 3
-         call add_parts(order, i, scale, row, products)
-      end do
-   end subroutine add_row
-
-   !> Adds those of one component of a series.
-   pure subroutine add_parts(n, i, scale, x, products)
-      !> Highest coefficient, and which component.
-      integer, intent(in) :: n, i
-      !> Makes it an angle; shape (lanes).
-      real(wp), intent(in) :: scale(lanes), x(lanes, 3, 0:highest_order)
-      type(tail_products_t), intent(inout) :: products
-      call add_part(scale, x(:, i, n), x(:, i, n - 1), x(:, i, n - 2), x(:, i, n - 3), products%squares, &
-                    products%next, products%second)
-   end subroutine add_parts
 
    !> Tops, in body axes or in the axial frame.
    pure subroutine move_top(self, q, places, series, momentum, rotation, given_up)
@@ -423,7 +411,7 @@ contains
       real(wp), intent(inout) :: momentum(lanes, 3)
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: own(lanes, 3), turned(lanes, 4), about(lanes, 4), cosine(lanes), sine(lanes), spin(lanes)
+      real(wp) :: own(lanes, 3), turned(lanes, 4), spin(lanes)
       integer :: places(3)
       places = 1 + modulo(self%axis + [0, 1, 2], 3)
       call find_spins(self%dt, self%inverse_along, self%inverse_across, self%rotor(:, self%axis), &
@@ -435,17 +423,32 @@ contains
       else
          call turn_evenly(series%w(:, :, 0), turned)
       end if
-      call find_sines(spin, cosine, sine)
-      call turn_in_axial_frame(cosine, sine, own(:, 1), own(:, 2))
       momentum(:, places) = own
       own = turned(:, 2:4)
       turned(:, 1 + places) = own
+      call turn_about_axis(self%axis, spin, turned, momentum, rotation)
+   end subroutine move_axial
+
+   !> Leaves the axial frame, in which bodies have turned by angles about their axis.
+   pure subroutine turn_about_axis(axis, spin, turned, momentum, rotation)
+      integer, intent(in) :: axis
+      !> rad; shape (lanes).
+      real(wp), intent(in) :: spin(lanes)
+      !> The rotation of the frame; shape (lanes, 4).
+      real(wp), intent(in) :: turned(lanes, 4)
+      !> L, in the frame on entry, in the body on exit; shape (lanes, 3).
+      real(wp), intent(inout) :: momentum(lanes, 3)
+      !> Of the body; shape (lanes, 4).
+      real(wp), intent(out) :: rotation(lanes, 4)
+      real(wp) :: about(lanes, 4), cosine(lanes), sine(lanes)
+      call find_sines(spin, cosine, sine)
+      call turn_in_axial_frame(cosine, sine, momentum(:, 1 + modulo(axis, 3)), momentum(:, 1 + modulo(axis + 1, 3)))
       call find_sines(0.5_wp*spin, cosine, sine)
       about = 0.0_wp
       about(:, 1) = cosine
-      about(:, 1 + self%axis) = sine
+      about(:, 1 + axis) = sine
       call multiply_lanes(turned, about, rotation)
-   end subroutine move_axial
+   end subroutine turn_about_axis
 
    !> Angles by which bodies turn in the axial frame in a step, rad.
    pure subroutine find_spins(dt, along, across, rotor, momentum, spin)

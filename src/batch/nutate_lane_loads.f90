@@ -6,33 +6,25 @@
 !> `nutate_reduced_equations` makes of them.
 module nutate_lane_loads
    use nutate_effect_list, only: effect_list_t
-   use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_kinds, only: wp, eps, long
    use nutate_lane_gradients, only: add_gradient_derivative, add_gradient_torque
    use nutate_lane_newton, only: iteration_t
+   use nutate_lane_potentials, only: lane_potentials_t, make_room, put_potentials, rest_potentials
    use nutate_lane_vectors, only: cross_lanes
    use nutate_lane_width, only: lanes
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_reduced, only: coarse
    use nutate_small_products, only: vector_length
    implicit none
    private
 
-   public :: lane_loads_t, are_loads
+   public :: lane_loads_t
 
    !> Potentials of each body.
-   type :: lane_loads_t
-      !> How many.
-      integer :: n = 0
+   type, extends(lane_potentials_t) :: lane_loads_t
       !> τ̄ of the b that F was last asked for, N m; shape (lanes, 3).
       real(wp) :: torque(lanes, 3) = 0.0_wp
-      !> ∇U = -m and n of each, and Rᵀn at the start of the step; shape (lanes, 3, n).
-      real(wp), allocatable, private :: slope(:, :, :), normal(:, :, :), direction(:, :, :)
-      !> Which are quadratic, in all lanes; their A, J, shape (lanes, 3, 3, n).
-      logical, allocatable, private :: is_quadratic(:)
-      real(wp), allocatable, private :: stiffness(:, :, :, :)
-      !> No lane has any.
-      logical, private :: is_empty = .true.
+      !> Rᵀn of each at the start of the step; shape (lanes, 3, n).
+      real(wp), allocatable, private :: direction(:, :, :)
    contains
       !> Makes room.
       procedure :: set_up
@@ -54,42 +46,20 @@ module nutate_lane_loads
 
 contains
 
-   !> True if all potentials of a system can be moved with: linear or quadratic, of directions that stand still.
-   pure logical function are_loads(effects)
-      type(effect_list_t), intent(in) :: effects
-      integer :: i
-      are_loads = .not. effects%moves
-      do i = 1, effects%n_potentials
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            if (potential%moves) are_loads = .false.
-         type is (gravity_gradient_t)
-            if (potential%moves) are_loads = .false.
-         class default
-            are_loads = .false.
-         end select
-      end do
-   end function are_loads
-
    !> Makes room for potentials of each body.
    pure subroutine set_up(self, n)
       class(lane_loads_t), intent(inout) :: self
       integer, intent(in) :: n
-      self%n = n
-      if (allocated(self%slope)) deallocate (self%slope, self%normal, self%direction, self%stiffness, self%is_quadratic)
-      allocate (self%slope(lanes, 3, n), self%normal(lanes, 3, n), self%direction(lanes, 3, n), source=0.0_wp)
-      allocate (self%stiffness(lanes, 3, 3, n), source=0.0_wp)
-      allocate (self%is_quadratic(n), source=.false.)
-      self%is_empty = .true.
+      call make_room(self, n)
+      if (allocated(self%direction)) deallocate (self%direction)
+      allocate (self%direction(lanes, 3, n), source=0.0_wp)
       self%torque = 0.0_wp
    end subroutine set_up
 
    pure subroutine rest(self, lane)
       class(lane_loads_t), intent(inout) :: self
       integer, intent(in) :: lane
-      self%slope(lane, :, :) = 0.0_wp
-      self%normal(lane, :, :) = 0.0_wp
-      self%stiffness(lane, :, :, :) = 0.0_wp
+      call rest_potentials(self, lane)
       self%torque(lane, :) = 0.0_wp
    end subroutine rest
 
@@ -103,34 +73,18 @@ contains
       real(wp), intent(out) :: bound
       !> False: the body has others, and none is taken.
       logical, intent(out) :: fits
-      logical :: is_quadratic(self%n)
       integer :: i
       bound = 0.0_wp
-      fits = effects%n_potentials == self%n
+      call put_potentials(self, lane, effects, [(i, i=1, effects%n_potentials)], fits)
       if (.not. fits) return
       do i = 1, self%n
-         select type (potential => effects%potentials(i)%item)
-         type is (gravity_gradient_t)
-            is_quadratic(i) = .true.
-         class default
-            is_quadratic(i) = .false.
-         end select
-      end do
-      if (self%is_empty) self%is_quadratic = is_quadratic
-      fits = all(is_quadratic .eqv. self%is_quadratic)
-      if (.not. fits) return
-      self%is_empty = .false.
-      do i = 1, self%n
-         select type (potential => effects%potentials(i)%item)
-         class is (linear_potential_t)
-            self%slope(lane, :, i) = -potential%moment
-            self%normal(lane, :, i) = potential%direction
-            bound = bound + vector_length(potential%moment)*vector_length(potential%direction)
-         type is (gravity_gradient_t)
-            self%stiffness(lane, :, :, i) = potential%stiffness
-            self%normal(lane, :, i) = potential%direction
-            bound = bound + 3*maxval(abs(potential%stiffness))*vector_length(potential%direction)**2
-         end select
+         associate (length => vector_length(self%normal(lane, :, i)))
+            if (self%is_quadratic(i)) then
+               bound = bound + 3*maxval(abs(self%stiffness(lane, :, :, i)))*length**2
+            else
+               bound = bound + vector_length(self%slope(lane, :, i))*length
+            end if
+         end associate
       end do
    end subroutine put
 

@@ -4,12 +4,13 @@
 !> little to remove for the way to be known, is given up.
 module nutate_lane_projection
    use nutate_invariant_projection, only: doubtful, longest, longest_doubtful, most_moves, negligible, round_off
-   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS
+   use nutate_invariants, only: ALONG_AXIS
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
-   use nutate_lane_energies, only: add_rotor, add_weight, find_energies, find_full_sizes, find_pushes, push_momenta, &
-      restore_component, take_momenta, turn_momenta, turn_momenta_little, turn_rates
-   use nutate_lane_vectors, only: find_full_rates, write_momenta
+   use nutate_lane_energies, only: add_gradient, add_rotor, add_weight, find_energies, find_full_sizes, find_pushes, &
+      push_momenta, restore_component, take_momenta, turn_momenta, turn_momenta_little, turn_rates
+   use nutate_lane_potentials, only: lane_potentials_t, make_room, put_potentials, rest_potentials
+   use nutate_lane_vectors, only: find_full_rates, turn_back, write_momenta
    use nutate_lane_width, only: lanes
    use nutate_momentum_target, only: momentum_target_t
    use nutate_projection_point, only: nearly_unit, projection_plan_t, projection_point_t, read_point
@@ -23,10 +24,12 @@ module nutate_lane_projection
    !> What each body is projected to.
    type :: lane_projection_t
       private
-      !> Of l the component along a direction n is conserved, there being potentials linear in it; else all of l.
-      logical :: along = .false.
       !> Some body has been taken: all others are like it. J is diagonal; there are rotors.
       logical :: begun = .false., diagonal = .true., has_rotor = .false.
+      !> Of l not all is conserved, but the component along a direction n, or none; there are potentials linear in n.
+      logical :: pushes = .false., along = .false., has_weight = .false.
+      !> All other potentials.
+      type(lane_potentials_t) :: others
       !> J⁻¹, kg⁻¹ m⁻², shape (lanes, 3, 3); l, space axes, N m s, or n; shape (lanes, 3).
       real(wp) :: inverse(lanes, 3, 3) = 0.0_wp, target(lanes, 3) = 0.0_wp
       !> Momentum of rotors, body axes, N m s, and its length; shape (lanes, 3).
@@ -55,13 +58,13 @@ module nutate_lane_projection
 
 contains
 
-   !> Says what is conserved.
-   pure subroutine set_up_targets(self, along)
+   !> For bodies that are to come, the first of which says what is conserved.
+   pure subroutine set_up_targets(self)
       type(lane_projection_t), intent(inout) :: self
-      !> Of l the component along one direction; else all of it.
-      logical, intent(in) :: along
-      self%along = along
       self%begun = .false.
+      self%pushes = .false.
+      self%along = .false.
+      call make_room(self%others, 0)
    end subroutine set_up_targets
 
    !> Takes the invariants of a body from its first state.
@@ -76,12 +79,12 @@ contains
       type(projection_point_t) :: point
       type(momentum_target_t) :: target
       call plan%prepare(system, .true.)
-      fits = plan%components == merge(ALONG_AXIS, ALL_COMPONENTS, self%along) .and. .not. plan%has_others
-      if (fits .and. self%begun) fits = (plan%diagonal .eqv. self%diagonal) .and. (plan%has_rotor .eqv. self%has_rotor)
+      if (.not. self%begun) call begin_targets(self, plan)
+      fits = (plan%pushes .eqv. self%pushes) .and. ((plan%components == ALONG_AXIS) .eqv. self%along) .and. &
+             (plan%diagonal .eqv. self%diagonal) .and. (plan%has_rotor .eqv. self%has_rotor) .and. &
+             (plan%has_weight .eqv. self%has_weight)
+      if (fits) call put_potentials(self%others, lane, system%effects, plan%others, fits)
       if (.not. fits) return
-      self%begun = .true.
-      self%diagonal = plan%diagonal
-      self%has_rotor = plan%has_rotor
       call read_point(plan, system%effects, state, point)
       call target%take(plan%components, point, state%t)
       self%target(lane, :) = merge(plan%axis, target%momentum, self%along)
@@ -95,6 +98,19 @@ contains
       self%largest(lane) = max(point%size, abs(point%rate(1)), abs(point%rate(2)), abs(point%rate(3)))
       self%to_order_one(lane) = unit_of(self%largest(lane))
    end subroutine put_target
+
+   !> All bodies are like the first one.
+   pure subroutine begin_targets(self, plan)
+      type(lane_projection_t), intent(inout) :: self
+      type(projection_plan_t), intent(in) :: plan
+      self%begun = .true.
+      self%diagonal = plan%diagonal
+      self%has_rotor = plan%has_rotor
+      self%pushes = plan%pushes
+      self%along = plan%components == ALONG_AXIS
+      self%has_weight = plan%has_weight
+      call make_room(self%others, size(plan%others))
+   end subroutine begin_targets
 
    !> A power of two that brings a number to order one.
    pure real(wp) function unit_of(largest)
@@ -116,6 +132,7 @@ contains
       self%target(lane, :) = [0.0_wp, 0.0_wp, 1.0_wp]
       self%component(lane) = 1.0_wp
       self%slope(lane, :) = 0.0_wp
+      call rest_potentials(self%others, lane)
       self%energy(lane) = 0.5_wp
       self%size(lane) = 0.5_wp
       self%largest(lane) = 0.5_wp
@@ -136,12 +153,14 @@ contains
       integer :: move
       pending = due
       call take_attitudes(q, points%q, lost)
-      if (self%along) then
+      if (self%pushes) then
          call take_momenta(q, p, points%momentum)
-         call turn_back(points%q, self%target, points%gamma)
-         call restore_component(self%component, points%gamma, points%momentum)
       else
          call turn_back(points%q, self%target, points%momentum)
+      end if
+      if (self%along) then
+         call turn_back(points%q, self%target, points%gamma)
+         call restore_component(self%component, points%gamma, points%momentum)
       end if
       do move = 1, most_moves
          call evaluate_lanes(self, points)
@@ -178,33 +197,12 @@ contains
       end do
    end subroutine take_attitudes
 
-   !> Rᵀl, or Rᵀn.
-   pure subroutine turn_back(q, target, turned)
-      real(wp), intent(in) :: q(lanes, 4), target(lanes, 3)
-      real(wp), intent(out) :: turned(lanes, 3)
-      real(wp) :: r11, r22, r33, r12, r21, r13, r31, r23, r32
-      integer :: i
-      do i = 1, lanes
-         r11 = 1 - 2*(q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4))
-         r22 = 1 - 2*(q(i, 2)*q(i, 2) + q(i, 4)*q(i, 4))
-         r33 = 1 - 2*(q(i, 2)*q(i, 2) + q(i, 3)*q(i, 3))
-         r12 = 2*(q(i, 2)*q(i, 3) + q(i, 1)*q(i, 4))
-         r21 = 2*(q(i, 2)*q(i, 3) - q(i, 1)*q(i, 4))
-         r13 = 2*(q(i, 2)*q(i, 4) - q(i, 1)*q(i, 3))
-         r31 = 2*(q(i, 2)*q(i, 4) + q(i, 1)*q(i, 3))
-         r23 = 2*(q(i, 3)*q(i, 4) + q(i, 1)*q(i, 2))
-         r32 = 2*(q(i, 3)*q(i, 4) - q(i, 1)*q(i, 2))
-         turned(i, 1) = r11*target(i, 1) + r12*target(i, 2) + r13*target(i, 3)
-         turned(i, 2) = r21*target(i, 1) + r22*target(i, 2) + r23*target(i, 3)
-         turned(i, 3) = r31*target(i, 1) + r32*target(i, 2) + r33*target(i, 3)
-      end do
-   end subroutine turn_back
-
    !> Ω, H, the size of its terms and L̇.
    pure subroutine evaluate_lanes(self, points)
       type(lane_projection_t), intent(in) :: self
       type(lane_points_t), intent(inout) :: points
-      real(wp) :: x(lanes, 3)
+      real(wp) :: x(lanes, 3), gamma(lanes, 3)
+      integer :: k
       x = points%momentum
       if (self%has_rotor) x = x - self%rotor
       if (self%diagonal) then
@@ -217,7 +215,16 @@ contains
          call find_full_sizes(self%inverse, x, points%size)
       end if
       if (self%has_rotor) call add_rotor(self%rotor_length, points%omega, points%size)
-      if (self%along) call add_weight(self%slope, points%gamma, points%energy, points%size, points%rate)
+      if (self%has_weight) call add_weight(self%slope, points%gamma, points%energy, points%size, points%rate)
+      do k = 1, self%others%n
+         call turn_back(points%q, self%others%normal(:, :, k), gamma)
+         if (self%others%is_quadratic(k)) then
+            call add_gradient(self%others%stiffness(:, :, :, k), self%others%offset(:, k), gamma, points%energy, &
+                              points%size, points%rate)
+         else
+            call add_weight(self%others%slope(:, :, k), gamma, points%energy, points%size, points%rate)
+         end if
+      end do
    end subroutine evaluate_lanes
 
    !> Keeps the largest energies of the lanes that are pending.
@@ -267,8 +274,8 @@ contains
       real(wp), dimension(lanes) :: steepness, excess, differs, settled, far
       call find_slopes(self%to_order_one, self%energy, self%size, points%energy, points%rate, steepness, excess, &
                        differs)
-      if (self%along) call find_pushes(self%to_order_one, points%twice_kinetic, points%gamma, points%omega, &
-                                       points%inertia, steepness)
+      if (self%pushes) call find_pushes(self%along, self%to_order_one, points%twice_kinetic, points%gamma, &
+                                        points%omega, points%inertia, steepness)
       call judge_lanes(self%to_order_one, self%size, steepness, excess, differs, settled, far, points%little)
       call sort_lanes(pending, settled, far, lost, points%moving)
       points%c = excess
@@ -352,12 +359,12 @@ contains
       if (maxval(points%moving - points%little) > 0.5_wp) half = 1 - points%little
       call turn_little(self%to_order_one, points%c, points%rate, points%q, q)
       if (maxval(half) > 0.5_wp) call normalise_turns(half, self%to_order_one, points%c, points%rate, q)
-      if (self%along) then
+      if (self%pushes) then
          pushed = points%momentum
          call push_momenta(points%c, points%inertia, points%omega, pushed)
          call turn_momenta_little(points%c, self%to_order_one, points%rate, pushed, momentum)
          if (maxval(half) > 0.5_wp) call turn_momenta(half, points%c, self%to_order_one, points%rate, pushed, momentum)
-         call turn_back(q, self%target, points%gamma)
+         if (self%along) call turn_back(q, self%target, points%gamma)
       else
          call turn_back(q, self%target, momentum)
       end if

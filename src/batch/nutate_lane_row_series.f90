@@ -4,6 +4,7 @@
 !> product, with series and loops as in `nutate_lane_series`. The two rows are series of their own.
 module nutate_lane_row_series
    use nutate_kinds, only: wp
+   use nutate_lane_torque_series, only: add_torques, gradient_series_t, lane_torques_t
    use nutate_lane_vectors, only: find_full_rates
    use nutate_lane_width, only: lanes
    use nutate_power_series, only: highest_order, inverses
@@ -163,42 +164,60 @@ contains
       end do
    end subroutine continue_row
 
-   !> Bodies of any inertia: w = Ω·time_unit; L, and as many rows E as tell the attitude, the first of which is that of
-   !> a potential.
-   pure subroutine expand_pair_lanes(order, last, to_angle, moment, w, rows)
-      !> At least 3; the last of the rows: 2 without a potential, else 4.
+   !> Bodies of any inertia: w = Ω·time_unit, in the axial frame L/J₁·time_unit; L, and as many rows E as tell the
+   !> attitude.
+   pure subroutine expand_pair_lanes(order, last, to_angle, axis, across, torques, w, rows, angle)
+      !> At least 3; the last of the rows: 2 without potentials, else 4.
       integer, intent(in) :: order, last
-      !> J⁻¹ times the unit of time, and the potential's moment times it; shapes (lanes, 3, 3) and (lanes, 3).
-      real(wp), intent(in) :: to_angle(lanes, 3, 3), moment(lanes, 3)
-      !> Coefficient 0 on entry; all of L and E, all but the last of w on exit; shapes (lanes, 3, 0:highest_order) and
-      !> (lanes, 3, 0:highest_order, 4), L first.
+      !> J⁻¹ times the unit of time; shape (lanes, 3, 3).
+      real(wp), intent(in) :: to_angle(lanes, 3, 3)
+      !> That of symmetry, 0: none; with one 1/J₁ times the unit of time, shape (lanes).
+      integer, intent(in) :: axis
+      real(wp), intent(in) :: across(lanes)
+      !> With four rows.
+      type(lane_torques_t), intent(in) :: torques
+      !> Coefficient 0 on entry, of Ω·time_unit; all of L and E, all but the last of w on exit; shapes
+      !> (lanes, 3, 0:highest_order) and (lanes, 3, 0:highest_order, 4), L first.
       real(wp), intent(inout) :: w(lanes, 3, 0:highest_order), rows(lanes, 3, 0:highest_order, 4)
+      !> By which bodies turn in the axial frame, from coefficient 1 on, rad; shape (lanes, 0:highest_order).
+      real(wp), intent(inout) :: angle(lanes, 0:highest_order)
+      type(gradient_series_t) :: gradient
       real(wp) :: sums(lanes, 3)
       integer :: k, row
       do k = 0, order - 1
          if (k > 0) call find_full_rates(to_angle, rows(:, :, k, 1), w(:, :, k))
+         if (axis > 0) call leave_spin(inverses(k + 1), axis, across, rows(:, :, k, 1), w(:, :, k), angle(:, k + 1))
          do row = 1, last
             sums = 0.0_wp
             if (k > 1) call add_row_products(k, w, rows(:, :, :, row), sums)
             call add_row_ends(k, w(:, :, 0), w(:, :, k), rows(:, :, 0, row), rows(:, :, k, row), sums)
-            if (row == 1 .and. last > 2) call add_moment(moment, rows(:, :, k, 2), sums)
+            if (row == 1 .and. last > 2) call add_torques(torques, k, rows(:, :, :, 2:4), gradient, sums)
             call continue_row(inverses(k + 1), sums, rows(:, :, k + 1, row))
          end do
       end do
    end subroutine expand_pair_lanes
 
-   !> Adds m×E.
-   pure subroutine add_moment(moment, e, sums)
-      !> Shape (lanes, 3).
-      real(wp), intent(in) :: moment(lanes, 3), e(lanes, 3)
-      real(wp), intent(inout) :: sums(lanes, 3)
+   !> Coefficient k of L/J₁·time_unit in the place of Ω·time_unit, and k + 1 of the angle in the axial frame.
+   pure subroutine leave_spin(inverse, axis, across, l, w, angle)
+      !> 1/(k + 1)
+      real(wp), intent(in) :: inverse
+      integer, intent(in) :: axis
+      !> As in `expand_pair_lanes`, and coefficient k of L, N m s; shapes (lanes) and (lanes, 3).
+      real(wp), intent(in) :: across(lanes), l(lanes, 3)
+      real(wp), intent(inout) :: w(lanes, 3)
+      !> Shape (lanes).
+      real(wp), intent(out) :: angle(lanes)
+      real(wp) :: rate(lanes), along(lanes)
       integer :: i
+      rate = w(:, axis)
+      along = l(:, axis)
       do i = 1, lanes
-         sums(i, 1) = sums(i, 1) + (moment(i, 2)*e(i, 3) - moment(i, 3)*e(i, 2))
-         sums(i, 2) = sums(i, 2) + (moment(i, 3)*e(i, 1) - moment(i, 1)*e(i, 3))
-         sums(i, 3) = sums(i, 3) + (moment(i, 1)*e(i, 2) - moment(i, 2)*e(i, 1))
+         angle(i) = inverse*(rate(i) - across(i)*along(i))
+         w(i, 1) = across(i)*l(i, 1)
+         w(i, 2) = across(i)*l(i, 2)
+         w(i, 3) = across(i)*l(i, 3)
       end do
-   end subroutine add_moment
+   end subroutine leave_spin
 
    !> Symmetric tops in the axial frame, components with the axis last: w = L/J₁·time_unit, of which the last component
    !> is constant, and the rows.

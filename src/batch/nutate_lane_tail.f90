@@ -3,12 +3,17 @@
 module nutate_lane_tail
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
+   use nutate_lane_motion, only: find_scale, scale_moments
    use nutate_lane_width, only: lanes
+   use nutate_power_series, only: highest_order
    use nutate_series_tail, only: largest, largest_rest, least, least_denominator, same_direction
    implicit none
    private
 
-   public :: clear_parts, add_part, tail_products_t, tail_weights
+   public :: begin_tail, add_row, add_angle, tail_products_t, tail_weights
+
+   !> Lengths of rows as angles (`nutate_motion_series`).
+   real(wp), parameter :: root_half = sqrt(0.5_wp)
 
    !> Scalar products of the last four coefficients, the last one first: |x₀|², ..., |x₃|²; x₀·x₁, x₁·x₂, x₂·x₃;
    !> x₀·x₂, x₁·x₃; shape (lanes, any).
@@ -17,6 +22,58 @@ module nutate_lane_tail
    end type tail_products_t
 
 contains
+
+   !> The products of the coefficients of L, as angles, that a tail is fitted to.
+   pure subroutine begin_tail(order, inertia, w, products)
+      integer, intent(in) :: order
+      !> What the series is multiplied by; shape (lanes, 3).
+      real(wp), intent(in) :: inertia(lanes, 3)
+      real(wp), intent(in) :: w(lanes, 3, 0:highest_order)
+      type(tail_products_t), intent(out) :: products
+      real(wp) :: scale(lanes), scaled(lanes, 3)
+      integer :: i
+      call find_scale(inertia, w(:, :, 0), w(:, :, 1), w(:, :, 2), scale)
+      call scale_moments(scale, inertia, scaled)
+      call clear_parts(products)
+      do i = 1, 3
+         call add_parts(order, i, scaled(:, i), w, products)
+      end do
+   end subroutine begin_tail
+
+   !> Adds those of a row.
+   pure subroutine add_row(order, row, products)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: row(lanes, 3, 0:highest_order)
+      type(tail_products_t), intent(inout) :: products
+      real(wp), parameter :: scale(lanes) = root_half
+      integer :: i
+      do i = 1, 3
+         call add_parts(order, i, scale, row, products)
+      end do
+   end subroutine add_row
+
+   !> Adds those of an angle.
+   pure subroutine add_angle(n, x, products)
+      !> Highest coefficient.
+      integer, intent(in) :: n
+      !> rad; shape (lanes, 0:highest_order).
+      real(wp), intent(in) :: x(lanes, 0:highest_order)
+      type(tail_products_t), intent(inout) :: products
+      real(wp), parameter :: scale(lanes) = 1.0_wp
+      call add_part(scale, x(:, n), x(:, n - 1), x(:, n - 2), x(:, n - 3), products%squares, products%next, &
+                    products%second)
+   end subroutine add_angle
+
+   !> Adds those of one component of a series.
+   pure subroutine add_parts(n, i, scale, x, products)
+      !> Highest coefficient, and which component.
+      integer, intent(in) :: n, i
+      !> Makes it an angle; shape (lanes).
+      real(wp), intent(in) :: scale(lanes), x(lanes, 3, 0:highest_order)
+      type(tail_products_t), intent(inout) :: products
+      call add_part(scale, x(:, i, n), x(:, i, n - 1), x(:, i, n - 2), x(:, i, n - 3), products%squares, &
+                    products%next, products%second)
+   end subroutine add_parts
 
    !> Before the first part.
    pure subroutine clear_parts(products)

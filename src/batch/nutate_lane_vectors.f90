@@ -5,7 +5,7 @@ module nutate_lane_vectors
    implicit none
    private
 
-   public :: cross_lanes, find_full_rates, multiply_lanes, write_momenta
+   public :: cross_lanes, find_full_rates, multiply_lanes, turn_back, write_momenta
 
 contains
 
@@ -47,6 +47,29 @@ contains
          product(i, 4) = a(i, 1)*b(i, 4) + a(i, 2)*b(i, 3) - a(i, 3)*b(i, 2) + a(i, 4)*b(i, 1)
       end do
    end subroutine multiply_lanes
+
+   !> Rᵀl, or Rᵀn, of unit quaternions.
+   pure subroutine turn_back(q, target, turned)
+      !> Shapes (lanes, 4) and (lanes, 3).
+      real(wp), intent(in) :: q(lanes, 4), target(lanes, 3)
+      real(wp), intent(out) :: turned(lanes, 3)
+      real(wp) :: r11, r22, r33, r12, r21, r13, r31, r23, r32
+      integer :: i
+      do i = 1, lanes
+         r11 = 1 - 2*(q(i, 3)*q(i, 3) + q(i, 4)*q(i, 4))
+         r22 = 1 - 2*(q(i, 2)*q(i, 2) + q(i, 4)*q(i, 4))
+         r33 = 1 - 2*(q(i, 2)*q(i, 2) + q(i, 3)*q(i, 3))
+         r12 = 2*(q(i, 2)*q(i, 3) + q(i, 1)*q(i, 4))
+         r21 = 2*(q(i, 2)*q(i, 3) - q(i, 1)*q(i, 4))
+         r13 = 2*(q(i, 2)*q(i, 4) - q(i, 1)*q(i, 3))
+         r31 = 2*(q(i, 2)*q(i, 4) + q(i, 1)*q(i, 3))
+         r23 = 2*(q(i, 3)*q(i, 4) + q(i, 1)*q(i, 2))
+         r32 = 2*(q(i, 3)*q(i, 4) - q(i, 1)*q(i, 2))
+         turned(i, 1) = r11*target(i, 1) + r12*target(i, 2) + r13*target(i, 3)
+         turned(i, 2) = r21*target(i, 1) + r22*target(i, 2) + r23*target(i, 3)
+         turned(i, 3) = r31*target(i, 1) + r32*target(i, 2) + r33*target(i, 3)
+      end do
+   end subroutine turn_back
 
    !> p = 2 q∘[0, L].
    pure subroutine write_momenta(q, momentum, p)

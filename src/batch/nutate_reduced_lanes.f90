@@ -16,8 +16,9 @@ module nutate_reduced_lanes
    use nutate_implicit_step, only: kept_after_surprise
    use nutate_kinds, only: wp
    use nutate_lane_bodies, only: lane_bodies_t
-   use nutate_lane_loads, only: are_loads, lane_loads_t
+   use nutate_lane_loads, only: lane_loads_t
    use nutate_lane_newton, only: begin_iteration, correct_again, correct_first, iteration_t, take_residuals
+   use nutate_lane_potentials, only: are_lane_potentials
    use nutate_lane_step, only: explicit_lanes, greatest_momentum, measure_turns, predict_lanes, start_lanes, turn_lanes
    use nutate_lane_width, only: lanes
    use nutate_predictor, only: most_steps, weights
@@ -90,7 +91,7 @@ contains
       type(system_t), intent(in) :: system
       associate (effects => system%effects)
          can_be_lanes = effects%n_torques + effects%n_off + effects%n_wheels == 0 .and. .not. effects%frame_turns
-         if (can_be_lanes) can_be_lanes = are_loads(effects)
+         if (can_be_lanes) can_be_lanes = are_lane_potentials(effects)
       end associate
    end function can_be_lanes
 

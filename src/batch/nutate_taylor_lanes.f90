@@ -1,20 +1,20 @@
 !> Steps by Taylor series, of one length, of several bodies at once, with the projection onto the invariants: one body a
 !> lane.
 !>
-!> Free bodies and gyrostats, and tops of both, with potentials linear in one fixed direction. All have the same
-!> equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper (`nutate_taylor_stepper` with
-!> `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its bits are the same. A body that
-!> turns by tens of radians in a step, or that the projection would move far, is given up, to be moved by the scalar
-!> stepper from its start.
+!> Free bodies and gyrostats, and both under potentials linear in fixed directions, or in a gradient of gravity. All
+!> have the same equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper
+!> (`nutate_taylor_stepper` with `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its
+!> bits are the same. A body that turns by tens of radians in a step, or that the projection would move far, is given
+!> up, to be moved by the scalar stepper from its start.
 module nutate_taylor_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
    use nutate_lane_bodies, only: lane_bodies_t
    use nutate_lane_expansion, only: lane_expansion_t, move_lanes, put_motion, rest_motion, set_up_motion
+   use nutate_lane_potentials, only: are_lane_potentials
    use nutate_lane_projection, only: lane_projection_t, project_lanes, put_target, rest_target, set_up_targets
    use nutate_lane_width, only: lanes
    use nutate_limits, only: manifold_tolerance
-   use nutate_linear_potential, only: linear_potential_t
    use nutate_spaced_projection, only: small
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -54,39 +54,27 @@ module nutate_taylor_lanes
 
 contains
 
-   !> True if lanes may be able to move a system: nothing acts on it but rotors, and potentials linear in directions
-   !> that stand still.
+   !> True if lanes may be able to move a system: nothing acts on it but rotors, and potentials that lanes know.
    pure logical function can_be_series_lanes(system) result(can_be)
       type(system_t), intent(in) :: system
-      integer :: i
       associate (effects => system%effects)
-         can_be = effects%n_torques + effects%n_off + effects%n_wheels == 0 .and. .not. effects%frame_turns .and. &
-                  .not. effects%moves
-         do i = 1, effects%n_potentials
-            select type (potential => effects%potentials(i)%item)
-            class is (linear_potential_t)
-               can_be = can_be .and. .not. potential%moves
-            class default
-               can_be = .false.
-            end select
-         end do
+         can_be = effects%n_torques + effects%n_off + effects%n_wheels == 0 .and. .not. effects%frame_turns
+         if (can_be) can_be = are_lane_potentials(effects)
       end associate
    end function can_be_series_lanes
 
    !> Empties all lanes, for steps of a length.
-   pure subroutine set_up(self, order, dt, potentials)
+   pure subroutine set_up(self, order, dt)
       class(taylor_lanes_t), intent(inout) :: self
       !> Of the series; 0: the usual one.
       integer, intent(in) :: order
       !> s.
       real(wp), intent(in) :: dt
-      !> Of each body.
-      integer, intent(in) :: potentials
       integer :: k
       self%dt = dt
       self%looked = .false.
       call set_up_motion(self%expansion, merge(order, fixed_step_order, order > 0), dt)
-      call set_up_targets(self%projection, potentials > 0)
+      call set_up_targets(self%projection)
       do k = 1, lanes
          call rest(self, k)
       end do

@@ -1,6 +1,6 @@
 !> Members of an ensemble that are run together, each in a lane, with steps of one length: free bodies, gyrostats, tops
-!> and satellites by the reduced form (`reduced_lanes_t`), free bodies by Taylor series (`taylor_lanes_t`). Their rows
-!> have the bits of members that are run alone.
+!> and satellites by the reduced form (`reduced_lanes_t`) or by Taylor series (`taylor_lanes_t`). Their rows have the
+!> bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps
@@ -140,7 +140,7 @@ contains
       type is (reduced_lanes_t)
          call bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
       type is (taylor_lanes_t)
-         call bodies%set_up(scene%integrator%series_order, scene%plan%time_step, scene%system%effects%n_potentials)
+         call bodies%set_up(scene%integrator%series_order, scene%plan%time_step)
       end select
    end subroutine begin
 

@@ -36,8 +36,10 @@ module nutate_torque_series
       integer, allocatable, private :: general(:), slot(:)
       !> Slots of the torques that have a general series, negative in space axes; 0 for a linear one.
       integer, allocatable, private :: torque_slot(:)
-      !> Directions in the basis; shape (3, slots). γ, body axes; shape (3, 0:highest_order, slots).
-      real(wp), allocatable, private :: components(:, :), gamma(:, :, :)
+      !> Directions in the basis, potentials first; shape (3, slots).
+      real(wp), allocatable :: components(:, :)
+      !> γ, body axes; shape (3, 0:highest_order, slots).
+      real(wp), allocatable, private :: gamma(:, :, :)
       !> The auxiliary series of all slots, and the first and last of each; shapes (0:highest_order, any), (2, slots).
       real(wp), allocatable, private :: auxiliary(:, :)
       integer, allocatable, private :: columns(:, :)
