@@ -11,7 +11,7 @@ module nutate_projection_point
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: cross, times => quat_vector_product
    use nutate_small_products, only: times_vector
-   use nutate_state, only: state_t
+   use nutate_state, only: add_increment, state_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -29,6 +29,8 @@ module nutate_projection_point
       real(wp) :: axis(3) = 0.0_wp
       !> There is an attitude to rotate; the momentum may change; J is diagonal; there are rotors.
       logical :: attitude = .true., pushes = .false., diagonal = .true., has_rotor = .false.
+      !> States are compensated sums: moves are added to them.
+      logical :: keeps_digits = .false.
       !> There are potentials linear in n itself; m of their sum U = -m·γ, body axes, J; shape (3).
       logical :: has_weight = .false.
       real(wp) :: weight(3) = 0.0_wp
@@ -65,6 +67,8 @@ module nutate_projection_point
       real(wp) :: q(4)
       !> L, body axes, N m s; shape (3).
       real(wp) :: momentum(3)
+      !> Both as they were before they moved; shapes (4), (3). Set where states are compensated sums.
+      real(wp) :: first_q(4), first_momentum(3)
       !> Rᵀ; shape (3,3), and γ = Rᵀn, if l·n is conserved; shape (3).
       real(wp) :: to_body(3, 3), gamma(3)
       !> Ω, rad/s, and L̇ at fixed space momentum, N m, body axes; shape (3).
@@ -424,14 +428,29 @@ contains
       class(projection_plan_t), intent(in) :: self
       type(projection_point_t), intent(in) :: point
       type(state_t), intent(inout) :: state
-      if (self%attitude) state%q = point%q
-      state%p = times(state%q, 2*point%momentum)
       if (self%moves_wheels) then
          state%wheel_momentum = self%wheels
          state%wheel_compensation = 0.0_wp
       end if
+      if (self%keeps_digits) then
+         call add_moves(point, state)
+         return
+      end if
+      if (self%attitude) state%q = point%q
+      state%p = times(state%q, 2*point%momentum)
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp
    end subroutine write_state
+
+   !> Adds what a point has moved by to the state that it is made of.
+   pure subroutine add_moves(point, state)
+      type(projection_point_t), intent(in) :: point
+      type(state_t), intent(inout) :: state
+      real(wp) :: dq(4), dp(4)
+      dq = point%q - point%first_q
+      dp = times(dq, 2*point%momentum) + times(state%q, 2*(point%momentum - point%first_momentum))
+      call add_increment(state%q, state%q_compensation, dq)
+      call add_increment(state%p, state%p_compensation, dp)
+   end subroutine add_moves
 
 end module nutate_projection_point

@@ -93,6 +93,12 @@ class Resumed(CheckpointTest):
             self.resumes_exactly(scene, (3,), *method_settings(*method), "--set", f"output.columns={all_columns()}",
                                  "--set", "output.interval=0.007")
 
+    def test_sums_of_the_series_and_their_compensation(self):
+        self.write("satellite.nml", "&body inertia = 100.0, 90.0, 40.0 /\n&orbit semi_major_axis = 6878137.0 /\n"
+                   "&gravity_gradient /\n&initial roll_pitch_yaw = 0.1, 0.2, 0.3, angular_velocity = 1e-4, 0.0, 2e-4 /\n"
+                   "&integrator method = 'taylor', time_step = 50.0, end_time = 3000.0 /\n&output every = 3 /\n")
+        self.resumes_exactly("satellite.nml", (1, 2, 3, 7, 41), "--set", f"output.columns={all_columns()}")
+
     def test_events_and_switches(self):
         self.write("forced.nml", FORCED.replace("&gravity", "&gravity name = 'weight'").replace(
             "coefficient = 0.05", "name = 'drag', on = .false., coefficient = 0.05") + EVENTS)

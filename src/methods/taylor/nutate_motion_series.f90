@@ -33,7 +33,7 @@ module nutate_motion_series
    implicit none
    private
 
-   public :: motion_series_t, least_share
+   public :: motion_series_t, least_share, TWO_PAIRS
 
    !> The equations used: L and three rows; L and one; a top; a free body; the latter two in the axial frame.
    integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6
@@ -55,22 +55,22 @@ module nutate_motion_series
       !> The momenta of the wheels.
       type(wheel_series_t) :: wheels
       !> `TWO_PAIRS`, ...: of the system, and of the present series.
-      integer, private :: best = TWO_PAIRS, equations = TWO_PAIRS
+      integer :: best = TWO_PAIRS, equations = TWO_PAIRS
       !> Lanes (L, E1) and (E2, E3), of a top (E1, E2); body axes; shape (2, 3, 0:highest_order).
       real(wp) :: lanes_1(2, 3, 0:highest_order) = 0.0_wp, lanes_2(2, 3, 0:highest_order) = 0.0_wp
       !> Angle about the momentum of a free body, or of the body in the axial frame, rad; shape (0:highest_order).
       real(wp), private :: angle(0:highest_order) = 0.0_wp
       !> The axial frame, if there is one. Of a top the axis comes last: `places` are those of the components in the
       !> body.
-      type(axial_frame_t), private :: axial
+      type(axial_frame_t) :: axial
       !> The rows turn in space at a rate; of it the components along them, rad/s; shape (3).
       logical, private :: frame_turns = .false.
       real(wp), private :: frame_rate(3) = 0.0_wp
       integer, private :: places(3) = [1, 2, 3]
       !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
-      real(wp), private :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
+      real(wp) :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
       !> The rows at the start; second, of one pair, and of a free body the only one: L/|L|; shape (3,3).
-      real(wp), private :: frame(3, 3) = 0.0_wp
+      real(wp) :: frame(3, 3) = 0.0_wp
    contains
       !> Finds out which equations do.
       procedure :: prepare

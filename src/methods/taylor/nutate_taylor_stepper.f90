@@ -11,8 +11,9 @@ module nutate_taylor_stepper
    use nutate_noise, only: noise_t
    use nutate_quaternion, only: quat_exp, quat_product
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, rigid_rates_t
-   use nutate_motion_series, only: motion_series_t
+   use nutate_motion_series, only: motion_series_t, TWO_PAIRS
    use nutate_power_series, only: highest_order
+   use nutate_row_change, only: add_change, get_change, row_change_t
    use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
@@ -60,6 +61,9 @@ module nutate_taylor_stepper
       !> Rate of the space axes, rad/s; shape (3); they turn, and the series is that of axes which do not.
       real(wp) :: frame_rate(3) = 0.0_wp
       logical :: turns_free = .false.
+      !> The state is a compensated sum: of a series of rows in the axes of the body.
+      logical :: keeps_digits = .false.
+      type(row_change_t) :: change = row_change_t()
       !> Time for which the turn of the axes was computed last, s, and the quaternion that undoes it; shape (4).
       real(wp) :: turned_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       !> The state that the step under way leads to.
@@ -103,11 +107,22 @@ contains
       self%turned_time = 0.0_wp
       self%turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       call prepare_rates(self%rates, system, settings%attitude, .false.)
-      call self%projection%prepare(system, settings%attitude, usual_interval)
+      self%keeps_digits = settings%attitude .and. .not. self%turns_free .and. keeps_rows(self%series, system)
+      call self%projection%prepare(system, settings%attitude, usual_interval, self%keeps_digits)
       call self%projection%remember_starts()
       if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
    end subroutine set_up
+
+   !> True for the series of three rows in the axes of the body, where the space axes turn, a potential moves or works
+   !> are done. Else the sums over steps are plain, as those of lanes are.
+   pure logical function keeps_rows(series, system)
+      type(motion_series_t), intent(in) :: series
+      type(system_t), intent(in) :: system
+      keeps_rows = series%best == TWO_PAIRS .and. series%axial%axis == 0
+      if (keeps_rows) keeps_rows = system%effects%frame_turns .or. system%effects%moves .or. &
+                                   system%effects%n_works() > 0
+   end function keeps_rows
 
    !> Takes the noise of a pilot run, for the states before their projection.
    subroutine disturb(self, noise)
@@ -152,6 +167,7 @@ contains
       end if
       call end_step(self%rates, y, self%next, status)
       if (status%code /= 0) return
+      if (self%keeps_digits) call keep_digits(self, self%next)
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
       if (self%rates%moves .and. self%rates%failure == 0) call book_world_work(self, system, dt, self%next)
       do i = 1, size(self%work)
@@ -342,7 +358,13 @@ contains
       !> [q, L, 0]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
       real(wp) :: rotation(4)
-      call self%series%evaluate(time/self%series%time_unit, y(5:7), rotation)
+      if (self%keeps_digits) then
+         call get_change(self%series, time/self%series%time_unit, self%change)
+         y(5:7) = self%change%momentum
+         rotation = self%change%turn + [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      else
+         call self%series%evaluate(time/self%series%time_unit, y(5:7), rotation)
+      end if
       y(1:4) = self%first%q
       if (self%attitude) y(1:4) = quat_product(self%first%q, rotation)
       if (self%turns_free) then
@@ -356,6 +378,17 @@ contains
       if (self%rates%n_wheels > 0) call self%series%wheels%evaluate( &
          self%series%order, time/self%series%time_unit, self%series%tail, self%rates%gain, self%rates%wheel_work)
    end subroutine get_state
+
+   !> Puts the change last computed in the place of the values that it led to.
+   pure subroutine keep_digits(self, state)
+      class(taylor_t), intent(in) :: self
+      type(state_t), intent(inout) :: state
+      state%q = self%first%q
+      state%p = self%first%p
+      state%q_compensation = self%first%q_compensation
+      state%p_compensation = self%first%p_compensation
+      call add_change(self%change, state)
+   end subroutine keep_digits
 
    !> Books what potentials that move have done from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
    !> their torque τ.

@@ -1,0 +1,84 @@
+!> What a series of rows changes in a step, and its sum with the state, compensated: q and p lose the rounding of the
+!> change, not that of their own digits.
+module nutate_row_change
+   use nutate_kinds, only: wp
+   use nutate_motion_series, only: motion_series_t
+   use nutate_quaternion, only: quat_product, quat_vector_product
+   use nutate_series_sum, only: rotation_between, sum_series
+   use nutate_state, only: add_increment, state_t
+   implicit none
+   private
+
+   public :: row_change_t, get_change, add_change
+
+   !> The change of a state from the start of a series to a time.
+   type :: row_change_t
+      !> c - 1, with c the unit quaternion of the rotation: the attitude is that of the start times c; shape (4).
+      real(wp) :: turn(4) = 0.0_wp
+      !> L at the time, and L less that of the start, body axes, N m s; shape (3).
+      real(wp) :: momentum(3) = 0.0_wp, gain(3) = 0.0_wp
+   end type row_change_t
+
+contains
+
+   !> The change until a time from the start of a series of L and three rows, in the axes of the body.
+   pure subroutine get_change(series, s, change)
+      type(motion_series_t), intent(in) :: series
+      !> In units of time.
+      real(wp), intent(in) :: s
+      type(row_change_t), intent(out) :: change
+      real(wp) :: values(2, 3), rows(3, 3), weights(2)
+      call series%tail%weights(series%order, s, weights(1), weights(2))
+      call sum_series(6, series%order, s, series%lanes_1, weights, values)
+      change%gain = values(1, :)
+      change%momentum = series%momentum + values(1, :)
+      rows(:, 1) = values(2, :)
+      call sum_series(6, series%order, s, series%lanes_2, weights, values)
+      rows(:, 2) = values(1, :)
+      rows(:, 3) = values(2, :)
+      change%turn = turn_between(series%frame, rows)
+   end subroutine get_change
+
+   !> c - 1 of the rotation c with R(c) (fᵢ + dᵢ) = fᵢ: of 4c₁c, which is linear in Σ fᵢ(fᵢ + dᵢ)ᵀ, the vector goes by d
+   !> alone, since Σ fᵢfᵢᵀ is symmetric.
+   pure function turn_between(f, d) result(turn)
+      !> Columns; shape (3,3).
+      real(wp), intent(in) :: f(3, 3), d(3, 3)
+      real(wp) :: turn(4)
+      real(wp) :: m(3, 3), c(4), square, length
+      integer :: i
+      do i = 1, 3
+         m(:, i) = f(:, 1)*d(i, 1) + f(:, 2)*d(i, 2) + f(:, 3)*d(i, 3)
+      end do
+      c(1) = 4 + (m(1, 1) + m(2, 2) + m(3, 3))
+      if (c(1) > 1.0_wp) then
+         c(2:4) = [m(3, 2) - m(2, 3), m(1, 3) - m(3, 1), m(2, 1) - m(1, 2)]
+         square = c(2)*c(2) + c(3)*c(3) + c(4)*c(4)
+         length = sqrt(c(1)*c(1) + square)
+         turn = [-square/(length + c(1)), c(2), c(3), c(4)]/length
+      else
+         c = rotation_between(f, f + d)
+         turn = c/sqrt(c(1)*c(1) + c(2)*c(2) + c(3)*c(3) + c(4)*c(4))
+         turn(1) = turn(1) - 1
+      end if
+   end function turn_between
+
+   !> Adds a change to the q and p of a state, and takes away what has gathered off |q| = 1 and q·p = 0: along q and p
+   !> both, which leaves L as it is.
+   pure subroutine add_change(change, state)
+      type(row_change_t), intent(in) :: change
+      type(state_t), intent(inout) :: state
+      real(wp) :: dq(4), dp(4), q(4), p(4), excess, along
+      dq = quat_product(state%q, change%turn)
+      dp = 2*(quat_vector_product(dq, change%momentum) + quat_vector_product(state%q, change%gain))
+      q = state%q + dq
+      p = state%p + dp
+      excess = 0.5_wp*((q(1)*q(1) + q(2)*q(2)) + (q(3)*q(3) + q(4)*q(4)) - 1)
+      along = (q(1)*p(1) + q(2)*p(2)) + (q(3)*p(3) + q(4)*p(4))
+      state%q_compensation = state%q_compensation - excess*q
+      state%p_compensation = state%p_compensation - (excess*p + along*q)
+      call add_increment(state%q, state%q_compensation, dq)
+      call add_increment(state%p, state%p_compensation, dp)
+   end subroutine add_change
+
+end module nutate_row_change
