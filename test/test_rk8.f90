@@ -8,6 +8,7 @@ module test_rk8
    use nutate_methods, only: default_settings
    use nutate_observer, only: observer_t, run_record_t
    use nutate_quaternion, only: attitude_distance
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: read_scene, scene_t
@@ -31,6 +32,8 @@ module test_rk8
       procedure :: observe => look
    end type looker_t
 
+   !> A rate of axes that lies along nothing else, rad/s.
+   real(wp), parameter :: inclined(3) = [0.8_wp, -1.4_wp, 1.1_wp]
    !> Those that are projected only now and then.
    character(len=6), parameter :: spaced(4) = ['rk8   ', 'dop853', 'rk4   ', 'taylor']
 
@@ -40,6 +43,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("order 8 in every form of the equations", order_8_in_every_form), &
+                  new_unittest("and in space axes that turn", order_8_in_turning_axes), &
                   new_unittest("a symmetric top takes the steps of its slow motion", symmetric_tops_take_few_steps), &
                   new_unittest("every axis of symmetry is as good", every_axis_is_as_good), &
                   new_unittest("every scene keeps its invariants", every_scene_keeps_its_invariants), &
@@ -83,6 +87,23 @@ contains
       if (.not. allocated(error)) call check_order(error, forced_body(), 2.0_wp, 16, 'all effects')
    end subroutine order_8_in_every_form
 
+   !> Axes that turn about nothing that the body knows of.
+   subroutine order_8_in_turning_axes(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_order(error, turning(bruls_top()), 2.0_wp, 20, 'symmetric')
+      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(1, .false.)), 5.0_wp, 60, 'upright')
+      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(2, .false.)), 5.0_wp, 60, 'aslant')
+      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(3, .false.)), 5.0_wp, 60, 'two fields')
+      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(3, .true.)), 5.0_wp, 60, 'tensor')
+   end subroutine order_8_in_turning_axes
+
+   !> The same in inclined axes, from the same absolute motion.
+   type(problem_t) function turning(still) result(problem)
+      type(problem_t), intent(in) :: still
+      problem = still
+      call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
+   end function turning
+
    !> Slope of the attitude error over one halving from n steps, against the series; with the projection errors are at
    !> most twice as large.
    subroutine check_order(error, problem, t, n, label)
@@ -115,6 +136,9 @@ contains
       call go(error, bruls_top(), 'taylor', .true., 5e-4_wp, 4000, exact)
       if (.not. allocated(error)) call go(error, bruls_top(), 'rk8', .true., 0.1_wp, 20, state)
       if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 3e-8_wp, "Bruels")
+      if (.not. allocated(error)) call go(error, turning(bruls_top()), 'taylor', .true., 5e-4_wp, 4000, exact)
+      if (.not. allocated(error)) call go(error, turning(bruls_top()), 'rk8', .true., 0.1_wp, 20, state)
+      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 6e-8_wp, "turning axes")
       if (.not. allocated(error)) call go(error, fast_top(), 'taylor', .true., 5e-4_wp, 2000, exact)
       if (.not. allocated(error)) call go(error, fast_top(), 'rk8', .true., 0.01_wp, 100, state)
       if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 3e-11_wp, "fast top")
@@ -134,7 +158,8 @@ contains
             do sense = -1, 1, 2
                field = 0.0_wp
                field(along) = 5.0_wp*sense
-               call compare_with_series(error, moments, center, field)
+               call compare_with_series(error, moments, center, field, .false.)
+               if (.not. allocated(error)) call compare_with_series(error, moments, center, field, .true.)
                if (allocated(error)) return
             end do
          end do
@@ -142,14 +167,17 @@ contains
    end subroutine every_axis_is_as_good
 
    !> The top of `moments` about `center` in a uniform field, by rk8 and by series.
-   subroutine compare_with_series(error, moments, center, field)
+   subroutine compare_with_series(error, moments, center, field, turns)
       type(error_type), allocatable, intent(out) :: error
       real(wp), intent(in) :: moments(3), center(3), field(3)
+      !> The space axes turn.
+      logical, intent(in) :: turns
       type(problem_t) :: problem
       type(state_t) :: exact, state
       type(status_t) :: status
       call make_body(diagonal(moments), problem%system%body, status, mass=1.0_wp, center_of_mass=center)
       call problem%system%effects%add(gravity_t(problem%system%body, field))
+      if (turns) problem = turning(problem)
       problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, -0.6_wp, 0.0_wp], &
                                  20*center + [0.5_wp, 0.4_wp, 0.3_wp])
       call go(error, problem, 'taylor', .true., 1e-2_wp, 300, exact)
@@ -182,6 +210,9 @@ contains
       call check_run(error, box(), 'rk8', 0.01_wp, 1000000, 1001)
       if (.not. allocated(error)) call check_run(error, simo_top(), 'rk8', 0.01_wp, 1000000, 1001)
       if (.not. allocated(error)) call check_run(error, bruls_top(), 'rk8', 0.01_wp, 100000, 101)
+      if (.not. allocated(error)) call check_run(error, turning(bruls_top()), 'rk8', 0.01_wp, 100000, 101)
+      if (.not. allocated(error)) &
+         call check_run(error, turning(body_in_fields(3, .false.)), 'rk8', 0.01_wp, 100000, 101)
    end subroutine nothing_adds_up
 
    !> To the last bit: no rows, a row for every step, steps by hand, and a state that only now and then is asked for.
@@ -305,10 +336,11 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       integer :: k
-      do k = 1, 4
+      do k = 1, 7
          if (k == 1) problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
-         if (k == 2) problem = bruls_top()
-         if (k > 2) problem = body_in_fields(k - 1, .false.)
+         if (modulo(k, 3) == 2) problem = bruls_top()
+         if (modulo(k, 3) < 2 .and. k > 1) problem = body_in_fields(2 + modulo(k, 3), .false.)
+         if (k > 4) problem = turning(problem)
          call get_stepper(problem, 'rk8', .true., stepper, status)
          state = problem%start
          call march(problem%system, stepper, state, 0.02_wp, 50, status)
@@ -343,10 +375,11 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       integer :: k
-      do k = 1, 3
+      do k = 1, 4
          if (k == 1) problem = box()
          if (k == 2) problem = body_in_fields(1, .false.)
-         if (k == 3) problem = bruls_top()
+         if (k > 2) problem = bruls_top()
+         if (k > 3) problem = turning(problem)
          call get_stepper(problem, 'rk8', .false., stepper, status)
          state = problem%start
          call stepper%step(problem%system, state, 100.0_wp, status)

@@ -15,14 +15,18 @@
 !>   space axes are turned so that n is the third one, and γ the third row of R alone.
 !> * **Symmetric tops**, J₁ = J₂ and all m along axis 3, in the frame that turns with L/J₁: κ = 0, and the body turns in
 !>   it about its axis by `(1/J₃ - 1/J₁)L₃Δt` exactly. Steps are those of the slow motion.
+!> * **Space axes that turn** at ω: q' = q∘w - φ∘q with φ = ½Δtω, unless nothing knows of it, and the end of a step is
+!>   turned (`nutate_axes_turn`).
 module nutate_lean_motion
+   use nutate_axes_turn, only: axes_turn_t, turned
    use nutate_effect_list, only: effect_list_t
-   use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS
+   use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
-   use nutate_lean_stages, only: free_stages, heavy_stages, lean_rates_t, take_field_stage, take_upright_stage
+   use nutate_lean_stages, only: free_stages, heavy_stages, lean_rates_t, take_field_stage, take_turning_field_stage, &
+      take_turning_stage, take_upright_stage
    use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
-   use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product
+   use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product, rotate_to_space
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -41,8 +45,14 @@ module nutate_lean_motion
       private
       !> The system is one of those above.
       logical, public :: possible = .false.
-      !> There is no force; all directions are parallel; the frame does not spin; space axes are turned.
+      !> There is no force; all directions are parallel; the body's frame does not spin; space axes are others.
       logical :: free = .true., single = .true., symmetric = .false., turned = .false.
+      !> The turn of a motion that does not know of it.
+      type(axes_turn_t) :: turn
+      !> The space axes turn, and the motion knows of it: their rate in the space axes of the equations, rad/s; shape
+      !> (3).
+      logical :: frame_turns = .false.
+      real(wp) :: frame_rate(3) = 0.0_wp
       !> The first body axis of the equations, 1 to 3; the others follow cyclically, and space axes with them.
       integer :: first = 1
       !> Principal moments in that order, kg m²; shape (3).
@@ -55,7 +65,7 @@ module nutate_lean_motion
       type(lean_rates_t) :: rates
       !> Δt, s; ½Δt/J and its reciprocal; J₁/J₃ - 1 for the spin, or 0.
       real(wp) :: dt = 0.0_wp, half(3) = 0.0_wp, back(3) = 0.0_wp, spin = 0.0_wp
-      !> What |w| is multiplied by to see whether a step is too long; what the pull adds.
+      !> What |w| is multiplied by to see whether a step is too long; what pull and turning axes add.
       real(wp) :: stiffness = 3.0_wp, pulled = 0.0_wp
    contains
       !> Looks what a system is.
@@ -70,20 +80,25 @@ contains
 
    !> Looks what a system is: possible with diagonal inertia, without torques and rotors, and with potentials that are
    !> linear in directions.
-   pure subroutine prepare(self, system)
+   pure subroutine prepare(self, system, attitude)
       class(lean_motion_t), intent(inout) :: self
       type(system_t), intent(in) :: system
+      !> The attitude is integrated, without which there are no such steps.
+      logical, intent(in) :: attitude
       real(wp) :: axis(3)
       integer :: components
       self%dt = 0.0_wp
       associate (effects => system%effects, inertia => system%body%inertia)
-         self%possible = effects%n_torques + effects%n_rotors == 0 .and. are_linear(effects) .and. &
-                         .not. effects%frame_turns .and. &
+         self%possible = attitude .and. effects%n_torques + effects%n_rotors == 0 .and. are_linear(effects) .and. &
                          .not. any(abs(effects%rotor_momentum) > 0.0_wp) .and. &
                          .not. any(abs([inertia(1, 2), inertia(1, 3), inertia(2, 3)]) > 0.0_wp)
          if (.not. self%possible) return
-         call conserved_momentum(effects, components, axis)
+         call common_direction(effects, components, axis)
          self%free = components == ALL_COMPONENTS
+         call self%turn%prepare(effects, attitude)
+         self%frame_turns = effects%frame_turns .and. .not. self%turn%there
+         if (self%free .and. self%frame_turns) self%possible = .false.
+         if (.not. self%possible) return
          self%single = components == ALONG_AXIS
          self%first = 1
          if (.not. self%free) self%first = first_axis(effects, system%body%moments)
@@ -91,6 +106,7 @@ contains
          self%space = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
          if (self%single) self%space = to_third(cshift(axis, self%first - 1))
          self%turned = any(abs(self%space(2:4)) > 0.0_wp)
+         self%frame_rate = rotate_to_space(self%space, cshift(effects%frame_rate, self%first - 1))
          call add_torques(self, effects, axis)
       end associate
       self%symmetric = .not. self%free .and. equal(self%moments(1), self%moments(2)) .and. &
@@ -192,6 +208,7 @@ contains
       if (self%symmetric) inertia = self%moments(1)
       self%half = 0.5_wp*dt/inertia
       yes = all(abs(self%half) >= least_half) .and. all(abs(self%half) <= greatest_half)
+      if (yes .and. self%turn%there) call self%turn%set_length(dt, yes)
       self%dt = 0.0_wp
       if (.not. yes) return
       self%back = 1/self%half
@@ -201,6 +218,10 @@ contains
          end do
       end do
       self%pulled = sqrt(self%stiffness*maxval(abs(self%rates%pull)))
+      if (self%frame_turns) then
+         self%rates%frame_turn = (0.5_wp*dt)*self%frame_rate
+         self%pulled = self%pulled + maxval(abs(self%rates%frame_turn))
+      end if
       self%dt = dt
    end subroutine fits
 
@@ -233,6 +254,7 @@ contains
       end if
       if (moved) moved = abs(y(5)) + abs(y(6)) + abs(y(7)) <= huge(1.0_wp)
       if (.not. moved) return
+      if (self%turn%there) y(1:4) = y(1:4) + turned(self%turn%change, y(1:4))
       state%q = inverse_root(y(1)*y(1) + y(2)*y(2) + y(3)*y(3) + y(4)*y(4))*y(1:4)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
@@ -298,7 +320,13 @@ contains
       y(7) = self%half(3)*y(7)
       followed = self%stiffness*max(abs(y(5)), abs(y(6)), abs(y(7))) + self%pulled <= longest
       if (.not. followed) return
-      if (self%single) then
+      if (self%frame_turns) then
+         if (self%single) then
+            call heavy_stages(take_turning_stage, self%rates, y, change)
+         else
+            call heavy_stages(take_turning_field_stage, self%rates, y, change)
+         end if
+      else if (self%single) then
          call heavy_stages(take_upright_stage, self%rates, y, change)
       else
          call heavy_stages(take_field_stage, self%rates, y, change)

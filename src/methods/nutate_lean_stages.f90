@@ -11,7 +11,8 @@ module nutate_lean_stages
    implicit none
    private
 
-   public :: lean_rates_t, free_stages, heavy_stages, take_upright_stage, take_field_stage
+   public :: lean_rates_t, free_stages, heavy_stages, take_upright_stage, take_field_stage, take_turning_stage, &
+      take_turning_field_stage
 
    !> Stages.
    integer, parameter :: n_stages = 12
@@ -24,6 +25,8 @@ module nutate_lean_stages
       real(wp) :: kappa(3) = 0.0_wp
       !> ½Δt² torque/J, for off-diagonal R(k, j) without their factor 2; shape (3,3,3).
       real(wp) :: pull(3, 3, 3) = 0.0_wp
+      !> φ = ½Δt ω of space axes that turn, in these axes, rad; shape (3).
+      real(wp) :: frame_turn(3) = 0.0_wp
    end type lean_rates_t
 
    abstract interface
@@ -194,7 +197,42 @@ contains
       y(7) = sum(7) + factor*r7
    end subroutine take_upright_stage
 
-   !> The same under fields of several directions: all rows of R(q) count.
+   !> The same in space axes that turn, q' = q∘w - φ∘q: in the sums and differences of w and φ, with no products more.
+   pure subroutine take_turning_stage(self, sum, factor, rate, y)
+      type(lean_rates_t), intent(in) :: self
+      !> Shape (8).
+      real(wp), intent(in) :: sum(8), factor
+      real(wp), intent(out) :: rate(8)
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(inout) :: y(8)
+      real(wp) :: r1, r2, r3, r4, r5, r6, r7, g1, g2, g3, less(3), more(3)
+      associate (phi => self%frame_turn)
+         less = [y(5) - phi(1), y(6) - phi(2), y(7) - phi(3)]
+         more = [y(5) + phi(1), y(6) + phi(2), y(7) + phi(3)]
+      end associate
+      r1 = -(y(2)*less(1) + y(3)*less(2) + y(4)*less(3))
+      r2 = y(1)*less(1) + y(3)*more(3) - y(4)*more(2)
+      r3 = y(1)*less(2) + y(4)*more(1) - y(2)*more(3)
+      r4 = y(1)*less(3) + y(2)*more(2) - y(3)*more(1)
+      g1 = y(2)*y(4) - y(1)*y(3)
+      g2 = y(3)*y(4) + y(1)*y(2)
+      g3 = (y(1)*y(1) + y(4)*y(4)) - (y(2)*y(2) + y(3)*y(3))
+      associate (c => self%pull, kappa => self%kappa)
+         r5 = kappa(1)*(y(6)*y(7)) + (c(1, 2, 3)*g2 + c(1, 3, 3)*g3)
+         r6 = kappa(2)*(y(7)*y(5)) + (c(2, 1, 3)*g1 + c(2, 3, 3)*g3)
+         r7 = kappa(3)*(y(5)*y(6)) + (c(3, 1, 3)*g1 + c(3, 2, 3)*g2)
+      end associate
+      rate = [r1, r2, r3, r4, r5, r6, r7, 0.0_wp]
+      y(1) = sum(1) + factor*r1
+      y(2) = sum(2) + factor*r2
+      y(3) = sum(3) + factor*r3
+      y(4) = sum(4) + factor*r4
+      y(5) = sum(5) + factor*r5
+      y(6) = sum(6) + factor*r6
+      y(7) = sum(7) + factor*r7
+   end subroutine take_turning_stage
+
+   !> As `take_upright_stage`, under fields of several directions: all rows of R(q) count.
    pure subroutine take_field_stage(self, sum, factor, rate, y)
       type(lean_rates_t), intent(in) :: self
       !> Shape (8).
@@ -229,5 +267,26 @@ contains
       end do
       y = sum + factor*rate
    end subroutine take_field_stage
+
+   !> The same in space axes that turn.
+   pure subroutine take_turning_field_stage(self, sum, factor, rate, y)
+      type(lean_rates_t), intent(in) :: self
+      !> Shape (8).
+      real(wp), intent(in) :: sum(8), factor
+      real(wp), intent(out) :: rate(8)
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(inout) :: y(8)
+      real(wp) :: q(4), turn(4)
+      q = y(1:4)
+      associate (phi => self%frame_turn)
+         turn(1) = -(phi(1)*q(2) + phi(2)*q(3) + phi(3)*q(4))
+         turn(2) = phi(1)*q(1) + phi(2)*q(4) - phi(3)*q(3)
+         turn(3) = phi(2)*q(1) + phi(3)*q(2) - phi(1)*q(4)
+         turn(4) = phi(3)*q(1) + phi(1)*q(3) - phi(2)*q(2)
+      end associate
+      call take_field_stage(self, sum, factor, rate, y)
+      rate(1:4) = rate(1:4) - turn
+      y(1:4) = y(1:4) - factor*turn
+   end subroutine take_turning_field_stage
 
 end module nutate_lean_stages

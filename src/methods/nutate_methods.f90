@@ -176,20 +176,18 @@ contains
          end if
          if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
       end select
-      if (follows_turning_axes(system%effects) .and. settings%attitude .and. settings%method /= 'taylor' .and. &
-          settings%method /= 'exact') call turn_stepper(settings%method == 'nielsen_krenk', stepper)
+      if (settings%method == 'nielsen_krenk' .and. settings%attitude .and. follows_turning_axes(system%effects)) &
+         call turn_stepper(stepper)
       if (settings%conserve .and. settings%method /= 'taylor') call project_stepper(methods(row)%spacing, stepper)
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
 
    !> Puts a stepper with the turn of space axes that its motion does not know of in its place.
-   subroutine turn_stepper(compensated, stepper)
-      !> Its states are sums of increments.
-      logical, intent(in) :: compensated
+   subroutine turn_stepper(stepper)
       class(stepper_t), allocatable, intent(inout) :: stepper
       type(turned_stepper_t), allocatable :: turned
       allocate (turned)
-      call turned%wrap(stepper, compensated)
+      call turned%wrap(stepper)
       call move_alloc(turned, stepper)
    end subroutine turn_stepper
 

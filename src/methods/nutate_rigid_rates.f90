@@ -2,7 +2,8 @@
 !>
 !>     q̇ = ½ q∘Ω,   L̇ = L×Ω + τ(t,q,Ω),   Ω = J⁻¹(L - h),   Ẇᵢ = Ω·τᵢ
 !>
-!> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ.
+!> Where the space axes turn at ω, Ω - Rᵀω takes the place of Ω in q̇, τ and Ẇ; unless nothing knows of it, and the end
+!> of a step is turned (`nutate_axes_turn`).
 !>
 !> A method sees `y = [q, L, W]`, W = Σ Wᵢ from the start of the step, and `k = Δt ẏ`: with `Δt J⁻¹` in place of J⁻¹ no
 !> stage multiplies by the step.
@@ -11,6 +12,7 @@
 !> method's coefficients.
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use nutate_axes_turn, only: axes_turn_t, turned
    use nutate_hamiltonian, only: potential_torque, world_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
@@ -55,7 +57,10 @@ module nutate_rigid_rates
       integer, private :: stage = 0
       !> Integrate the attitude; else its rates are zero. They are so, or the space axes turn.
       logical :: attitude = .true., general = .false.
-      !> The space axes turn: half their turn in the step, ½Δt ω, rad, in these axes; shape (3).
+      !> The turn of a motion that does not know of it.
+      type(axes_turn_t), private :: turn
+      !> The space axes turn, and the motion knows of it: half their turn in the step, ½Δt ω, rad, in these axes; shape
+      !> (3).
       logical :: frame_turns = .false.
       real(wp) :: frame_turn(3) = 0.0_wp
       !> There is an effect that exerts a force, or a wheel.
@@ -89,11 +94,13 @@ contains
       logical, intent(in) :: attitude
       !> The states will be projected onto the invariants: where there are works, errors are estimated for that.
       logical, intent(in) :: conserve
-      !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on.
+      !> Coefficients aᵢⱼ of a Runge-Kutta method as a(j, i - 1), i from the second stage on. Without them nothing is
+      !> turned at the ends of steps.
       real(wp), intent(in), optional :: a(:, :)
       integer :: i
       self%attitude = attitude
-      self%frame_turns = system%effects%frame_turns
+      call self%turn%prepare(system%effects, attitude .and. present(a))
+      self%frame_turns = system%effects%frame_turns .and. .not. self%turn%there
       self%general = self%frame_turns .or. .not. attitude
       self%forced = system%effects%n_potentials + system%effects%n_works() > 0
       self%n_wheels = system%effects%n_wheels
@@ -129,6 +136,7 @@ contains
       real(wp), intent(in) :: window_time
       !> [q, L, W]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
+      logical :: possible
       integer :: i
       self%to_angle = dt*system%body%inverse_inertia
       self%rotor = system%effects%rotor_momentum
@@ -148,6 +156,11 @@ contains
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
       if (self%account%kept .and. self%failure == 0) call self%account%start(y(1:4), y(5:7))
+      if (self%turn%there) then
+         possible = .true.
+         if (abs(dt - self%turn%length) > 0.0_wp) call self%turn%set_length(dt, possible)
+         if (.not. possible .and. self%failure == 0) self%failure = NUTATE_OFF_BRANCH
+      end if
       if (self%failure /= 0 .or. .not. self%frame_turns) return
       if (2*maxval(abs(self%frame_turn)) <= largest_angle) return
       self%failure = NUTATE_OFF_BRANCH
@@ -423,6 +436,7 @@ contains
          return
       end if
       if (self%attitude) state%q = (1/sqrt(square))*y(1:4)
+      if (self%turn%there) state%q = state%q + turned(self%turn%change, state%q)
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp

@@ -40,8 +40,7 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(status_t), intent(inout) :: status
       call prepare_rates(self%rates, system, settings%attitude, settings%conserve, a)
-      call self%lean%prepare(system)
-      if (.not. settings%attitude) self%lean%possible = .false.
+      call self%lean%prepare(system, settings%attitude)
    end subroutine set_up
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that its stages run away,

@@ -1,15 +1,11 @@
-!> A stepper of any method for a motion that does not know of the turning of the space axes
-!> (`follows_turning_axes`): free bodies, and potentials that are symmetric about their rate ω.
-!>
-!> The method takes its step in axes that stand still, as cheap and as long as there; then the state is turned back by
-!> ωΔt, exactly. What the step keeps in these axes, T + V, l·ω and |l|, stays, and with it H - ω·l; what is proved of
-!> its root is proved.
+!> A stepper whose states are sums of increments, for a motion that does not know of the turning of the space axes
+!> (`nutate_axes_turn`): it takes its step in axes that stand still, with all that is proved of its root there, and the
+!> state is turned back with its compensation. Explicit methods have the turn at the ends of their own steps.
 module nutate_turned_stepper
-   use nutate_invariants, only: follows_turning_axes
-   use nutate_kinds, only: wp, pi
-   use nutate_limits, only: greatest_turn
+   use nutate_axes_turn, only: axes_turn_t, turned
+   use nutate_kinds, only: wp
    use nutate_range, only: check_start
-   use nutate_state, only: add_increment, state_t
+   use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
@@ -22,15 +18,9 @@ module nutate_turned_stepper
    !> A stepper and the turn of its states. `step` allocates nothing.
    type, extends(stepper_wrapper_t) :: turned_stepper_t
       private
-      !> Its states are sums of increments, with their compensation.
-      logical :: compensated = .false.
       !> The system of the last `prepare` may be stepped so; the same in axes that stand still.
-      logical :: follows = .false.
+      type(axes_turn_t) :: turn
       type(system_t) :: standing
-      !> |ω|, rad/s, and -ω over it; shape (3).
-      real(wp) :: rate = 0.0_wp, axis(3) = 0.0_wp
-      !> Length of step for which the turn was computed last, s, and d, what its quaternion is more than 1; shape (4).
-      real(wp) :: length = 0.0_wp, change(4) = 0.0_wp
       !> The next step is the first since `prepare`. Start of the last step, s.
       logical :: untested = .true.
       real(wp) :: start = 0.0_wp
@@ -47,14 +37,11 @@ module nutate_turned_stepper
 contains
 
    !> Takes the stepper whose states to turn.
-   subroutine wrap(self, base, compensated)
+   subroutine wrap(self, base)
       class(turned_stepper_t), intent(inout) :: self
       !> Moved: not allocated afterwards.
       class(stepper_t), allocatable, intent(inout) :: base
-      !> Its states are sums of increments.
-      logical, intent(in) :: compensated
       call move_alloc(base, self%base)
-      self%compensated = compensated
    end subroutine wrap
 
    !> A system that knows of the turning is left to the stepper. Errors: those of the stepper's `prepare`;
@@ -66,15 +53,12 @@ contains
       type(status_t), intent(inout) :: status
       call self%check_base('a turn of the axes', status)
       if (.not. status%ok()) return
-      self%follows = follows_turning_axes(system%effects) .and. settings%attitude
-      self%length = 0.0_wp
+      call self%turn%prepare(system%effects, settings%attitude)
       self%untested = .true.
-      if (.not. self%follows) then
+      if (.not. self%turn%there) then
          call self%base%prepare(system, settings, status)
          return
       end if
-      self%rate = norm2(system%effects%frame_rate)
-      self%axis = -system%effects%frame_rate/self%rate
       self%standing = system
       self%standing%effects%frame_turns = .false.
       self%standing%effects%frame_rate = 0.0_wp
@@ -89,67 +73,55 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      if (self%untested .and. self%compensated) call check_start(system, state, dt, status)
-      if (status%code == 0 .and. dt /= self%length) call set_length(self, dt, status)
-      if (status%code /= 0) return
-      if (self%follows) then
-         call self%base%advance(self%standing, state, dt, window_time, status)
-      else
+      if (.not. self%turn%there) then
          call self%base%advance(system, state, dt, window_time, status)
+         call self%take_counts()
+         if (status%code == 0) call self%take_work()
+         self%step_error = self%base%step_error
+         return
       end if
+      if (self%untested) call check_start(system, state, dt, status)
+      if (status%code == 0 .and. dt /= self%turn%length) call take_length(self, dt, status)
+      if (status%code /= 0) return
+      call self%base%advance(self%standing, state, dt, window_time, status)
       call self%take_counts()
       if (status%code /= 0) return
       self%untested = .false.
-      call self%take_work()
-      self%step_error = self%base%step_error
-      if (self%follows) call turn_state(self, state)
+      call turn_state(self%turn%change, state)
    end subroutine advance
 
-   !> Takes the length of a step: the quaternion c = 1 + d of the turn, -ω̂ sin x its vector, x = ½|ω|Δt. The length of
-   !> c goes by the vector as it is rounded, so that turns of one length do not stretch what they turn.
-   pure subroutine set_length(self, dt, status)
+   !> Takes the length of a step.
+   pure subroutine take_length(self, dt, status)
       class(turned_stepper_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
-      real(wp) :: angle, square
-      if (.not. self%follows) return
-      angle = self%rate*dt
-      if (.not. abs(angle) <= greatest_turn) then
-         status = fail(NUTATE_OFF_BRANCH, 'the step is too long: the space axes turn too far')
-         return
-      end if
-      ! Beyond half a turn the other way round, to the opposite quaternion.
-      angle = angle - (2*pi)*anint(angle/(2*pi))
-      self%change(2:4) = sin(0.5_wp*angle)*self%axis
-      square = min(dot_product(self%change(2:4), self%change(2:4)), 1.0_wp)
-      self%change(1) = -square/(1 + sqrt(1 - square))
-      self%length = dt
-   end subroutine set_length
+      logical :: possible
+      call self%turn%set_length(dt, possible)
+      if (.not. possible) status = fail(NUTATE_OFF_BRANCH, 'the step is too long: the space axes turn too far')
+   end subroutine take_length
 
-   !> Turns attitude and momentum by the turn of the length last taken.
-   pure subroutine turn_state(self, state)
-      class(turned_stepper_t), intent(in) :: self
+   !> Turns attitude and momentum: adds d∘q and d∘p.
+   pure subroutine turn_state(d, state)
+      !> Shape (4).
+      real(wp), intent(in) :: d(4)
       type(state_t), intent(inout) :: state
-      if (self%compensated) then
-         call add_increment(state%q, state%q_compensation, turned(self%change, state%q))
-         call add_increment(state%p, state%p_compensation, turned(self%change, state%p))
-      else
-         state%q = state%q + turned(self%change, state%q)
-         state%p = state%p + turned(self%change, state%p)
-      end if
+      call add_turn(turned(d, state%q), state%q, state%q_compensation)
+      call add_turn(turned(d, state%p), state%p, state%p_compensation)
    end subroutine turn_state
 
-   !> d∘x, in this file so that it is compiled into its callers: it is all that a frame costs. The compensation of x is
-   !> not turned: what that misses is rounding of the increment.
-   pure function turned(d, x)
-      real(wp), intent(in) :: d(4), x(4)
-      real(wp) :: turned(4)
-      turned(1) = d(1)*x(1) - d(2)*x(2) - d(3)*x(3) - d(4)*x(4)
-      turned(2) = d(1)*x(2) + d(2)*x(1) + d(3)*x(4) - d(4)*x(3)
-      turned(3) = d(1)*x(3) + d(3)*x(1) + d(4)*x(2) - d(2)*x(4)
-      turned(4) = d(1)*x(4) + d(4)*x(1) + d(2)*x(3) - d(3)*x(2)
-   end function turned
+   !> Compensated summation by Kahan's four operations: where the increment is the larger one, what they miss is below
+   !> its own last digit, as is what the compensation misses that is not turned.
+   pure subroutine add_turn(increment, total, compensation)
+      !> Shape (4).
+      real(wp), intent(in) :: increment(4)
+      real(wp), intent(inout) :: total(4), compensation(4)
+      real(wp) :: addend(4), sum(4)
+      addend = increment + compensation
+      sum = total + addend
+      compensation = addend - (sum - total)
+      total = sum
+   end subroutine add_turn
 
    !> The starts of steps are kept where they are taken again: before the turn.
    recursive subroutine keep_steps(self)
@@ -176,7 +148,7 @@ contains
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
       type(state_t) :: inside
-      if (.not. self%follows) then
+      if (.not. self%turn%there) then
          call self%base%state_at(system, t, state, work, status)
          self%step_error = self%base%step_error
          return
@@ -185,9 +157,9 @@ contains
       self%step_error = self%base%step_error
       if (.not. status%ok()) return
       if (abs(t - self%start) > 0.0_wp) then
-         if (t - self%start /= self%length) call set_length(self, t - self%start, status)
+         if (t - self%start /= self%turn%length) call take_length(self, t - self%start, status)
          if (.not. status%ok()) return
-         call turn_state(self, inside)
+         call turn_state(self%turn%change, inside)
       end if
       state = inside
    end subroutine state_at

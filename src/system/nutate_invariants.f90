@@ -12,7 +12,7 @@ module nutate_invariants
    implicit none
    private
 
-   public :: invariants_t, conserved_momentum, follows_turning_axes, parallel
+   public :: invariants_t, conserved_momentum, common_direction, follows_turning_axes, parallel
    public :: NO_COMPONENT, ALONG_AXIS, ONLY_LENGTH, ALL_COMPONENTS
 
    !> Which components of the space momentum are conserved; only its length where the attitude is not known.
@@ -153,6 +153,31 @@ contains
       !> Unit vector along the conserved component, space axes; zero where there is not just one; shape (3).
       real(wp), intent(out) :: axis(3)
       real(wp) :: length, rate(3)
+      call common_direction(effects, components, axis)
+      if (effects%frame_turns) then
+         ! Scaled first: the length of a tiny rate may be zero.
+         rate = effects%frame_rate/maxval(abs(effects%frame_rate))
+         length = norm2(rate)
+         if (components == ALL_COMPONENTS) then
+            components = ALONG_AXIS
+            axis = rate/length
+         else if (norm2(cross(axis, rate)) > parallel*length) then
+            components = NO_COMPONENT
+         end if
+      end if
+      if (has_outer_torques(effects) .or. effects%moves) components = NO_COMPONENT
+      if (components /= ALONG_AXIS) axis = 0.0_wp
+   end subroutine conserved_momentum
+
+   !> The direction that all potentials share, on or off, whatever else there is: in axes that stand still l·n is
+   !> conserved without torques.
+   pure subroutine common_direction(effects, components, axis)
+      type(effect_list_t), intent(in) :: effects
+      !> `ALL_COMPONENTS` without potentials, `ALONG_AXIS` with one direction, `NO_COMPONENT` with several.
+      integer, intent(out) :: components
+      !> Unit vector, space axes; the first direction where there are several, zero where there is none; shape (3).
+      real(wp), intent(out) :: axis(3)
+      real(wp) :: length
       integer :: i
       components = ALL_COMPONENTS
       axis = 0.0_wp
@@ -168,20 +193,7 @@ contains
             end if
          end associate
       end do
-      if (effects%frame_turns) then
-         ! Scaled first: the length of a tiny rate may be zero.
-         rate = effects%frame_rate/maxval(abs(effects%frame_rate))
-         length = norm2(rate)
-         if (components == ALL_COMPONENTS) then
-            components = ALONG_AXIS
-            axis = rate/length
-         else if (norm2(cross(axis, rate)) > parallel*length) then
-            components = NO_COMPONENT
-         end if
-      end if
-      if (has_outer_torques(effects) .or. effects%moves) components = NO_COMPONENT
-      if (components /= ALONG_AXIS) axis = 0.0_wp
-   end subroutine conserved_momentum
+   end subroutine common_direction
 
    !> True where space axes turn and no effect knows of it, each being symmetric about their rate, or none: the motion
    !> is that in axes which stand still, turned back by ω times the time. Wheels are left out: their motors may know.
