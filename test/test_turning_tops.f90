@@ -1,6 +1,8 @@
-!> Tops in space axes that turn, by their series: the equations of motion, the order, few steps, invariants.
+!> Tops in space axes that turn, by their series: the equations of motion, the order, few steps, invariants; and by the
+!> conserving step.
 module test_turning_tops
    use nutate_body, only: diagonal, make_body
+   use nutate_dipole, only: dipole_t
    use nutate_dop853, only: dop853_t
    use nutate_effect, only: rotor_t
    use nutate_gravity, only: gravity_t
@@ -36,6 +38,7 @@ contains
                   new_unittest("symmetric tops about each axis, and others, as by dop853", agree_with_dop853), &
                   new_unittest("a rate along the field, nearly so, and against it", rates_along_the_field), &
                   new_unittest("halved steps divide the error as the order says", orders), &
+                  new_unittest("conserving steps in one field and in two", conserving_steps), &
                   new_unittest("a fast top takes few steps, and keeps H - omega.l", few_steps), &
                   new_unittest("a rate that is all but zero turns nothing", tiny_rates)]
    end subroutine collect_turning_tops
@@ -103,7 +106,7 @@ contains
       call check(error,.not. follows_turning_axes(problem%system%effects), "axes that stand still")
    end subroutine which_effects_know
 
-   !> 1 s by the series in 20 steps, and by DOP853 in 1000, that goes by no frame of its own.
+   !> 1 s by the series in 20 steps, and by DOP853 in 1000, that goes by no rows.
    subroutine compare_with_dop853(error, problem, what)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
@@ -203,6 +206,45 @@ contains
          end do
       end do
    end subroutine orders
+
+   !> The reduced form, whose torque of uniform fields is its own in these axes, against the eight equations, and what
+   !> both keep; there and back.
+   subroutine conserving_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      integer, parameter :: n_steps = 200
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: full, reduced
+      type(state_t) :: a, b
+      type(status_t) :: status
+      real(wp) :: energy, scale
+      integer :: axis, fields
+      do axis = 0, 3
+         do fields = 1, 2
+            problem = top(axis, inclined)
+            if (fields == 2) &
+               call problem%system%effects%add(dipole_t([1.0_wp, 0.3_wp, 0.5_wp], [0.0_wp, 2.0_wp, 1.0_wp]))
+            energy = conserved_energy(problem%system, problem%start)
+            scale = abs(energy) + kinetic_energy(problem%system, problem%start)
+            call make_stepper(problem%system, integrator_settings_t(linear_solver='lapack'), full, status)
+            call make_stepper(problem%system, integrator_settings_t(linear_solver='reduced'), reduced, status)
+            a = problem%start
+            b = problem%start
+            call march(problem%system, full, a, 0.02_wp, n_steps, status)
+            if (status%ok()) call march(problem%system, reduced, b, 0.02_wp, n_steps, status)
+            call check(error, status%ok(), trim(status%message))
+            if (allocated(error)) return
+            call check_below(error, attitude_distance(a%q, b%q), 1e-12_wp, "both forms: attitude")
+            if (allocated(error)) return
+            call check_close(error, b%p, a%p, 1e-12_wp*norm2(a%p), "both forms: momentum")
+            if (allocated(error)) return
+            call check_close(error, conserved_energy(problem%system, b), energy, 16*eps*scale, "H - omega.l")
+            if (allocated(error)) return
+            call march(problem%system, reduced, b, -0.02_wp, n_steps, status)
+            call check_below(error, attitude_distance(b%q, problem%start%q), 1e-12_wp, "there and back")
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine conserving_steps
 
    !> The top of Brüls on the turning Earth, and on one that turns 1e4 times as fast.
    subroutine few_steps(error)

@@ -44,6 +44,9 @@ module nutate_discrete_forces
       !> potentials) and (number of potentials).
       real(wp), allocatable :: slope(:, :)
       logical, allocatable :: is_linear(:)
+      !> All effects are such potentials; R(u), shape (3,3), where there are potentials.
+      logical :: in_fields = .false.
+      real(wp) :: columns(3, 3) = 0.0_wp
       !> The torque acts in this step; shape (number of torques). What has the number 0 is not allocated.
       logical, allocatable :: acts(:)
    contains
@@ -57,6 +60,8 @@ module nutate_discrete_forces
       procedure :: linearize
       !> τ of a step that turns a unit attitude by a Cayley map.
       procedure :: turn
+      !> The same in nothing but uniform fields.
+      procedure :: turn_in_fields
       !> The same and its derivatives.
       procedure :: linearize_turn
       !> What of the torque resists the rotation, and how it changes with time.
@@ -76,6 +81,7 @@ contains
       self%active = effects%n_potentials + effects%n_torques > 0
       self%by_attitude = effects%needs_attitude()
       self%projection = projection
+      self%in_fields = .false.
       if (allocated(self%acts)) deallocate (self%acts)
       if (effects%n_torques > 0) allocate (self%acts(effects%n_torques), source=.true.)
       if (allocated(self%direction)) deallocate (self%direction, self%gamma0, self%slope, self%is_linear)
@@ -90,6 +96,7 @@ contains
             self%slope(:, i) = -potential%moment
          end select
       end do
+      self%in_fields = effects%n_torques == 0 .and. all(self%is_linear)
    end subroutine prepare
 
    !> Starts a step at the attitude q0 = |q0| u.
@@ -104,7 +111,7 @@ contains
       real(wp), intent(in) :: norm
       !> Time that decides which torques act, s; default: `t`.
       real(wp), intent(in), optional :: window_time
-      real(wp) :: moment, columns(3, 3), square, n(3)
+      real(wp) :: moment, square, n(3)
       integer :: i, j
       moment = t
       if (present(window_time)) moment = window_time
@@ -114,10 +121,10 @@ contains
       self%t = t
       self%frame = frame
       if (effects%n_potentials == 0) return
-      columns = rotation_matrix(frame)
+      self%columns = rotation_matrix(frame)
       square = norm*norm
       do i = 1, effects%n_potentials
-         associate (potential => effects%potentials(i)%item)
+         associate (potential => effects%potentials(i)%item, columns => self%columns)
             n = potential%direction
             if (potential%moves) n = potential%direction_at(t)
             do j = 1, 3
@@ -261,6 +268,48 @@ contains
       tau(2) = t2
       tau(3) = t3
    end subroutine turn
+
+   !> τ as `turn` gives it, up to rounding, where all effects are potentials that are linear in a direction.
+   pure subroutine turn_in_fields(self, b, stretch, tau)
+      class(discrete_forces_t), intent(in) :: self
+      !> b = ¼Δt Ω̄, shape (3), and 1 + |b|².
+      real(wp), intent(in) :: b(3), stretch
+      !> Body axes, N m; shape (3).
+      real(wp), intent(out) :: tau(3)
+      call sum_fields(size(self%slope, 2), self%direction, self%slope, b, stretch, tau)
+   end subroutine turn_in_fields
+
+   !> The same from directions and gradients.
+   pure subroutine sum_fields(n_fields, direction, gradient, b, stretch, tau)
+      integer, intent(in) :: n_fields
+      !> R(u)ᵀn and ∇U; shape (3, n_fields).
+      real(wp), intent(in) :: direction(3, n_fields), gradient(3, n_fields)
+      !> As of `turn_in_fields`.
+      real(wp), intent(in) :: b(3), stretch
+      real(wp), intent(out) :: tau(3)
+      real(wp) :: along, x, y, z, t1, t2, t3, shrink
+      integer :: i
+      t1 = 0.0_wp
+      t2 = 0.0_wp
+      t3 = 0.0_wp
+      ! Of one field or two: vectors of fields would only be made ready for.
+      !GCC$ novector
+      do i = 1, n_fields
+         associate (n => direction(:, i), g => gradient(:, i))
+            along = b(1)*n(1) + b(2)*n(2) + b(3)*n(3)
+            x = (2 - stretch)*n(1) + 2*(along*b(1) + (n(2)*b(3) - n(3)*b(2)))
+            y = (2 - stretch)*n(2) + 2*(along*b(2) + (n(3)*b(1) - n(1)*b(3)))
+            z = (2 - stretch)*n(3) + 2*(along*b(3) + (n(1)*b(2) - n(2)*b(1)))
+            t1 = t1 + (y*g(3) - z*g(2))
+            t2 = t2 + (z*g(1) - x*g(3))
+            t3 = t3 + (x*g(2) - y*g(1))
+         end associate
+      end do
+      shrink = 1/(stretch*stretch)
+      tau(1) = shrink*t1
+      tau(2) = shrink*t2
+      tau(3) = shrink*t3
+   end subroutine sum_fields
 
    !> τ as `turn` gives it, and ∂τ/∂b. A change δb turns the attitude at mid step by θ = 2(δb - b×δb)/(1+|b|²) in body
    !> axes there, that at the end by θ + R(c½)ᵀθ, and scales x̄.

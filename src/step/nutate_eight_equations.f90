@@ -128,12 +128,17 @@ contains
       self%x0 = [norm, 0.0_wp, 0.0_wp, 0.0_wp]
       self%y0 = quat_product(quat_conjugate(self%frame), state%p)/self%momentum_unit
       self%w0 = norm*self%y0
-      if (self%turn%there) call self%turn%begin(dt, self%frame)
       if (self%wheels%n > 0) then
          call self%wheels%start(system%effects, state, window_time)
          self%rotor = 2*(system%effects%rotor_momentum + self%wheels%rotor)/self%momentum_unit
       end if
       if (self%forces%active) call self%forces%start(system%effects, state%t + 0.5_wp*dt, self%frame, norm, window_time)
+      if (.not. self%turn%there) return
+      if (system%effects%n_potentials > 0) then
+         call self%turn%begin(dt, self%frame, self%forces%columns)
+      else
+         call self%turn%begin(dt, self%frame)
+      end if
    end subroutine start
 
    !> ⅛Δt times the largest entry of J⁻¹, in units of momentum.
@@ -311,18 +316,17 @@ contains
       !> Root, shape (8), and ⅛Δt a, shape (4).
       real(wp), intent(in) :: z(8), alpha(4)
       real(wp), intent(out) :: dq(4), dp(4)
-      real(wp) :: impulse(8), xm(4), ym(4), r(3), square, factor, excess
+      real(wp) :: impulse(4), xm(4), ym(4), r(3), square, factor, excess
       impulse = 0.0_wp
       if (self%forces%active) then
          xm = self%x0 + 0.5_wp*z(1:4)
          ym = self%y0 + 0.5_wp*z(5:8)
          ! With the rounding of the residual, so that none of the free motion's is left.
-         call self%turn%take_turns(2*alpha, xm, ym, z, impulse)
-         if (self%forces%projection) &
-            impulse(5:8) = impulse(5:8) - (dot_product(xm, impulse(5:8))/dot_product(xm, xm))*xm
+         call self%turn%take_momentum_turns(2*alpha, ym, z(5:8), impulse)
+         if (self%forces%projection) impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
       end if
       if (.not. self%is_tangent()) then
-         call solve_in_frame(self, state, alpha, impulse(5:8), dq, dp)
+         call solve_in_frame(self, state, alpha, impulse, dq, dp)
          return
       end if
       r = self%turn%to_relative(alpha(2:4))
@@ -330,8 +334,8 @@ contains
       dq = factor*quat_product(state%q, [-square, r])
       dq = dq - excess*(state%q + dq)
       ! y is 2L over |q0|μ.
-      if (self%forces%active) impulse(1:4) = quat_product(quat_conjugate(xm), impulse(5:8))/self%x0(1)
-      ym = self%turn%momentum_increment(alpha(2:4), r, factor, self%y0, impulse(2:4))
+      if (self%forces%active) impulse = (1/self%x0(1))*quat_product(quat_conjugate(xm), impulse)
+      ym = self%turn%momentum_increment(alpha(2:4), r, square, factor, self%y0, impulse(2:4))
       dp = self%momentum_unit*quat_product(self%frame, ym)
    end subroutine get_increments_in_frame
 

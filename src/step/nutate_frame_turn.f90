@@ -26,8 +26,11 @@ module nutate_frame_turn
       logical :: there = .false.
       !> ω, space axes, rad/s; shape (3).
       real(wp) :: rate(3) = 0.0_wp
-      !> R(u)ᵀδ; shape (3), and d = |δ|².
+      !> R(u)ᵀδ, and twice that; shape (3); d = |δ|².
       real(wp) :: start(3) = 0.0_wp, square = 0.0_wp
+      real(wp), private :: twice(3) = 0.0_wp
+      !> Length of the step, s, and its δ; shape (3).
+      real(wp), private :: dt = 0.0_wp, delta(3) = 0.0_wp
    contains
       !> Takes the rate.
       procedure :: prepare
@@ -35,10 +38,13 @@ module nutate_frame_turn
       procedure :: begin
       !> r of a b.
       procedure :: to_relative
+      !> The same, with 1 + ρ.
+      procedure :: get_relative
       !> ∂r/∂b.
       procedure :: relative_by_absolute
-      !> The free part of the eight equations.
+      !> The free part of the eight equations, and that of p alone.
       procedure :: take_turns
+      procedure :: take_momentum_turns
       !> What p gains.
       procedure :: momentum_increment
    end type frame_turn_t
@@ -53,17 +59,34 @@ contains
       self%rate = effects%frame_rate
       self%start = 0.0_wp
       self%square = 0.0_wp
+      self%twice = 0.0_wp
+      self%dt = 0.0_wp
+      self%delta = 0.0_wp
    end subroutine prepare
 
    !> Starts a step of `dt` seconds.
-   pure subroutine begin(self, dt, frame)
+   pure subroutine begin(self, dt, frame, columns)
       class(frame_turn_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: dt
       !> u, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: frame(4)
-      self%start = (0.25_wp*dt)*rotate_to_body(frame, self%rate)
-      self%square = (0.25_wp*dt)**2*dot_product(self%rate, self%rate)
+      !> R(u), where it is known; shape (3,3).
+      real(wp), intent(in), optional :: columns(3, 3)
+      integer :: i
+      if (abs(dt - self%dt) > 0.0_wp) then
+         self%delta = (0.25_wp*dt)*self%rate
+         self%square = (0.25_wp*dt)**2*dot_product(self%rate, self%rate)
+         self%dt = dt
+      end if
+      if (present(columns)) then
+         do i = 1, 3
+            self%start(i) = columns(1, i)*self%delta(1) + columns(2, i)*self%delta(2) + columns(3, i)*self%delta(3)
+         end do
+      else
+         self%start = rotate_to_body(frame, self%delta)
+      end if
+      self%twice = 2*self%start
    end subroutine begin
 
    !> ∂r/∂b, the inverse of ∂b/∂r: of b = r + δ̄ a change δr turns the attitude at mid step by
@@ -97,13 +120,29 @@ contains
       class(frame_turn_t), intent(in) :: self
       !> Shape (3).
       real(wp), intent(in) :: b(3)
-      real(wp) :: r(3), beta, shrink
-      beta = dot_product(b, b)
-      associate (v => self%start, d => self%square)
-         shrink = 1/(1 + beta + d + 2*(v(1)*b(1) + v(2)*b(2) + v(3)*b(3)))
-         r = (shrink*(1 + beta - d))*b - (shrink*(1 + d - beta))*v - (2*shrink)*across(v, b)
-      end associate
+      real(wp) :: r(3), stretch
+      call self%get_relative(b, (b(1)*b(1) + b(2)*b(2) + b(3)*b(3)) - self%square, r, stretch)
    end function to_relative
+
+   !> r of a b, and 1 + ρ = ((1+β-d)² + 4d)/(1 + β + d + 2 v·b), v = R(u)ᵀδ.
+   pure subroutine get_relative(self, b, excess, r, stretch)
+      class(frame_turn_t), intent(in) :: self
+      !> b; shape (3), and β - d.
+      real(wp), intent(in) :: b(3), excess
+      !> r; shape (3), and 1 + ρ.
+      real(wp), intent(out) :: r(3), stretch
+      real(wp) :: shrink, of_b, of_v, twice
+      associate (v => self%start, d => self%square)
+         shrink = 1/((1 + excess) + 2*(d + (v(1)*b(1) + v(2)*b(2) + v(3)*b(3))))
+         of_b = shrink*(1 + excess)
+         of_v = shrink*(1 - excess)
+         twice = 2*shrink
+         r(1) = of_b*b(1) - of_v*v(1) - twice*(v(2)*b(3) - v(3)*b(2))
+         r(2) = of_b*b(2) - of_v*v(2) - twice*(v(3)*b(1) - v(1)*b(3))
+         r(3) = of_b*b(3) - of_v*v(3) - twice*(v(1)*b(2) - v(2)*b(1))
+         stretch = of_b*(1 + excess) + (2*twice)*d
+      end associate
+   end subroutine get_relative
 
    !> Δx - 2(x̄∘α - δ∘x̄) and Δy + 2(ȳ∘Cα + δ∘ȳ) with α = ⅛Δt a, in the sums and differences of α and δ: no products
    !> more than in axes that stand still.
@@ -116,8 +155,8 @@ contains
       real(wp), intent(out) :: r(8)
       real(wp) :: a, less(3), more(3)
       a = quarter(1)
-      less = quarter(2:4) - 2*self%start
-      more = quarter(2:4) + 2*self%start
+      less = quarter(2:4) - self%twice
+      more = quarter(2:4) + self%twice
       r(1) = z(1) - (a*x(1) - (x(2)*less(1) + x(3)*less(2) + x(4)*less(3)))
       r(2) = z(2) - (a*x(2) + (x(1)*less(1) + x(3)*more(3) - x(4)*more(2)))
       r(3) = z(3) - (a*x(3) + (x(1)*less(2) + x(4)*more(1) - x(2)*more(3)))
@@ -128,24 +167,40 @@ contains
       r(8) = z(8) + (a*y(4) - (y(1)*less(3) + y(2)*more(2) - y(3)*more(1)))
    end subroutine take_turns
 
+   !> Δy + 2(ȳ∘Cα + δ∘ȳ).
+   pure subroutine take_momentum_turns(self, quarter, y, z, r)
+      class(frame_turn_t), intent(in) :: self
+      !> 2α, ȳ and Δy; shape (4).
+      real(wp), intent(in) :: quarter(4), y(4), z(4)
+      real(wp), intent(out) :: r(4)
+      real(wp) :: a, less(3), more(3)
+      a = quarter(1)
+      less = quarter(2:4) - self%twice
+      more = quarter(2:4) + self%twice
+      r(1) = z(1) + (a*y(1) + (y(2)*less(1) + y(3)*less(2) + y(4)*less(3)))
+      r(2) = z(2) + (a*y(2) - (y(1)*less(1) + y(3)*more(3) - y(4)*more(2)))
+      r(3) = z(3) + (a*y(3) - (y(1)*less(2) + y(4)*more(1) - y(2)*more(3)))
+      r(4) = z(4) + (a*y(4) - (y(1)*less(3) + y(2)*more(2) - y(3)*more(1)))
+   end subroutine take_momentum_turns
+
    !> What ½u*∘p gains in the step that turns the body by r, on the constraint manifold: c∘L1 - L0, less what rounding
    !> left of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, of which b·ΔL = Δt b·τ̄;
    !> N m s; shape (4).
-   pure function momentum_increment(self, b, r, factor, momentum, impulse) result(increment)
+   pure function momentum_increment(self, b, r, square, factor, momentum, impulse) result(increment)
       class(frame_turn_t), intent(in) :: self
-      !> b, r; shape (3), and 2/(1+ρ).
-      real(wp), intent(in) :: b(3), r(3), factor
+      !> b, r; shape (3), ρ and 2/(1+ρ).
+      real(wp), intent(in) :: b(3), r(3), square, factor
       !> [rounding of q·p, L0], shape (4), and Δt τ̄, shape (3), N m s.
       real(wp), intent(in) :: momentum(4), impulse(3)
-      real(wp) :: increment(4), change(3), y(3), last(3), beta, square, rest, along
-      beta = dot_product(b, b)
-      square = dot_product(r, r)
+      real(wp) :: increment(4), change(3), y(3), last(3), beta, rest, along, shrink
+      beta = b(1)*b(1) + b(2)*b(2) + b(3)*b(3)
       rest = 1 - beta + self%square
-      along = dot_product(b, impulse)
-      y = (1 + square)*impulse - (2*along)*r + 4*across(momentum(2:4), b)
-      change = (rest*y + 2*across(y, b) + (4*along)*b)/(rest*rest + 4*beta)
+      along = 2*(b(1)*impulse(1) + b(2)*impulse(2) + b(3)*impulse(3))
+      y = (1 + square)*impulse - along*r + 4*across(momentum(2:4), b)
+      shrink = 1/(rest*rest + 4*beta)
+      change = (shrink*rest)*y + (2*shrink)*(across(y, b) + along*b)
       last = momentum(2:4) + change
-      increment(1) = -factor*dot_product(r, last) - momentum(1)
+      increment(1) = -factor*(r(1)*last(1) + r(2)*last(2) + r(3)*last(3)) - momentum(1)
       increment(2:4) = change + factor*(across(r, last) - square*last)
    end function momentum_increment
 

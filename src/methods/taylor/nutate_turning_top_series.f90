@@ -64,9 +64,8 @@ contains
       real(wp), intent(in) :: turn(2)
       real(wp), intent(inout) :: w(3, 0:highest_order), rows(2, 3, 0:highest_order)
       logical, intent(out) :: converges
-      real(wp) :: e(2, 3, 0:highest_order), u(2, 3, 0:highest_order), w1, w2, bound
+      real(wp) :: u(2, 3, 0:highest_order), w1, w2, bound
       integer :: k
-      e(:, :, 0) = rows(:, :, 0)
       w1 = w(1, 0)
       w2 = w(2, 0)
       bound = steepest_growth
@@ -80,12 +79,11 @@ contains
          w(1, k) = w1
          w(2, k) = w2
          if (k == order) exit
-         call set_relative_rate(k, turn, w, e, u)
-         w1 = -(g*inverses(k + 1))*e(1, 2, k)
-         w2 = (g*inverses(k + 1))*e(1, 1, k)
-         call add_products(k, u, e)
+         call set_relative_rate(k, turn, w, rows, u)
+         w1 = -(g*inverses(k + 1))*rows(1, 2, k)
+         w2 = (g*inverses(k + 1))*rows(1, 1, k)
+         call add_products(k, u, rows)
       end do
-      rows(:, :, 1:order) = e(:, :, 1:order)
    end subroutine expand_turning_axial_top
 
    !> Coefficient k of u, twice side by side.
@@ -93,9 +91,13 @@ contains
       integer, intent(in) :: k
       real(wp), intent(in) :: turn(2), w(3, 0:highest_order), e(2, 3, 0:highest_order)
       real(wp), intent(inout) :: u(2, 3, 0:highest_order)
-      u(:, 1, k) = w(1, k) - (turn(1)*e(1, 1, k) + turn(2)*e(2, 1, k))
-      u(:, 2, k) = w(2, k) - (turn(1)*e(1, 2, k) + turn(2)*e(2, 2, k))
-      u(:, 3, k) = w(3, k) - (turn(1)*e(1, 3, k) + turn(2)*e(2, 3, k))
+      real(wp) :: one
+      integer :: i
+      do i = 1, 3
+         one = w(i, k) - (turn(1)*e(1, i, k) + turn(2)*e(2, i, k))
+         u(1, i, k) = one
+         u(2, i, k) = one
+      end do
    end subroutine set_relative_rate
 
    !> Coefficient k of w₂w₃, w₃w₁ and w₁w₂.
