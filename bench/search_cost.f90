@@ -6,6 +6,7 @@ program bench_search
    use bench_problems, only: asymmetric_top, scene_problem
    use nutate, only: integrate, integrator_settings_t, run_plan_t, state_t, status_t, wp
    use nutate_accuracy, only: find_tolerance
+   use nutate_error_control, only: error_control_t
    use nutate_measured_run, only: problem_t
    use nutate_methods, only: default_settings
    use nutate_progress, only: progress_t, start_run
@@ -82,6 +83,7 @@ contains
       real(wp), intent(in) :: accuracy
       real(wp), intent(out) :: ratio
       type(progress_t) :: progress
+      type(error_control_t) :: control
       type(run_plan_t) :: asked, found
       type(status_t) :: status
       real(wp) :: whole, last
@@ -92,7 +94,8 @@ contains
       found = asked
       asked%goal%accuracy = accuracy
       call start_run(progress, problem%system%effects, problem%start, asked, status)
-      if (status%ok()) call find_tolerance(problem%system, settings, progress, status)
+      if (status%ok()) call control%begin(problem%system, settings, progress, status)
+      if (status%ok()) call find_tolerance(problem%system, settings, progress, control, status)
       if (.not. status%ok()) return
       found%goal%local_tolerance = progress%plan%goal%local_tolerance
       whole = huge(1.0_wp)

@@ -101,6 +101,7 @@ program unit
    use test_stability_top, only: collect_stability_top
    use test_step, only: collect_step
    use test_step_tolerance, only: collect_step_tolerance
+   use test_equal_steps, only: collect_equal_steps
    use test_sweep, only: collect_sweep
    use test_table_torques, only: collect_table_torques
    use test_tables, only: collect_tables
@@ -210,7 +211,8 @@ contains
          new_testsuite("series_tail", collect_series_tail), &
          new_testsuite("taylor", collect_taylor), &
          new_testsuite("taylor_steps", collect_taylor_steps), &
-         new_testsuite("step_tolerance", collect_step_tolerance)]
+         new_testsuite("step_tolerance", collect_step_tolerance), &
+         new_testsuite("equal_steps", collect_equal_steps)]
    end function series_suites
 
    !> The suites but those of the other groups: one line for each, here or there.

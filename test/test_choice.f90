@@ -50,7 +50,8 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("a free body is solved in closed form", free_body_is_solved), &
-                  new_unittest("a top takes the series at any accuracy", tops_take_series), &
+                  new_unittest("short smooth motions take steps of one length", smooth_motions_take_equal_steps), &
+                  new_unittest("other tops take the series at any accuracy", tops_take_series), &
                   new_unittest("other motions take the series from 1e-8 rad on", others_take_series_late), &
                   new_unittest("long motions take the series sooner", long_motions_take_series), &
                   new_unittest("an effect without series takes dop853 with conserve", without_series_dop853), &
@@ -63,24 +64,26 @@ contains
    end subroutine collect_choice
 
    !> Checks what is chosen for a problem.
-   subroutine expect(error, problem, duration, accuracy, method, words)
+   subroutine expect(error, problem, duration, accuracy, method, words, of_steps)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: duration, accuracy
       character(len=*), intent(in) :: method
       !> Part of the reason.
       character(len=*), intent(in) :: words
+      logical, intent(in), optional :: of_steps
       type(integrator_settings_t) :: settings
       character(len=:), allocatable :: reason
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       settings%method = AUTOMATIC_METHOD
-      call choose_method(problem%system, problem%start, duration, accuracy, settings, reason)
+      call choose_method(problem%system, problem%start, duration, accuracy, settings, reason, of_steps)
       call check(error, trim(settings%method), method, reason)
       if (allocated(error)) return
       call check(error, index(reason, words) > 0, reason)
       if (allocated(error)) return
-      call check(error, settings%conserve .eqv. (method == 'dop853' .or. method == 'taylor'), "conserve")
+      call check(error, settings%conserve .eqv. any(method == [character(len=6) :: 'dop853', 'rk8', &
+                                                                                   'taylor']), "conserve")
       if (allocated(error)) return
       call make_stepper(problem%system, settings, stepper, status)
       call check(error, status%ok(), trim(status%message))
@@ -106,8 +109,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       problem = bruls_top()
-      call expect(error, problem, 2.0_wp, 1e-1_wp, 'taylor', 'slow motion')
-      if (.not. allocated(error)) call expect(error, problem, -0.1_wp, 1e-6_wp, 'taylor', 'slow motion')
+      call expect(error, problem, 40.0_wp, 1e-1_wp, 'taylor', 'slow motion')
+      if (.not. allocated(error)) call expect(error, problem, -0.1_wp, 9e-10_wp, 'taylor', 'slow motion')
       if (allocated(error)) return
       call problem%system%effects%add(damping_t([0.1_wp, 0.1_wp, 0.1_wp]))
       call expect(error, problem, 2.0_wp, 1e-1_wp, 'taylor', 'slow motion')
@@ -123,6 +126,23 @@ contains
       if (.not. allocated(error)) call expect(error, problem, 2.0_wp, 1.1e-3_wp, 'dop853', 'above 1e-3')
       if (.not. allocated(error)) call expect(error, problem, 0.3_wp, 1.1e-8_wp, 'dop853', 'above 1e-8')
    end subroutine tops_take_series
+
+   !> A top turns by 14 rad/s in the frame that does not spin; what swings, by 8 rad/s at most.
+   subroutine smooth_motions_take_equal_steps(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      problem = bruls_top()
+      call expect(error, problem, 2.0_wp, 1e-1_wp, 'rk8', 'one length')
+      if (.not. allocated(error)) call expect(error, problem, -0.1_wp, 1e-9_wp, 'rk8', 'one length')
+      if (.not. allocated(error)) call expect(error, problem, 2.0_wp, 1e-6_wp, 'taylor', 'slow motion', of_steps=.true.)
+      if (allocated(error)) return
+      problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))
+      call expect(error, problem, 20.0_wp, 1e-2_wp, 'rk8', 'one length')
+      if (.not. allocated(error)) call expect(error, problem, 20.0_wp, 1e-10_wp, 'rk8', 'one length')
+      if (.not. allocated(error)) call expect(error, problem, 20.0_wp, 9e-11_wp, 'taylor', 'from 1e-8')
+      if (.not. allocated(error)) call expect(error, problem, 40.0_wp, 1e-2_wp, 'dop853', 'above 1e-8')
+   end subroutine smooth_motions_take_equal_steps
 
    subroutine others_take_series_late(error)
       type(error_type), allocatable, intent(out) :: error

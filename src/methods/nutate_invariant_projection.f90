@@ -120,6 +120,12 @@ contains
       self%plan%keeps_digits = .false.
       if (present(keeps_digits)) self%plan%keeps_digits = keeps_digits .and. attitude .and. self%plan%pushes
       self%account%open = .false.
+      self%size = 0.0_wp
+      self%largest = 0.0_wp
+      self%to_order_one = 1.0_wp
+      self%noise = noise_t()
+      self%kick = 0.0_wp
+      self%moved_by_round_off = 0.0_wp
    end subroutine prepare
 
    !> Takes the invariants' values from a state.

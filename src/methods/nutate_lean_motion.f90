@@ -37,6 +37,8 @@ module nutate_lean_motion
    !> Largest product of w and the constants of the equations: a step as long follows no motion, and from 14 on stages
    !> could overflow, since each may square the one before.
    real(wp), parameter :: longest = 10.0_wp
+   !> Largest rate that is told from others, 1/s or 1/s².
+   real(wp), parameter :: fastest = 1e150_wp
    !> Steps whose ½Δt/J is outside of these are left to the general equations: its reciprocal is a number in between.
    real(wp), parameter :: least_half = 1e-150_wp, greatest_half = 1e150_wp
 
@@ -74,6 +76,8 @@ module nutate_lean_motion
       procedure :: fits
       !> One step.
       procedure :: move
+      !> How fast a motion is in these variables.
+      procedure :: pace
    end type lean_motion_t
 
 contains
@@ -102,9 +106,9 @@ contains
          self%single = components == ALONG_AXIS
          self%first = 1
          if (.not. self%free) self%first = first_axis(effects, system%body%moments)
-         self%moments = cshift(system%body%moments, self%first - 1)
+         self%moments = from_axis(system%body%moments, self%first - 1)
          self%space = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-         if (self%single) self%space = to_third(cshift(axis, self%first - 1))
+         if (self%single) self%space = to_third(from_axis(axis, self%first - 1))
          self%turned = any(abs(self%space(2:4)) > 0.0_wp)
          self%frame_rate = rotate_to_space(self%space, cshift(effects%frame_rate, self%first - 1))
          call add_torques(self, effects, axis)
@@ -114,7 +118,7 @@ contains
                        .not. any(abs(self%torque(:, 3, :)) > 0.0_wp)
       self%spin = 0.0_wp
       if (self%symmetric) self%spin = self%moments(1)/self%moments(3) - 1
-      self%rates%kappa = 2*(cshift(self%moments, 1) - cshift(self%moments, 2))/self%moments
+      self%rates%kappa = 2*(from_axis(self%moments, 1) - from_axis(self%moments, 2))/self%moments
       if (self%symmetric) self%rates%kappa = 0.0_wp
       self%stiffness = max(3.0_wp, maxval(abs(self%rates%kappa)))
    end subroutine prepare
@@ -147,12 +151,23 @@ contains
       do axis = 1, 3
          off = 0.0_wp
          do i = 1, effects%n_potentials
-            off = off + abs(cshift(effects%potentials(i)%item%series_moment(), axis))
+            off = off + abs(from_axis(effects%potentials(i)%item%series_moment(), axis))
          end do
          if (equal(moments(mod(axis, 3) + 1), moments(mod(axis + 1, 3) + 1)) .and. .not. off(1) + off(2) > 0.0_wp) &
             first = mod(axis, 3) + 1
       end do
    end function first_axis
+
+   !> The components from the one behind the first k on, cyclically: `cshift`, without a call of the library.
+   pure function from_axis(v, k) result(shifted)
+      real(wp), intent(in) :: v(3)
+      !> 0 to 3.
+      integer, intent(in) :: k
+      real(wp) :: shifted(3)
+      shifted(1) = v(1 + mod(k, 3))
+      shifted(2) = v(1 + mod(k + 1, 3))
+      shifted(3) = v(1 + mod(k + 2, 3))
+   end function from_axis
 
    !> True for the same number.
    elemental logical function equal(x, y)
@@ -178,10 +193,10 @@ contains
       real(wp) :: m(3), n(3), along(3)
       integer :: i, k
       self%torque = 0.0_wp
-      along = cshift(axis, self%first - 1)
+      along = from_axis(axis, self%first - 1)
       do i = 1, effects%n_potentials
-         m = cshift(effects%potentials(i)%item%series_moment(), self%first - 1)
-         n = cshift(effects%potentials(i)%item%direction, self%first - 1)
+         m = from_axis(effects%potentials(i)%item%series_moment(), self%first - 1)
+         n = from_axis(effects%potentials(i)%item%direction, self%first - 1)
          if (self%single) n = [0.0_wp, 0.0_wp, sign(1.0_wp, along(3))*dot_product(n, along)]
          do k = 1, 3
             self%torque(1, 3, k) = self%torque(1, 3, k) + m(2)*n(k)
@@ -193,6 +208,33 @@ contains
          end do
       end do
    end subroutine add_torques
+
+   !> How fast a motion is in these variables at most, 1/s, about: what falls gains some 8 τ/J of Ω². What is beyond all
+   !> motions is as fast as a number can be squared.
+   pure real(wp) function pace(self, momentum)
+      !> Possible.
+      class(lean_motion_t), intent(in) :: self
+      !> Of the body at the start, kg m²/s; shape (3).
+      real(wp), intent(in) :: momentum(3)
+      real(wp) :: inertia(3), rate(3), pull(3)
+      integer :: i
+      inertia = self%moments
+      if (self%symmetric) inertia = self%moments(1)
+      rate = from_axis(momentum, self%first - 1)
+      do i = 1, 3
+         rate(i) = bounded_ratio(rate(i), inertia(i))
+         pull(i) = bounded_ratio(maxval(abs(self%torque(i, :, :))), inertia(i))
+      end do
+      pace = sqrt(dot_product(rate, rate) + 8*maxval(pull))*sqrt(max(1.0_wp, maxval(abs(self%rates%kappa))))
+   end function pace
+
+   !> |x|/y, or a number as large as can be squared.
+   elemental real(wp) function bounded_ratio(x, y) result(ratio)
+      !> `y` is positive.
+      real(wp), intent(in) :: x, y
+      ratio = fastest
+      if (abs(x) < fastest*min(1.0_wp, y)) ratio = abs(x)/y
+   end function bounded_ratio
 
    !> Takes the length of a step. False for one that is so short, or long, that the general equations have to take it.
    pure subroutine fits(self, dt, yes)

@@ -6,6 +6,7 @@ module nutate_method_choice
    use nutate_body, only: body_t
    use nutate_effect, only: effect_t, LINEAR_SERIES, NO_SERIES
    use nutate_effect_list, only: effect_list_t
+   use nutate_equal_steps, only: equal_steps_t
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
@@ -28,6 +29,9 @@ module nutate_method_choice
    !> off the tables of `make bench BENCH=bench_choice`, and runs of the same scenes over up to ten times as long.
    real(wp), parameter :: series_pays = 1e-8_wp, pays_for_torques = 1e-9_wp, pays_for_long = 1e-6_wp, &
       pays_for_simple = 1e-3_wp
+   !> Accuracy down to which steps of one length cost less than the series on symmetric tops, rad; on other motions that
+   !> they suit they always do.
+   real(wp), parameter :: equal_pays_on_tops = 0.99e-9_wp
    !> Turn from start to end that makes a motion long, rad: the series wins at 140 to 400 rad, not at 50.
    real(wp), parameter :: long_turn = 100.0_wp
    !> An explicit step is at most some 6 times the time in which damping stops the body; steps of order 2 number about
@@ -58,7 +62,7 @@ contains
    end subroutine choose_order
 
    !> The method for an accuracy.
-   subroutine choose_method(system, state, duration, accuracy, settings, reason)
+   subroutine choose_method(system, state, duration, accuracy, settings, reason, of_steps)
       type(system_t), intent(in) :: system
       !> The start.
       type(state_t), intent(in) :: state
@@ -70,7 +74,12 @@ contains
       type(integrator_settings_t), intent(inout) :: settings
       !> Why, in a few words.
       character(len=:), allocatable, intent(out) :: reason
+      !> The accuracy is that of each step, for which steps of one length cannot be found; else that of the end.
+      logical, intent(in), optional :: of_steps
       character(len=24) :: without_series
+      logical :: at_end
+      at_end = .true.
+      if (present(of_steps)) at_end = .not. of_steps
 
       without_series = effect_without_series(system%effects)
       if (has_closed_solution(system, state)) then
@@ -84,6 +93,9 @@ contains
          call take('dop853', settings)
          settings%conserve = .true.
          reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
+      else if (at_end .and. takes_equal_steps(system, state, duration, accuracy)) then
+         call take('rk8', settings)
+         reason = 'a smooth motion in uniform fields takes the cheapest steps, all of one length'
       else if (is_top(system)) then
          call take('taylor', settings)
          reason = 'a symmetric body under linear effects takes the steps of its slow motion with the series'
@@ -91,6 +103,19 @@ contains
          call choose_by_accuracy(system, state, duration, accuracy, settings, reason)
       end if
    end subroutine choose_method
+
+   !> True where steps of one length by rk8 cost less than the series.
+   logical function takes_equal_steps(system, state, duration, accuracy)
+      type(system_t), intent(in) :: system
+      !> The start.
+      type(state_t), intent(in) :: state
+      !> s, of either sign; rad.
+      real(wp), intent(in) :: duration, accuracy
+      type(equal_steps_t) :: equal
+      call equal%recognise(system, default_settings('rk8'), state, duration, accuracy)
+      takes_equal_steps = equal%suit .and. system%effects%n_potentials > 0
+      if (takes_equal_steps .and. accuracy < equal_pays_on_tops) takes_equal_steps = .not. is_axial(system)
+   end function takes_equal_steps
 
    !> The series or dop853, whichever costs less for an accuracy.
    subroutine choose_by_accuracy(system, state, duration, accuracy, settings, reason)

@@ -18,7 +18,7 @@ module nutate_methods
    implicit none
    private
 
-   public :: method_t, methods, make_stepper, compose_stepper, default_settings, equations_of, family_of, &
+   public :: method_t, methods, make_stepper, get_stepper, compose_stepper, default_settings, equations_of, family_of, &
       method_of
 
    !> One method: how scene files and messages speak of it, and what it can do.
@@ -181,6 +181,21 @@ contains
       if (settings%conserve .and. settings%method /= 'taylor') call project_stepper(methods(row)%spacing, stepper)
       if (status%ok()) call stepper%prepare(system, settings, status)
    end subroutine make_stepper
+
+   !> A stepper of these settings, prepared for a system: the one that is there, or a new one. Errors: those of
+   !> `make_stepper`.
+   subroutine get_stepper(system, settings, stepper, status)
+      type(system_t), intent(in) :: system
+      type(integrator_settings_t), intent(in) :: settings
+      !> If allocated, one that was made with the same settings.
+      class(stepper_t), allocatable, intent(inout) :: stepper
+      type(status_t), intent(inout) :: status
+      if (allocated(stepper)) then
+         call stepper%prepare(system, settings, status)
+      else
+         call make_stepper(system, settings, stepper, status)
+      end if
+   end subroutine get_stepper
 
    !> Puts a stepper with the turn of space axes that its motion does not know of in its place.
    subroutine turn_stepper(stepper)

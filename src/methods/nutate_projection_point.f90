@@ -173,7 +173,7 @@ contains
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       logical :: is_other(effects%n_potentials)
-      integer :: i
+      integer :: i, k
       is_other = .true.
       self%weight = 0.0_wp
       do i = 1, effects%n_potentials
@@ -186,7 +186,12 @@ contains
       end do
       if (allocated(self%others)) deallocate (self%others)
       allocate (self%others(count(is_other)))
-      self%others = pack([(i, i=1, effects%n_potentials)], is_other)
+      k = 0
+      do i = 1, effects%n_potentials
+         if (.not. is_other(i)) cycle
+         k = k + 1
+         self%others(k) = i
+      end do
       self%has_others = any(is_other)
       self%has_weight = .not. all(is_other)
    end subroutine sort_potentials

@@ -34,7 +34,7 @@ contains
       class(stage_potentials_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       logical :: is_other(effects%n_potentials)
-      integer :: i, j
+      integer :: i, j, k
       is_other = .true.
       self%linear = 0.0_wp
       do i = 1, effects%n_potentials
@@ -47,7 +47,14 @@ contains
          end select
       end do
       self%has_linear = .not. all(is_other)
-      self%others = pack([(i, i=1, effects%n_potentials)], is_other)
+      if (allocated(self%others)) deallocate (self%others)
+      allocate (self%others(count(is_other)))
+      k = 0
+      do i = 1, effects%n_potentials
+         if (.not. is_other(i)) cycle
+         k = k + 1
+         self%others(k) = i
+      end do
    end subroutine prepare
 
    !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².

@@ -12,6 +12,7 @@
 !> changes.
 module nutate_accuracy
    use nutate_disturbance, only: disturb_problem
+   use nutate_equal_steps, only: equal_steps_t
    use nutate_error_control, only: error_control_t
    use nutate_kinds, only: wp, eps, long, pi
    use nutate_methods, only: method_of, method_t
@@ -43,19 +44,25 @@ module nutate_accuracy
       real(wp) :: power
       !> Round-off that steps make, in units of the response to noise of ½ε.
       real(wp) :: round_off
+      !> Two ends can be near each other by accident; not with the series, nor where the errors of both runs have one
+      !> form.
+      logical :: hears_accidents
    end type behaviour_t
 
    !> Of the series; of explicit steps of order 8, and of lower ones, which pay more for a smaller tolerance; of
-   !> implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it.
+   !> implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it; of steps of one length, whose
+   !> tolerance is a measure of their number alone: A has two in five of those of B.
    type(behaviour_t), parameter :: &
       of_series = behaviour_t(caution=1e4_wp, ratio=1e3_wp, coarsest_a=1e-5_wp, coarsest_b=1e-8_wp, &
-                              power=0.75_wp, round_off=8.0_wp), &
+                              power=0.75_wp, round_off=8.0_wp, hears_accidents=.false.), &
       of_explicit = behaviour_t(caution=300.0_wp, ratio=300.0_wp, coarsest_a=1e-4_wp, coarsest_b=1e-6_wp, &
-                                power=0.8_wp, round_off=6.0_wp), &
+                                power=0.8_wp, round_off=6.0_wp, hears_accidents=.true.), &
       of_low_order = behaviour_t(caution=30.0_wp, ratio=100.0_wp, coarsest_a=1e-3_wp, coarsest_b=1e-4_wp, &
-                                 power=0.8_wp, round_off=6.0_wp), &
+                                 power=0.8_wp, round_off=6.0_wp, hears_accidents=.true.), &
       of_halves = behaviour_t(caution=100.0_wp, ratio=100.0_wp, coarsest_a=1e-3_wp, coarsest_b=1e-4_wp, &
-                              power=0.84_wp, round_off=5.0_wp)
+                              power=0.84_wp, round_off=5.0_wp, hears_accidents=.true.), &
+      of_equal_steps = behaviour_t(caution=1.0_wp, ratio=3815.0_wp, coarsest_a=1.0_wp, coarsest_b=1.0_wp, &
+                                   power=0.75_wp, round_off=6.0_wp, hears_accidents=.false.)
 
    !> The smallest tolerance of use, far below round-off.
    real(wp), parameter :: finest = 1e-17_wp
@@ -135,12 +142,14 @@ contains
    !> in it stay above the accuracy. A method without an error needs no pilots.
    !>
    !> Errors: those of the runs, and what the observer returned.
-   subroutine find_tolerance(system, settings, progress, status, observer, last)
+   subroutine find_tolerance(system, settings, progress, control, status, observer, last)
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       !> At its start, not its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary
       !> and `expected_steps` are set.
       type(progress_t), intent(inout) :: progress
+      !> Begun for the run; its steppers take the pilot runs. To be begun again for the run itself.
+      type(error_control_t), intent(inout) :: control
       !> Success on entry.
       type(status_t), intent(inout) :: status
       !> Shown the first and the last state of each run; its `poll` can end the search.
@@ -158,20 +167,17 @@ contains
       if (search%method%order < 1) return
       search%behaviour = behaviour_of(search%method)
       search%drifts = system%effects%n_works() > 0
-      associate (behaviour => search%behaviour)
-         search%fine = max(finest, min(behaviour%coarsest_b, search%accuracy/behaviour%caution))
-         search%coarse = min(behaviour%coarsest_a, behaviour%ratio*search%fine)
-      end associate
+      call set_first_pair(search, control%equal)
       fresh = .true.
       do round = 1, most_rounds
-         if (fresh) call run_noisy(search, system, settings, progress, own, status, observer)
-         if (status%ok()) call run_fine(search, round == 1, fresh, system, settings, progress, own, at_limit, &
-                                        status, observer)
+         if (fresh) call run_noisy(search, system, settings, progress, own, control, status, observer)
+         if (status%ok()) call run_fine(search, round == 1, fresh, system, settings, progress, own, control, &
+                                        at_limit, status, observer)
          if (.not. status%ok()) return
          call judge(search, fresh)
          if (at_limit) exit
          if (.not. fresh .and. is_doubtful(search)) then
-            call run_other(search, system, settings, progress, status, observer)
+            call run_other(search, system, settings, progress, control, status, observer)
             if (.not. status%ok()) return
             call judge(search, fresh)
          end if
@@ -191,6 +197,19 @@ contains
       if (present(last)) last = own
    end subroutine find_tolerance
 
+   !> The tolerances of the first pair of runs.
+   pure subroutine set_first_pair(search, equal)
+      type(search_t), intent(inout) :: search
+      !> Steps of one length, where they suit.
+      type(equal_steps_t), intent(in) :: equal
+      if (equal%suit) search%behaviour = of_equal_steps
+      associate (behaviour => search%behaviour)
+         search%fine = max(finest, min(behaviour%coarsest_b, search%accuracy/behaviour%caution))
+         if (equal%suit) search%fine = max(finest, equal%tolerance_for(search%accuracy))
+         search%coarse = min(behaviour%coarsest_a, behaviour%ratio*search%fine)
+      end associate
+   end subroutine set_first_pair
+
    !> How the error of a method follows the tolerance.
    pure type(behaviour_t) function behaviour_of(method) result(behaviour)
       type(method_t), intent(in) :: method
@@ -207,18 +226,19 @@ contains
 
    !> Runs both pilots with noise; where the first fails, again with smaller tolerances. Errors: those of a run that
    !> shorter steps do not help.
-   subroutine run_noisy(search, system, settings, progress, own, status, observer)
+   subroutine run_noisy(search, system, settings, progress, own, control, status, observer)
       type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(progress_t), intent(in) :: progress
       type(progress_t), intent(inout) :: own
+      type(error_control_t), intent(inout) :: control
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(status_t) :: success
       do
-         call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, status, &
-                        observer)
+         call run_pilot(search, search%coarse, noise_part*search%coarse, system, settings, progress, own, control, &
+                        status, observer)
          if (.not. went_astray(status)) exit
          if (search%fine < finer*hopeless) return
          status = success
@@ -231,7 +251,7 @@ contains
 
    !> Runs B. Where round-off keeps the error of a step above its tolerance, a larger one is all that can be had, at
    !> most what an earlier run had. Errors: those of the run.
-   subroutine run_fine(search, first, fresh, system, settings, progress, own, at_limit, status, observer)
+   subroutine run_fine(search, first, fresh, system, settings, progress, own, control, at_limit, status, observer)
       type(search_t), intent(inout) :: search
       !> There is no earlier run without noise; this one belongs to a new pair.
       logical, intent(in) :: first, fresh
@@ -239,28 +259,30 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       type(progress_t), intent(in) :: progress
       type(progress_t), intent(inout) :: own
+      type(error_control_t), intent(inout) :: control
       logical, intent(out) :: at_limit
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(status_t) :: success
       real(wp) :: known
-      call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
+      call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer)
       at_limit = went_astray(status) .and. .not. first
       if (.not. at_limit) return
       known = merge(much_finer*search%fine, search%coarse, fresh)
       do while (went_astray(status) .and. search%fine < known)
          status = success
          search%fine = min(known, finer*search%fine)
-         call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, status, observer)
+         call run_pilot(search, search%fine, 0.0_wp, system, settings, progress, own, control, status, observer)
       end do
    end subroutine run_fine
 
    !> Runs the second pilot with noise; that it fails does no harm. Its place is before the last run.
-   subroutine run_other(search, system, settings, progress, status, observer)
+   subroutine run_other(search, system, settings, progress, control, status, observer)
       type(search_t), intent(inout) :: search
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(progress_t), intent(in) :: progress
+      type(error_control_t), intent(inout) :: control
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       type(progress_t) :: own
@@ -270,7 +292,8 @@ contains
       search%n_noisy = 2
       before = search%runs(search%n)
       tolerance = min(other_ratio_here(search)*search%coarse, coarsest_other)
-      call run_pilot(search, tolerance, noise_part*tolerance, system, settings, progress, own, status, observer)
+      call run_pilot(search, tolerance, noise_part*tolerance, system, settings, progress, own, control, status, &
+                     observer)
       if (status%ok()) then
          search%runs(search%n - 1) = search%runs(search%n)
          search%runs(search%n) = before
@@ -361,11 +384,11 @@ contains
    end function gain_of
 
    !> True where another pilot with noise is to be heard: for a floor that counts, and before a bound that is only just
-   !> met by the first pair is believed. The series has none of these accidents.
+   !> met by the first pair is believed, where there are such accidents.
    pure logical function is_doubtful(search)
       type(search_t), intent(in) :: search
       is_doubtful = search%floor > doubtful_floor*search%accuracy
-      if (.not. search%method%dense .and. search%first_pair) &
+      if (search%behaviour%hears_accidents .and. search%first_pair) &
          is_doubtful = is_doubtful .or. (search%truncation <= search%accuracy .and. &
                                          search%truncation > only_just*search%accuracy)
       is_doubtful = is_doubtful .and. search%n_noisy == 1
@@ -380,7 +403,7 @@ contains
    end function is_done
 
    !> A run of a tolerance, without rows. Errors: why it failed.
-   subroutine run_pilot(search, tolerance, noise, system, settings, progress, own, status, observer)
+   subroutine run_pilot(search, tolerance, noise, system, settings, progress, own, control, status, observer)
       type(search_t), intent(inout) :: search
       !> rad, and η.
       real(wp), intent(in) :: tolerance, noise
@@ -390,12 +413,12 @@ contains
       type(progress_t), intent(in) :: progress
       !> That of this run, at its end.
       type(progress_t), intent(inout) :: own
+      type(error_control_t), intent(inout) :: control
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      type(error_control_t) :: control
       type(run_plan_t) :: plan
       plan = progress%plan
-      plan%goal = run_goal_t(local_tolerance=tolerance)
+      plan%goal = run_goal_t(accuracy=search%accuracy, local_tolerance=tolerance)
       plan%interval = 0.0_wp
       if (allocated(plan%times)) deallocate (plan%times)
       plan%every = huge(plan%every)

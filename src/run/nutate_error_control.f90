@@ -7,9 +7,10 @@
 module nutate_error_control
    use nutate_archive, only: archive_t
    use nutate_disturbance, only: disturb_state
+   use nutate_equal_steps, only: equal_steps_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
-   use nutate_methods, only: make_stepper, method_of, method_t
+   use nutate_methods, only: get_stepper, make_stepper, method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: count_step, progress_t, total_work
@@ -31,6 +32,8 @@ module nutate_error_control
       type(method_t) :: method
       !> The next step to try.
       type(step_length_t) :: length
+      !> Steps of one length, which suit some runs to an accuracy.
+      type(equal_steps_t), public :: equal
       !> The whole step, its halves (or the only one), and branches for rows; each with its own memory, where needed.
       class(stepper_t), allocatable :: whole, half, branch
       !> A branch for events, which rows do not notice; it has been used since the last step.
@@ -76,7 +79,7 @@ module nutate_error_control
 
 contains
 
-   !> Prepares the steppers and the first step. Errors: those of the method.
+   !> Prepares the steppers, those of an earlier run anew, and the first step. Errors: those of the method.
    subroutine begin(self, system, settings, progress, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -87,19 +90,28 @@ contains
       type(integrator_settings_t) :: own
       real(wp) :: rate, duration
 
-      self%method = method_of(settings)
-      self%is_dense = self%method%dense
+      duration = progress%plan%end_time - progress%state%t
+      ! What follows from the problem holds for its pilot runs, too.
+      if (.not. allocated(self%half)) then
+         self%method = method_of(settings)
+         self%is_dense = self%method%dense
+         call self%equal%recognise(system, settings, progress%state, duration, progress%plan%goal%accuracy)
+      end if
       own = settings
-      own%project_each = .true.
-      call make_stepper(system, own, self%half, status)
+      own%project_each = .not. self%equal%suit
+      call get_stepper(system, own, self%half, status)
       if (.not. status%ok()) return
-      if (self%method%estimate_power == 0 .and. .not. self%method%dense) &
-         call make_stepper(system, own, self%whole, status)
+      if (self%method%estimate_power == 0 .and. .not. (self%method%dense .or. self%equal%suit)) &
+         call get_stepper(system, own, self%whole, status)
       if ((progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) .and. .not. self%method%dense .and. &
           status%ok()) &
-         call make_stepper(system, own, self%branch, status)
+         call get_stepper(system, own, self%branch, status)
+      if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
-      duration = progress%plan%end_time - progress%state%t
+      self%longest = huge(self%longest)
+      self%t_compensation = 0.0_wp
+      self%noise = noise_t()
+      self%probed = .false.
       self%sense = sign(1.0_wp, duration)
       self%momentum_scale = length_of(body_momentum(progress%state))
       rate = length_of(angular_velocity(system, progress%state))
@@ -143,11 +155,12 @@ contains
          if (.not. status%ok()) return
          self%length%next = min(self%length%next, self%longest)
       end select
+      if (self%equal%suit) call self%equal%divide(progress%plan%goal%local_tolerance, self%length%next)
       ! What is left is not left over for a tiny step: less than two steps are halved.
       rest = abs((t_end - progress%state%t) - self%t_compensation)
       step = self%length%next
-      if (rest < 2*step) step = 0.5_wp*rest
-      if (rest <= self%length%next) step = rest
+      if (rest < 2*step .and. .not. self%equal%suit) step = 0.5_wp*rest
+      if (rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*self%length%next) step = rest
       self%start = progress%state
       self%probed = .false.
       self%work_before = total_work(progress%summary)
@@ -210,8 +223,8 @@ contains
       end if
       if (.not. status%ok()) then
          accepted = .false.
-         call reject(self, progress, 0.5_wp*step, status)
-      else if (self%method%dense) then
+         if (.not. self%equal%suit) call reject(self, progress, 0.5_wp*step, status)
+      else if (self%method%dense .or. self%equal%suit) then
          accepted = .true.
          call accept(self, progress, next, step)
       else

@@ -227,7 +227,12 @@ contains
       type(status_t), intent(out) :: status
       !> Its `poll` can end the search; the rows that it is shown are the ends of pilot runs.
       class(observer_t), intent(inout), optional :: observer
-      if (lacks_steps(self)) call find_tolerance(system, self%settings, self%progress_t, status, observer)
+      if (.not. lacks_steps(self)) return
+      select type (control => self%policy)
+      class is (error_control_t)
+         call find_tolerance(system, self%settings, self%progress_t, control, status, observer)
+         if (status%ok()) call control%begin(system, self%settings, self%progress_t, status)
+      end select
    end subroutine find_steps
 
    !> True where pilot runs have to find the steps, and have not.
@@ -277,7 +282,10 @@ contains
       type(progress_t) :: last
       type(run_plan_t) :: plan
       real(wp) :: bounds(2)
-      call find_tolerance(system, self%settings, self%progress_t, status, last=last)
+      select type (control => self%policy)
+      class is (error_control_t)
+         call find_tolerance(system, self%settings, self%progress_t, control, status, last=last)
+      end select
       if (.not. status%ok()) return
       if (.not. allocated(last%summary%work)) then
          call drive(self%progress_t, self%policy, system, status)

@@ -1,0 +1,229 @@
+!> Steps of one length for an accuracy: which motions they suit, and that the accuracy is kept.
+module test_equal_steps
+   use nutate_dipole, only: dipole_t
+   use nutate_equal_steps, only: equal_steps_t
+   use nutate_error_control, only: error_control_t
+   use nutate_kinds, only: wp, eps
+   use nutate_methods, only: default_settings, methods
+   use nutate_noise, only: noise_t
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: progress_t, run_summary_t, start_run
+   use nutate_quaternion, only: attitude_distance
+   use nutate_run, only: integrate, run_t
+   use nutate_run_loop, only: drive
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_stepper, only: integrator_settings_t
+   use nutate_system, only: system_t
+   use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
+   use test_support, only: check_below, check_close
+   use testdrive, only: check, error_type, new_unittest, unittest_type
+   implicit none
+   private
+
+   public :: collect_equal_steps
+
+   !> Counts rows, and keeps the times between them.
+   type, extends(observer_t) :: clock_t
+      integer :: rows = 0
+      real(wp) :: last = 0.0_wp, shortest = huge(1.0_wp), longest = 0.0_wp
+   contains
+      procedure :: observe => note_row
+   end type clock_t
+
+contains
+
+   subroutine collect_equal_steps(testsuite)
+      type(unittest_type), allocatable, intent(out) :: testsuite(:)
+      testsuite = [ &
+                  new_unittest("they suit short motions in uniform fields", suited_motions), &
+                  new_unittest("an accuracy is kept with few runs", accuracy_is_kept), &
+                  new_unittest("rows leave the motion as it is", rows_change_nothing), &
+                  new_unittest("a plan with steps that were found is the same run", found_steps_are_kept), &
+                  new_unittest("steppers that have made a noisy run are as new", steppers_are_as_new)]
+   end subroutine collect_equal_steps
+
+   subroutine suited_motions(error)
+      type(error_type), allocatable, intent(out) :: error
+      call expect(error, bruls_top(), 'rk8', 2.0_wp, 1e-6_wp, .true.)
+      if (.not. allocated(error)) call expect(error, bruls_top(), 'rk8', -2.0_wp, 1e-10_wp, .true.)
+      if (.not. allocated(error)) call expect(error, bruls_top(), 'rk8', 2.0_wp, 9e-11_wp, .false.)
+      if (.not. allocated(error)) call expect(error, bruls_top(), 'rk8', 2.0_wp, 0.0_wp, .false.)
+      if (.not. allocated(error)) call expect(error, bruls_top(), 'rk8', 20.0_wp, 1e-6_wp, .false.)
+      if (.not. allocated(error)) call expect(error, bruls_top(), 'dop853', 2.0_wp, 1e-6_wp, .false.)
+      if (.not. allocated(error)) call expect(error, forced_body(), 'rk8', 2.0_wp, 1e-6_wp, .false.)
+      if (.not. allocated(error)) call expect(error, box(), 'rk8', 2.0_wp, 1e-6_wp, .true.)
+      if (.not. allocated(error)) call expect(error, box(), 'rk8', 1e300_wp, 1e-6_wp, .false.)
+   end subroutine suited_motions
+
+   subroutine expect(error, problem, method, duration, accuracy, suit)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      character(len=*), intent(in) :: method
+      !> s; rad.
+      real(wp), intent(in) :: duration, accuracy
+      logical, intent(in) :: suit
+      type(equal_steps_t) :: equal
+      call equal%recognise(problem%system, default_settings(method), problem%start, duration, accuracy)
+      call check(error, equal%suit .eqv. suit, method)
+   end subroutine expect
+
+   !> A top, an asymmetric one, and a compass that swings from rest.
+   subroutine accuracy_is_kept(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      call keep(error, bruls_top(), 2.0_wp)
+      if (allocated(error)) return
+      problem = free_body([0.345_wp, 0.653_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
+      call problem%system%effects%add(dipole_t([0.0_wp, 0.3_wp, 1.0_wp], [0.0_wp, 0.6_wp, -0.8_wp]))
+      call keep(error, problem, 10.0_wp)
+      if (.not. allocated(error)) call keep(error, problem, -10.0_wp)
+      if (allocated(error)) return
+      problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
+      call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.1_wp, 4.0_wp, 0.2_wp]))
+      call keep(error, problem, 10.0_wp)
+   end subroutine accuracy_is_kept
+
+   !> The error is below what is said, and that below what was asked for.
+   subroutine keep(error, problem, end_time)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t), intent(in) :: problem
+      !> s.
+      real(wp), intent(in) :: end_time
+      real(wp), parameter :: accuracies(4) = [1e-2_wp, 1e-4_wp, 1e-7_wp, 1e-10_wp]
+      type(state_t) :: state, reference
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      integer :: i
+      reference = problem%start
+      call integrate(problem%system, default_settings('taylor'), reference, &
+                     run_plan_t(end_time=end_time, goal=run_goal_t(local_tolerance=1e-17_wp)), status)
+      do i = 1, size(accuracies)
+         state = problem%start
+         call integrate(problem%system, default_settings('rk8'), state, &
+                        run_plan_t(end_time=end_time, goal=run_goal_t(accuracy=accuracies(i))), status, summary=summary)
+         call check(error, status%ok() .and. summary%cut_steps == 0, trim(status%message))
+         if (.not. allocated(error)) call check_below(error, summary%estimate, accuracies(i), "said")
+         if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, reference%q), &
+                                                      summary%estimate, "error")
+         if (allocated(error)) return
+      end do
+   end subroutine keep
+
+   !> A run that is seen takes the steps of the one that nobody sees, to the last bit; but for the last they have one
+   !> length.
+   subroutine rows_change_nothing(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_plan_t) :: plan
+      type(clock_t) :: clock
+      type(state_t) :: seen, unseen
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      problem = bruls_top()
+      plan = run_plan_t(end_time=1.3_wp, goal=run_goal_t(accuracy=1e-6_wp))
+      unseen = problem%start
+      call integrate(problem%system, default_settings('rk8'), unseen, plan, status)
+      call check(error, status%ok(), trim(status%message))
+      if (allocated(error)) return
+      seen = problem%start
+      call integrate(problem%system, default_settings('rk8'), seen, plan, status, clock, summary)
+      call check_close(error, [seen%q, seen%p], [unseen%q, unseen%p], 0.0_wp, "rows at steps")
+      if (allocated(error)) return
+      call check_below(error, clock%longest - clock%shortest, 8*eps*plan%end_time, "one length")
+      if (.not. allocated(error)) call check(error, clock%rows == int(summary%steps) + 1, "rows")
+      if (allocated(error)) return
+      plan%interval = 0.1_wp
+      seen = problem%start
+      call integrate(problem%system, default_settings('rk8'), seen, plan, status, clock)
+      call check_close(error, [seen%q, seen%p], [unseen%q, unseen%p], 0.0_wp, "rows at intervals")
+   end subroutine rows_change_nothing
+
+   subroutine found_steps_are_kept(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(run_t) :: search
+      type(state_t) :: state
+      type(status_t) :: status
+      type(run_summary_t) :: summary
+      problem = bruls_top()
+      call search%begin(problem%system, default_settings('rk8'), problem%start, &
+                        run_plan_t(end_time=1.3_wp, goal=run_goal_t(accuracy=1e-6_wp)), status)
+      if (status%ok()) call search%find_steps(problem%system, status)
+      state = problem%start
+      if (status%ok()) call integrate(problem%system, default_settings('rk8'), state, search%plan, status, &
+                                      summary=summary)
+      if (status%ok()) call search%go(problem%system, status)
+      call check(error, status%ok(), trim(status%message))
+      if (.not. allocated(error)) call check_close(error, [search%state%q, search%state%p], [state%q, state%p], 0.0_wp)
+      if (.not. allocated(error)) call check(error, search%summary%steps == summary%steps, "steps")
+   end subroutine found_steps_are_kept
+
+   !> With every method, on a top and on a body under torques.
+   subroutine steppers_are_as_new(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(error_control_t), allocatable :: used, new
+      type(progress_t) :: progress
+      type(state_t) :: state
+      type(status_t) :: status
+      type(integrator_settings_t) :: settings
+      integer :: i, k
+      do k = 1, 2
+         problem = bruls_top()
+         if (k == 2) problem = forced_body()
+         do i = 1, size(methods)
+            if (methods(i)%order < 1) cycle
+            settings = integrator_settings_t(method=methods(i)%name, order=methods(i)%order, &
+                                             linear_solver=methods(i)%linear_solver, conserve=methods(i)%projected)
+            if (allocated(new)) deallocate (new)
+            if (allocated(used)) deallocate (used)
+            allocate (new, used)
+            call go(problem, settings, new, 0.0_wp, progress, status)
+            state = progress%state
+            if (status%ok()) call go(problem, settings, used, 1e-7_wp, progress, status)
+            if (status%ok()) call go(problem, settings, used, 0.0_wp, progress, status)
+            call check(error, status%ok(), methods(i)%name//trim(status%message))
+            if (.not. allocated(error)) call check_close(error, [progress%state%q, progress%state%p], &
+                                                         [state%q, state%p], 0.0_wp, methods(i)%name)
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine steppers_are_as_new
+
+   !> Half a second with steps chosen by their error.
+   subroutine go(problem, settings, control, amplitude, progress, status)
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      type(error_control_t), intent(inout) :: control
+      !> Of noise; 0 without.
+      real(wp), intent(in) :: amplitude
+      type(progress_t), intent(inout) :: progress
+      type(status_t), intent(out) :: status
+      type(noise_t) :: noise
+      noise%amplitude = amplitude
+      call start_run(progress, problem%system%effects, problem%start, &
+                     run_plan_t(end_time=0.5_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), status)
+      if (status%ok()) call control%begin(problem%system, settings, progress, status)
+      if (.not. status%ok()) return
+      if (amplitude > 0.0_wp) call control%disturb(noise)
+      call drive(progress, control, problem%system, status)
+   end subroutine go
+
+   subroutine note_row(self, system, state, record, status)
+      class(clock_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      ! Ends of pilot runs are no rows.
+      if (self%rows > 0 .and. state%t > self%last) then
+         self%shortest = min(self%shortest, state%t - self%last)
+         self%longest = max(self%longest, state%t - self%last)
+      end if
+      self%last = state%t
+      self%rows = self%rows + 1
+   end subroutine note_row
+
+end module test_equal_steps
