@@ -89,9 +89,8 @@ contains
       type(status_t), intent(inout) :: status
       type(integrator_settings_t) :: own
       real(wp) :: rate, duration
-
+      logical :: rows_inside
       duration = progress%plan%end_time - progress%state%t
-      ! What follows from the problem holds for its pilot runs, too.
       if (.not. allocated(self%half)) then
          self%method = method_of(settings)
          self%is_dense = self%method%dense
@@ -99,12 +98,14 @@ contains
       end if
       own = settings
       own%project_each = .not. self%equal%suit
+      rows_inside = progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)
+      if (allocated(self%half) .and. self%equal%suit) rows_inside = rows_inside .or. self%half%keeps_steps
       call get_stepper(system, own, self%half, status)
       if (.not. status%ok()) return
       if (self%method%estimate_power == 0 .and. .not. (self%method%dense .or. self%equal%suit)) &
          call get_stepper(system, own, self%whole, status)
-      if ((progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) .and. .not. self%method%dense .and. &
-          status%ok()) &
+      if (rows_inside .and. self%equal%suit) call self%half%keep_steps()
+      if (rows_inside .and. .not. (self%method%dense .or. self%equal%suit) .and. status%ok()) &
          call get_stepper(system, own, self%branch, status)
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
@@ -216,6 +217,7 @@ contains
       if (allocated(self%whole)) then
          call go_halves(self, system, progress%record, next, step, error, status)
       else
+         if (self%half%keeps_steps) call self%half%mark_step(next, self%sense*step, next%t + 0.5_wp*self%sense*step)
          call take_part(self%half, system, next, self%sense*step, next%t + 0.5_wp*self%sense*step, progress%record, &
                         status)
          self%work(:) = self%half%work
@@ -373,12 +375,11 @@ contains
       state = self%start
       record = progress%record
       record%work = self%work_before
-      select type (method => self%half)
-      class is (dense_stepper_t)
-         call method%state_at(system, t, state, since, status)
+      if (self%method%dense .or. self%equal%suit) then
+         call self%half%state_at(system, t, state, since, status)
          if (status%ok()) record%work = self%work_before + since
          return
-      end select
+      end if
       middle = 0.5_wp*(self%start%t + progress%state%t)
       do i = 1, 2
          if (.not. abs(t - self%start%t) > 0.0_wp) exit
@@ -399,7 +400,11 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       self%looks_cheaply = self%method%dense
-      if (.not. self%method%dense) call make_stepper(system, self%half%prepared_with, self%probe, status)
+      if (self%equal%suit) then
+         call self%half%keep_steps()
+      else if (.not. self%method%dense) then
+         call make_stepper(system, self%half%prepared_with, self%probe, status)
+      end if
    end subroutine expect_events
 
    !> The state at a time inside the last step, for events: by the method, or by two steps of a branch of their own.
@@ -416,11 +421,10 @@ contains
       work = 0.0_wp
       state = before
       if (abs(t - before%t) < 1e-290_wp) return ! closer to the start than equations can divide by
-      select type (method => self%half)
-      class is (dense_stepper_t)
-         call method%state_at(system, t, state, work, status)
+      if (self%method%dense .or. self%equal%suit) then
+         call self%half%state_at(system, t, state, work, status)
          return
-      end select
+      end if
       if (.not. self%probed) call self%probe%forget_steps()
       self%probed = .true.
       do i = 1, 2
