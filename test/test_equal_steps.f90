@@ -10,6 +10,7 @@ module test_equal_steps
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, run_summary_t, start_run
    use nutate_quaternion, only: attitude_distance
+   use nutate_rotating_frame, only: rotating_frame_t
    use nutate_run, only: integrate, run_t
    use nutate_run_loop, only: drive
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -49,6 +50,7 @@ contains
 
    subroutine suited_motions(error)
       type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
       call expect(error, bruls_top(), 'rk8', 2.0_wp, 1e-6_wp, .true.)
       if (.not. allocated(error)) call expect(error, bruls_top(), 'rk8', -2.0_wp, 1e-10_wp, .true.)
       if (.not. allocated(error)) call expect(error, bruls_top(), 'rk8', 2.0_wp, 9e-11_wp, .false.)
@@ -58,6 +60,10 @@ contains
       if (.not. allocated(error)) call expect(error, forced_body(), 'rk8', 2.0_wp, 1e-6_wp, .false.)
       if (.not. allocated(error)) call expect(error, box(), 'rk8', 2.0_wp, 1e-6_wp, .true.)
       if (.not. allocated(error)) call expect(error, box(), 'rk8', 1e300_wp, 1e-6_wp, .false.)
+      if (allocated(error)) return
+      problem = bruls_top()
+      call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=[0.1_wp, -0.2_wp, 0.3_wp]))
+      call expect(error, problem, 'rk8', 2.0_wp, 1e-6_wp, .false.)
    end subroutine suited_motions
 
    subroutine expect(error, problem, method, duration, accuracy, suit)

@@ -69,8 +69,9 @@ contains
       self%tolerance = 0.0_wp
       self%suit = settings%method == 'rk8' .and. settings%attitude .and. accuracy >= least_accuracy
       if (.not. self%suit) return
-      call motion%prepare(system)
-      self%suit = motion%possible
+      call motion%prepare(system, settings%attitude)
+      ! What is said of their number was measured in axes that stand still.
+      self%suit = motion%possible .and. .not. system%effects%frame_turns
       if (.not. self%suit) return
       pace = motion%pace(body_momentum(state))
       self%suit = pace <= most_turn/max(1.0_wp, abs(duration))
