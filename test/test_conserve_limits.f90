@@ -136,7 +136,7 @@ contains
          problem = free_body([5.0_wp, 20.0_wp, 17.0_wp], &
                              170*[sin(tilts(i))*0.8_wp, sin(tilts(i))*0.6_wp, cos(tilts(i))])
          energy = total_energy(problem%system, problem%start)
-         call projection%prepare(problem%system, .true.)
+         call projection%prepare(problem%system, .true., .false.)
          do k = 2, 8
             call projection%follow(problem%system, problem%start)
             state = turned(problem%start, 0.1_wp**k*[0.5_wp, -0.4_wp, 0.3_wp])
@@ -228,7 +228,7 @@ contains
          problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, merge(0.0_wp, 0.1_wp**k, k == 10), 1.0_wp])
          energy = total_energy(problem%system, problem%start)
          state = problem%start
-         call projection%prepare(problem%system, .true.)
+         call projection%prepare(problem%system, .true., .false.)
          call projection%follow(problem%system, state)
          call projection%project(problem%system, state, 10*eps*energy, status)
          call check(error, status%ok(), trim(status%message))
@@ -250,7 +250,7 @@ contains
       type(status_t) :: status
       integer :: i
       problem = simo_top()
-      call projection%prepare(problem%system, .true.)
+      call projection%prepare(problem%system, .true., .false.)
       do i = 1, size(lengths)
          state = problem%start
          call projection%follow(problem%system, state)
@@ -309,7 +309,7 @@ contains
       real(wp) :: energy
       problem = simo_top()
       energy = total_energy(problem%system, problem%start)
-      call projection%prepare(problem%system, .true.)
+      call projection%prepare(problem%system, .true., .false.)
       call projection%follow(problem%system, problem%start)
       state = problem%start
       state%p = 1e4_wp*state%p

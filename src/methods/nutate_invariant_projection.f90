@@ -9,14 +9,12 @@
 !>   the potentials;
 !> * where not all of l is conserved, a change ΔL of the momentum: `dH = Ω⊥·ΔL`, Ω⊥ = Ω, or Ω without its component
 !>   along γ = Rᵀn where l·n is conserved.
-!>
 !> * of wheels with friction, or driven by what the body does, a change Δh of their momenta at fixed L: `dH = Σ ω Δh`,
 !>   ω their speeds.
 !>
-!> The smallest in `|δ|² + |ΔL|²/S²`, `S = 2T/|Ω|`, is `δ = cL̇`, `ΔL = -cS²Ω⊥`, `c = ΔH/(|L̇|² + S²|Ω⊥|²)`. Newton's
-!> iteration repeats it. With wheels |Δh|²/Sw² is added, Sw² = (Σ Jw ω²)²/Σω², and Sw²Σω² to the denominator of c: Δh =
-!> -cSw²ω. The rotation alone would do for a free body; a pendulum has L̇ = 0 at the bottom of each swing, where only
-!> its momentum can make up for an error of the energy.
+!> The smallest in `|δ|² + |ΔL|²/S² + |Δh|²/Sw²`, `S = 2T/|Ω|`, `Sw² = (Σ Jw ω²)²/Σω²`, is `δ = cL̇`, `ΔL = -cS²Ω⊥`,
+!> `Δh = -cSw²ω`, `c = ΔH/(|L̇|² + S²|Ω⊥|² + Sw²Σω²)`; Newton's iteration repeats it. A pendulum has L̇ = 0 at the
+!> bottom of each swing, where only its momentum can make up for an error of the energy.
 !>
 !> **Space axes that turn** at ω. H - ω·l takes the place of H, Ω - Rᵀω that of Ω in ΔL; of l only the component along ω
 !> can be conserved. That of a free body turns by -ω in these axes: it is turned, exactly, not restored.
@@ -70,12 +68,16 @@ module nutate_invariant_projection
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
 
+   !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
+   type :: magnitude_t
+      real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
+   end type magnitude_t
+
    !> The projection of one run.
    type :: invariant_projection_t
       private
       type(projection_plan_t) :: plan
-      !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
-      real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
+      type(magnitude_t) :: scale
       !> The conserved components of l.
       type(momentum_target_t) :: target
       !> H₀ + work of the last state seen, which has the wheels `plan%wheels`: another one is compared with the targets.
@@ -115,14 +117,11 @@ contains
       !> The attitude is integrated; else the states have none, and of l only the length is conserved.
       logical, intent(in) :: attitude
       !> States are compensated sums, and stay so where that is possible.
-      logical, intent(in), optional :: keeps_digits
+      logical, intent(in) :: keeps_digits
       call self%plan%prepare(system, attitude)
-      self%plan%keeps_digits = .false.
-      if (present(keeps_digits)) self%plan%keeps_digits = keeps_digits .and. attitude .and. self%plan%pushes
+      self%plan%keeps_digits = keeps_digits .and. attitude .and. self%plan%pushes
       self%account%open = .false.
-      self%size = 0.0_wp
-      self%largest = 0.0_wp
-      self%to_order_one = 1.0_wp
+      self%scale = magnitude_t()
       self%noise = noise_t()
       self%kick = 0.0_wp
       self%moved_by_round_off = 0.0_wp
@@ -136,9 +135,7 @@ contains
       type(projection_point_t) :: point
       call read_point(self%plan, system%effects, state, point)
       call self%target%take(self%plan%components, point, state%t)
-      self%size = 0.0_wp
-      self%largest = 0.0_wp
-      self%to_order_one = 1.0_wp
+      self%scale = magnitude_t()
       call note_size(self, point)
       call take_account(self, state, energy_sum_t(point%energy, 0.0_wp))
    end subroutine start
@@ -225,10 +222,10 @@ contains
       else
          return
       end if
-      self%size = max(self%size, other%size)
-      if (other%largest > self%largest) then
-         self%largest = other%largest
-         self%to_order_one = other%to_order_one
+      self%scale%size = max(self%scale%size, other%scale%size)
+      if (other%scale%largest > self%scale%largest) then
+         self%scale%largest = other%scale%largest
+         self%scale%to_order_one = other%scale%to_order_one
       end if
       self%target = other%target
    end subroutine adopt
@@ -251,7 +248,7 @@ contains
       real(wp) :: noise
       on = .false.
       if (.not. self%target%distance(self%plan%components, point) <= alike*norm2(point%momentum)) return
-      noise = alike*max(self%size, point%size)
+      noise = alike*max(self%scale%size, point%size)
       on = abs(point%energy - self%account%now%energy) <= noise
       if (on .or. .not. abs(point%energy - self%account%before%energy) <= noise) return
       self%account%now = self%account%before
@@ -275,11 +272,10 @@ contains
       type(projection_point_t) :: point
       type(energy_sum_t) :: energy, booked
       type(step_error_t) :: known
-      real(wp) :: size, largest, to_order_one, share
+      type(magnitude_t) :: scale
+      real(wp) :: share
       logical :: reached, undetermined
-      size = self%size
-      largest = self%largest
-      to_order_one = self%to_order_one
+      scale = self%scale
       if (self%plan%has_wheels) call self%plan%take_wheels(system%effects, state)
       self%plan%t = state%t
       if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t)
@@ -306,11 +302,9 @@ contains
          call write_state(self%plan, point, state)
          call self%account%book(state, energy)
          ! A state far off the account, as works can bring it about, had an energy that the motion never has.
-         if (present(given)) self%size = max(size, point%size)
+         if (present(given)) self%scale%size = max(scale%size, point%size)
       else
-         self%size = size
-         self%largest = largest
-         self%to_order_one = to_order_one
+         self%scale = scale
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
       end if
    end subroutine project
@@ -345,28 +339,25 @@ contains
       type(step_error_t), intent(in), optional :: error
       real(wp), intent(inout), optional :: given
       type(energy_account_t) :: account
-      real(wp) :: wheels(most_wheels), size, largest, to_order_one
+      type(magnitude_t) :: scale
+      real(wp) :: wheels(most_wheels)
       account = self%account
       wheels = self%plan%wheels
-      size = self%size
-      largest = self%largest
-      to_order_one = self%to_order_one
+      scale = self%scale
       if (inside) self%account%now = self%account%before
       call self%project(system, state, work, status, error, given)
       self%account = account
       self%plan%wheels = wheels
-      self%size = size
-      self%largest = largest
-      self%to_order_one = to_order_one
+      self%scale = scale
    end subroutine project_aside
 
    !> Shows what it remembers from step to step to an archive.
    subroutine transfer(self, archive)
       class(invariant_projection_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
-      call archive%transfer(self%size)
-      call archive%transfer(self%largest)
-      call archive%transfer(self%to_order_one)
+      call archive%transfer(self%scale%size)
+      call archive%transfer(self%scale%largest)
+      call archive%transfer(self%scale%to_order_one)
       call self%target%transfer(archive)
       call self%account%transfer(archive)
       if (self%plan%has_wheels) call archive%transfer(self%plan%wheels)
@@ -394,21 +385,21 @@ contains
       do i = 1, most_moves
          call evaluate(self%plan, effects, point)
          call note_size(self, point)
-         excess = point%energy - target%energy + self%kick*self%size
+         excess = point%energy - target%energy + self%kick*self%scale%size
          if (i == 1) first = abs(excess)
-         if (abs(excess) <= round_off*self%size) return
-         call get_slope(self%plan, self%to_order_one, point, slope)
-         excess = self%to_order_one*excess
+         if (abs(excess) <= round_off*self%scale%size) return
+         call get_slope(self%plan, self%scale%to_order_one, point, slope)
+         excess = self%scale%to_order_one*excess
          square = excess*excess
          if (.not. square < longest_doubtful*unit*unit*slope%steepness) then
-            if (abs(excess) <= doubtful*unit*(self%to_order_one*self%size)) return
+            if (abs(excess) <= doubtful*unit*(self%scale%to_order_one*self%scale%size)) return
             if (.not. square < longest*slope%steepness) exit
-            if (i == 1 .and. abs(excess) <= alike*unit*(self%to_order_one*self%size)) &
+            if (i == 1 .and. abs(excess) <= alike*unit*(self%scale%to_order_one*self%scale%size)) &
                self%moved_by_round_off = abs(excess)/sqrt(slope%steepness)
          end if
          if (i == 1 .and. present(error)) then
-            if (abs(excess) > alike*unit*(self%to_order_one*self%size)) &
-               call divide_excess(self%plan, error, point, slope, self%to_order_one, excess, given, push)
+            if (abs(excess) > alike*unit*(self%scale%to_order_one*self%scale%size)) &
+               call divide_excess(self%plan, error, point, slope, self%scale%to_order_one, excess, given, push)
             if (abs(given) > 0.0_wp) call add_increment(target%energy, target%compensation, given)
             square = excess*excess
          end if
@@ -423,7 +414,7 @@ contains
          call move(self, excess, slope, point)
       end do
       reached = .false.
-      undetermined = first <= in_account*unit*self%size
+      undetermined = first <= in_account*unit*self%scale%size
    end subroutine set_energy
 
    !> Moves a point towards the account of its momentum, where not all of that is conserved.
@@ -496,11 +487,11 @@ contains
       class(invariant_projection_t), intent(inout) :: self
       type(projection_point_t), intent(in) :: point
       real(wp) :: largest
-      self%size = max(self%size, point%size)
+      self%scale%size = max(self%scale%size, point%size)
       largest = max(point%size, abs(point%rate(1)), abs(point%rate(2)), abs(point%rate(3)))
-      if (largest <= self%largest) return
-      self%largest = largest
-      self%to_order_one = scale(1.0_wp, -max(exponent(largest), -1000))
+      if (largest <= self%scale%largest) return
+      self%scale%largest = largest
+      self%scale%to_order_one = scale(1.0_wp, -max(exponent(largest), -1000))
    end subroutine note_size
 
 end module nutate_invariant_projection
