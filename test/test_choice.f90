@@ -64,20 +64,20 @@ contains
    end subroutine collect_choice
 
    !> Checks what is chosen for a problem.
-   subroutine expect(error, problem, duration, accuracy, method, words, of_steps)
+   subroutine expect(error, problem, duration, accuracy, method, words, at_end)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: duration, accuracy
       character(len=*), intent(in) :: method
       !> Part of the reason.
       character(len=*), intent(in) :: words
-      logical, intent(in), optional :: of_steps
+      logical, intent(in), optional :: at_end
       type(integrator_settings_t) :: settings
       character(len=:), allocatable :: reason
       class(stepper_t), allocatable :: stepper
       type(status_t) :: status
       settings%method = AUTOMATIC_METHOD
-      call choose_method(problem%system, problem%start, duration, accuracy, settings, reason, of_steps)
+      call choose_method(problem%system, problem%start, duration, accuracy, settings, reason, at_end)
       call check(error, trim(settings%method), method, reason)
       if (allocated(error)) return
       call check(error, index(reason, words) > 0, reason)
@@ -134,7 +134,7 @@ contains
       problem = bruls_top()
       call expect(error, problem, 2.0_wp, 1e-1_wp, 'rk8', 'one length')
       if (.not. allocated(error)) call expect(error, problem, -0.1_wp, 1e-9_wp, 'rk8', 'one length')
-      if (.not. allocated(error)) call expect(error, problem, 2.0_wp, 1e-6_wp, 'taylor', 'slow motion', of_steps=.true.)
+      if (.not. allocated(error)) call expect(error, problem, 2.0_wp, 1e-6_wp, 'taylor', 'slow motion', at_end=.false.)
       if (allocated(error)) return
       problem = free_body([0.5_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call problem%system%effects%add(dipole_t([1.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 4.0_wp, 0.0_wp]))

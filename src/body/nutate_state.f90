@@ -7,7 +7,7 @@ module nutate_state
    implicit none
    private
 
-   public :: state_t, add_increment, add_turned
+   public :: state_t, add_by_kahan, add_increment, add_turned
 
    !> A point in phase space. Made by `make_state`; moved by a stepper.
    type :: state_t
@@ -113,6 +113,18 @@ contains
       compensation = ((total - (rounded - part)) + (addend - part)) + lost
       total = rounded
    end subroutine add_increment
+
+   !> The same by Kahan's four operations alone, in half the time. Where the increment is larger than the sum this loses
+   !> what is below the last digit of the increment; of what the compensation holds, that too.
+   elemental subroutine add_by_kahan(total, compensation, increment)
+      real(wp), intent(inout) :: total, compensation
+      real(wp), intent(in) :: increment
+      real(wp) :: addend, rounded
+      addend = increment + compensation
+      rounded = total + addend
+      compensation = addend - (rounded - total)
+      total = rounded
+   end subroutine add_by_kahan
 
    !> Adds the increment of a quaternion that was turned, and takes away by how much the turn made it too long: before
    !> the sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.

@@ -111,15 +111,15 @@ module nutate_invariant_projection
 contains
 
    !> Takes the invariants that a system has. To be called before the first step and after every change of the system.
-   pure subroutine prepare(self, system, attitude, keeps_digits)
+   pure subroutine prepare(self, system, attitude, compensated)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> The attitude is integrated; else the states have none, and of l only the length is conserved.
       logical, intent(in) :: attitude
       !> States are compensated sums, and stay so where that is possible.
-      logical, intent(in) :: keeps_digits
+      logical, intent(in) :: compensated
       call self%plan%prepare(system, attitude)
-      self%plan%keeps_digits = keeps_digits .and. attitude .and. self%plan%pushes
+      self%plan%compensated = compensated .and. attitude .and. self%plan%pushes
       self%account%open = .false.
       self%scale = magnitude_t()
       self%noise = noise_t()
@@ -316,8 +316,8 @@ contains
       type(projection_point_t), intent(out) :: point
       call take_attitude(state, point)
       if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
-      if (self%plan%keeps_digits) point%first_q = point%q
-      if (self%plan%keeps_digits) point%first_momentum = point%momentum
+      if (self%plan%compensated) point%first_q = point%q
+      if (self%plan%compensated) point%first_momentum = point%momentum
       if (self%noise%amplitude > 0.0_wp) call shake(self, point)
       call set_gamma(self%plan, point)
       call self%target%put(self%plan%components, point)

@@ -110,7 +110,7 @@ contains
          self%space = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
          if (self%single) self%space = to_third(from_axis(axis, self%first - 1))
          self%turned = any(abs(self%space(2:4)) > 0.0_wp)
-         self%frame_rate = rotate_to_space(self%space, cshift(effects%frame_rate, self%first - 1))
+         self%frame_rate = rotate_to_space(self%space, from_axis(effects%frame_rate, self%first - 1))
          call add_torques(self, effects, axis)
       end associate
       self%symmetric = .not. self%free .and. equal(self%moments(1), self%moments(2)) .and. &

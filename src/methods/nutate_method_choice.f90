@@ -62,7 +62,7 @@ contains
    end subroutine choose_order
 
    !> The method for an accuracy.
-   subroutine choose_method(system, state, duration, accuracy, settings, reason, of_steps)
+   subroutine choose_method(system, state, duration, accuracy, settings, reason, at_end)
       type(system_t), intent(in) :: system
       !> The start.
       type(state_t), intent(in) :: state
@@ -74,12 +74,12 @@ contains
       type(integrator_settings_t), intent(inout) :: settings
       !> Why, in a few words.
       character(len=:), allocatable, intent(out) :: reason
-      !> The accuracy is that of each step, for which steps of one length cannot be found; else that of the end.
-      logical, intent(in), optional :: of_steps
+      !> The accuracy is that of the end, as usual; else of each step, for which steps of one length cannot be found.
+      logical, intent(in), optional :: at_end
       character(len=24) :: without_series
-      logical :: at_end
-      at_end = .true.
-      if (present(of_steps)) at_end = .not. of_steps
+      logical :: of_run
+      of_run = .true.
+      if (present(at_end)) of_run = at_end
 
       without_series = effect_without_series(system%effects)
       if (has_closed_solution(system, state)) then
@@ -93,7 +93,7 @@ contains
          call take('dop853', settings)
          settings%conserve = .true.
          reason = "effect '"//trim(without_series)//"' has no series; with the projection onto the invariants"
-      else if (at_end .and. takes_equal_steps(system, state, duration, accuracy)) then
+      else if (of_run .and. takes_equal_steps(system, state, duration, accuracy)) then
          call take('rk8', settings)
          reason = 'a smooth motion in uniform fields takes the cheapest steps, all of one length'
       else if (is_top(system)) then

@@ -5,6 +5,7 @@
 module nutate_projection_point
    use nutate_effect, only: NO_SERIES
    use nutate_effect_list, only: effect_list_t
+   use nutate_indices, only: take_indices
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_wheels
@@ -30,7 +31,7 @@ module nutate_projection_point
       !> There is an attitude to rotate; the momentum may change; J is diagonal; there are rotors.
       logical :: attitude = .true., pushes = .false., diagonal = .true., has_rotor = .false.
       !> States are compensated sums: moves are added to them.
-      logical :: keeps_digits = .false.
+      logical :: compensated = .false.
       !> There are potentials linear in n itself; m of their sum U = -m·γ, body axes, J; shape (3).
       logical :: has_weight = .false.
       real(wp) :: weight(3) = 0.0_wp
@@ -173,7 +174,7 @@ contains
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       logical :: is_other(effects%n_potentials)
-      integer :: i, k
+      integer :: i
       is_other = .true.
       self%weight = 0.0_wp
       do i = 1, effects%n_potentials
@@ -184,14 +185,7 @@ contains
                self%weight = self%weight + dot_product(potential%direction, self%axis)*potential%moment
          end select
       end do
-      if (allocated(self%others)) deallocate (self%others)
-      allocate (self%others(count(is_other)))
-      k = 0
-      do i = 1, effects%n_potentials
-         if (.not. is_other(i)) cycle
-         k = k + 1
-         self%others(k) = i
-      end do
+      call take_indices(is_other, self%others)
       self%has_others = any(is_other)
       self%has_weight = .not. all(is_other)
    end subroutine sort_potentials
@@ -437,7 +431,7 @@ contains
          state%wheel_momentum = self%wheels
          state%wheel_compensation = 0.0_wp
       end if
-      if (self%keeps_digits) then
+      if (self%compensated) then
          call add_moves(point, state)
          return
       end if

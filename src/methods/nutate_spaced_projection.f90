@@ -34,8 +34,8 @@ module nutate_spaced_projection
       !> q and p that the last step left; shape (4).
       real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp
       !> States are compensated sums; the compensations of q and p that the last step left; shape (4).
-      logical :: keeps_digits = .false.
-      real(wp), dimension(4) :: left_q_part = 0.0_wp, left_p_part = 0.0_wp
+      logical :: compensated = .false.
+      real(wp), dimension(4) :: left_q_compensation = 0.0_wp, left_p_compensation = 0.0_wp
       !> A projected copy of them was seen; its q and p; shape (4).
       logical :: seen = .false.
       real(wp), dimension(4) :: seen_q = 0.0_wp, seen_p = 0.0_wp
@@ -70,7 +70,7 @@ module nutate_spaced_projection
 contains
 
    !> Takes the invariants that a system has. To be called before the first step and after every change of the system.
-   pure subroutine prepare(self, system, attitude, usual, keeps_digits)
+   pure subroutine prepare(self, system, attitude, usual, compensated)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> The attitude is integrated.
@@ -78,10 +78,10 @@ contains
       !> Steps to a projection while errors are small. With torques or wheels every step is projected.
       integer, intent(in) :: usual
       !> States are compensated sums, and stay so where moves allow it.
-      logical, intent(in), optional :: keeps_digits
-      self%keeps_digits = .false.
-      if (present(keeps_digits)) self%keeps_digits = keeps_digits
-      call self%projection%prepare(system, attitude, self%keeps_digits)
+      logical, intent(in), optional :: compensated
+      self%compensated = .false.
+      if (present(compensated)) self%compensated = compensated
+      call self%projection%prepare(system, attitude, self%compensated)
       self%usual = usual
       self%each = usual == 1 .or. system%effects%n_works() > 0
       self%begun = .false.
@@ -125,9 +125,9 @@ contains
       if (.not. state%is_at(self%seen_q, self%seen_p)) return
       state%q = self%left_q
       state%p = self%left_p
-      if (.not. self%keeps_digits) return
-      state%q_compensation = self%left_q_part
-      state%p_compensation = self%left_p_part
+      if (.not. self%compensated) return
+      state%q_compensation = self%left_q_compensation
+      state%p_compensation = self%left_p_compensation
    end subroutine find_origin
 
    !> Takes the state from which a step starts: the one that the last step left, for a copy of it too, or the one it
@@ -200,9 +200,9 @@ contains
       self%left_q = state%q
       self%left_p = state%p
       self%seen = .false.
-      if (.not. self%keeps_digits) return
-      self%left_q_part = state%q_compensation
-      self%left_p_part = state%p_compensation
+      if (.not. self%compensated) return
+      self%left_q_compensation = state%q_compensation
+      self%left_p_compensation = state%p_compensation
    end subroutine end_step
 
    !> Projects a copy of the state that the last step left. One that the projection cannot reach stays as it is: the
@@ -245,8 +245,8 @@ contains
       call archive%transfer(self%interval)
       call archive%transfer(self%left_q)
       call archive%transfer(self%left_p)
-      call archive%transfer(self%left_q_part)
-      call archive%transfer(self%left_p_part)
+      call archive%transfer(self%left_q_compensation)
+      call archive%transfer(self%left_p_compensation)
       call archive%transfer(self%seen)
       call archive%transfer(self%seen_q)
       call archive%transfer(self%seen_p)

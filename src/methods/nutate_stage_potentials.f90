@@ -4,6 +4,7 @@
 !> matrix, Σ n mᵀ. Only the others are asked one by one. Which are which is sorted once.
 module nutate_stage_potentials
    use nutate_effect_list, only: effect_list_t
+   use nutate_indices, only: take_indices
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
    use nutate_small_products, only: times_vector
@@ -34,7 +35,7 @@ contains
       class(stage_potentials_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       logical :: is_other(effects%n_potentials)
-      integer :: i, j, k
+      integer :: i, j
       is_other = .true.
       self%linear = 0.0_wp
       do i = 1, effects%n_potentials
@@ -47,14 +48,7 @@ contains
          end select
       end do
       self%has_linear = .not. all(is_other)
-      if (allocated(self%others)) deallocate (self%others)
-      allocate (self%others(count(is_other)))
-      k = 0
-      do i = 1, effects%n_potentials
-         if (.not. is_other(i)) cycle
-         k = k + 1
-         self%others(k) = i
-      end do
+      call take_indices(is_other, self%others)
    end subroutine prepare
 
    !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².

@@ -5,7 +5,7 @@ module nutate_turned_stepper
    use nutate_axes_turn, only: axes_turn_t, turned
    use nutate_kinds, only: wp
    use nutate_range, only: check_start
-   use nutate_state, only: state_t
+   use nutate_state, only: add_by_kahan, state_t
    use nutate_status, only: status_t, fail, NUTATE_OFF_BRANCH
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_stepper_wrapper, only: stepper_wrapper_t
@@ -106,22 +106,9 @@ contains
       !> Shape (4).
       real(wp), intent(in) :: d(4)
       type(state_t), intent(inout) :: state
-      call add_turn(turned(d, state%q), state%q, state%q_compensation)
-      call add_turn(turned(d, state%p), state%p, state%p_compensation)
+      call add_by_kahan(state%q, state%q_compensation, turned(d, state%q))
+      call add_by_kahan(state%p, state%p_compensation, turned(d, state%p))
    end subroutine turn_state
-
-   !> Compensated summation by Kahan's four operations: where the increment is the larger one, what they miss is below
-   !> its own last digit, as is what the compensation misses that is not turned.
-   pure subroutine add_turn(increment, total, compensation)
-      !> Shape (4).
-      real(wp), intent(in) :: increment(4)
-      real(wp), intent(inout) :: total(4), compensation(4)
-      real(wp) :: addend(4), sum(4)
-      addend = increment + compensation
-      sum = total + addend
-      compensation = addend - (sum - total)
-      total = sum
-   end subroutine add_turn
 
    !> The starts of steps are kept where they are taken again: before the turn.
    recursive subroutine keep_steps(self)

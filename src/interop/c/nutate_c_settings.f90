@@ -185,7 +185,7 @@ contains
          handle%chooses_order = handle%settings%order == 0
          if (handle%chooses_method) call choose_method(handle%system, handle%run%state, handle%duration, &
                                                        max(goal%accuracy, goal%local_tolerance), handle%settings, &
-                                                       reason, of_steps=.not. goal%accuracy > 0.0_wp)
+                                                       reason, at_end=goal%accuracy > 0.0_wp)
          call choose_order(handle%system, handle%duration, goal%accuracy, handle%settings)
       end associate
    end subroutine choose

@@ -212,7 +212,7 @@ contains
       if (scene%integrator%method == AUTOMATIC_METHOD) call choose_method( &
          scene%system, scene%initial, scene%plan%end_time, max(scene%plan%goal%accuracy, &
          scene%plan%goal%local_tolerance), scene%integrator, scene%choice, &
-         of_steps=.not. scene%plan%goal%accuracy > 0.0_wp)
+         at_end=scene%plan%goal%accuracy > 0.0_wp)
       call choose_order(scene%system, scene%plan%end_time, scene%plan%goal%accuracy, scene%integrator)
       ! An accuracy is one of the attitude.
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &

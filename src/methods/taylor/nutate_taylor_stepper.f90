@@ -62,7 +62,7 @@ module nutate_taylor_stepper
       real(wp) :: frame_rate(3) = 0.0_wp
       logical :: turns_free = .false.
       !> The state is a compensated sum: of a series of rows in the axes of the body.
-      logical :: keeps_digits = .false.
+      logical :: compensated = .false.
       type(row_change_t) :: change = row_change_t()
       !> Time for which the turn of the axes was computed last, s, and the quaternion that undoes it; shape (4).
       real(wp) :: turned_time = 0.0_wp, turn(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -107,8 +107,8 @@ contains
       self%turned_time = 0.0_wp
       self%turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
       call prepare_rates(self%rates, system, settings%attitude, .false.)
-      self%keeps_digits = settings%attitude .and. .not. self%turns_free .and. keeps_rows(self%series, system)
-      call self%projection%prepare(system, settings%attitude, usual_interval, self%keeps_digits)
+      self%compensated = settings%attitude .and. .not. self%turns_free .and. is_compensated(self%series, system)
+      call self%projection%prepare(system, settings%attitude, usual_interval, self%compensated)
       call self%projection%remember_starts()
       if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
@@ -116,13 +116,13 @@ contains
 
    !> True for the series of three rows in the axes of the body, where the space axes turn, a potential moves or works
    !> are done. Else the sums over steps are plain, as those of lanes are.
-   pure logical function keeps_rows(series, system)
+   pure logical function is_compensated(series, system)
       type(motion_series_t), intent(in) :: series
       type(system_t), intent(in) :: system
-      keeps_rows = series%best == TWO_PAIRS .and. series%axial%axis == 0
-      if (keeps_rows) keeps_rows = system%effects%frame_turns .or. system%effects%moves .or. &
+      is_compensated = series%best == TWO_PAIRS .and. series%axial%axis == 0
+      if (is_compensated) is_compensated = system%effects%frame_turns .or. system%effects%moves .or. &
                                    system%effects%n_works() > 0
-   end function keeps_rows
+   end function is_compensated
 
    !> Takes the noise of a pilot run, for the states before their projection.
    subroutine disturb(self, noise)
@@ -167,7 +167,7 @@ contains
       end if
       call end_step(self%rates, y, self%next, status)
       if (status%code /= 0) return
-      if (self%keeps_digits) call keep_digits(self, self%next)
+      if (self%compensated) call take_change(self, self%next)
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
       if (self%rates%moves .and. self%rates%failure == 0) call book_world_work(self, system, dt, self%next)
       do i = 1, size(self%work)
@@ -358,7 +358,7 @@ contains
       !> [q, L, 0]; shape (n_rates).
       real(wp), intent(out) :: y(n_rates)
       real(wp) :: rotation(4)
-      if (self%keeps_digits) then
+      if (self%compensated) then
          call get_change(self%series, time/self%series%time_unit, self%change)
          y(5:7) = self%change%momentum
          rotation = self%change%turn + [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
@@ -380,7 +380,7 @@ contains
    end subroutine get_state
 
    !> Puts the change last computed in the place of the values that it led to.
-   pure subroutine keep_digits(self, state)
+   pure subroutine take_change(self, state)
       class(taylor_t), intent(in) :: self
       type(state_t), intent(inout) :: state
       state%q = self%first%q
@@ -388,7 +388,7 @@ contains
       state%q_compensation = self%first%q_compensation
       state%p_compensation = self%first%p_compensation
       call add_change(self%change, state)
-   end subroutine keep_digits
+   end subroutine take_change
 
    !> Books what potentials that move have done from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
    !> their torque τ.

@@ -1,0 +1,26 @@
+!> Places in a list.
+module nutate_indices
+   implicit none
+   private
+
+   public :: take_indices
+
+contains
+
+   !> The places where a mask is true, in their order: `pack` of all, without its temporary lists.
+   pure subroutine take_indices(mask, indices)
+      logical, intent(in) :: mask(:)
+      !> Allocated anew.
+      integer, allocatable, intent(inout) :: indices(:)
+      integer :: i, k
+      if (allocated(indices)) deallocate (indices)
+      allocate (indices(count(mask)))
+      k = 0
+      do i = 1, size(mask)
+         if (.not. mask(i)) cycle
+         k = k + 1
+         indices(k) = i
+      end do
+   end subroutine take_indices
+
+end module nutate_indices
