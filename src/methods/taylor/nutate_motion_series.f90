@@ -13,8 +13,7 @@
 !> know of it move as if they stood still.
 !>
 !> Where body and effects are symmetric about an axis, all is computed in a frame that does not spin with the body
-!> (`nutate_axial_frame`) and starts with its axes: there L/J₁ takes the place of Ω in the products. The angle by which
-!> the body turns in that frame is one more series.
+!> (`nutate_axial_frame`): L/J₁ takes the place of Ω, and the angle of the body in that frame is one more series.
 module nutate_motion_series
    use nutate_axial_frame, only: axial_frame_t
    use nutate_effect_list, only: effect_list_t
@@ -66,6 +65,8 @@ module nutate_motion_series
       !> The rows turn in space at a rate; of it the components along them, rad/s; shape (3).
       logical, private :: frame_turns = .false.
       real(wp), private :: frame_rate(3) = 0.0_wp
+      !> Of a top in axes that turn: the direction of its potential along the first two rows; shape (2).
+      real(wp), private :: field(2) = 0.0_wp
       integer, private :: places(3) = [1, 2, 3]
       !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
       real(wp) :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
@@ -101,10 +102,18 @@ contains
       call self%axial%recognise(system)
       self%frame_turns = system%effects%frame_turns .and. (self%torques%has_more .or. self%torques%rank > 0) .and. &
                          .not. follows_turning_axes(system%effects)
-      if (self%frame_turns .and. .not. self%torques%has_more .and. self%wheels%n == 0) &
-         call self%torques%turn_basis(system%effects%frame_rate)
+      call choose_equations(self, diagonal, attitude)
+      if (self%frame_turns .and. (self%best == TOP .or. self%best == AXIAL_TOP)) &
+         call self%torques%turn_basis(system%effects%frame_rate, self%field)
       self%frame_rate = matmul(system%effects%frame_rate, self%torques%basis)
       self%places = 1 + modulo(self%axial%axis + [0, 1, 2], 3)
+   end subroutine prepare
+
+   !> The fewest equations that do.
+   pure subroutine choose_equations(self, diagonal, attitude)
+      class(motion_series_t), intent(inout) :: self
+      !> J is diagonal and there are no rotors; the attitude is wanted.
+      logical, intent(in) :: diagonal, attitude
       self%best = TWO_PAIRS
       if (self%wheels%n > 0) return
       if (.not. self%torques%has_more .and. self%torques%rank == 0) then
@@ -117,7 +126,7 @@ contains
       else if (.not. attitude .and. self%torques%rank < 2 .and. .not. self%frame_turns) then
          self%best = ONE_PAIR
       end if
-   end subroutine prepare
+   end subroutine choose_equations
 
    !> Computes the coefficients from the values at the start.
    pure subroutine expand(self, system, acts, q, momentum, converges)
@@ -156,7 +165,7 @@ contains
          self%lanes_1(1, :, 0) = self%frame(:, 1)
          self%lanes_1(2, :, 0) = self%frame(:, 2)
          if (self%frame_turns) then
-            call expand_turning_top(self%order, c, moments, self%time_unit*self%frame_rate(1:2), self%omega, &
+            call expand_turning_top(self%order, c, moments, self%field, self%time_unit*self%frame_rate(1), self%omega, &
                                     self%lanes_1, converges)
          else
             call expand_top(self%order, c, moments, self%omega, self%lanes_1, converges)
@@ -189,8 +198,8 @@ contains
       self%lanes_1(2, :, 0) = self%frame(:, 2)
       g = rate*(self%time_unit*self%torques%moments(axis, 1))
       if (self%frame_turns) then
-         call expand_turning_axial_top(self%order, g, self%time_unit*self%frame_rate(1:2), self%omega, self%lanes_1, &
-                                       converges)
+         call expand_turning_axial_top(self%order, g*self%field, self%time_unit*self%frame_rate(1), self%omega, &
+                                       self%lanes_1, converges)
       else
          call expand_axial_top(self%order, g, self%omega, self%lanes_1, converges)
       end if
@@ -287,15 +296,6 @@ contains
       end do
    end subroutine expand_pairs
 
-   !> Adds m×E.
-   pure subroutine add_moment(moment, row, tau)
-      real(wp), intent(in) :: moment(3), row(3)
-      real(wp), intent(inout) :: tau(3)
-      tau(1) = tau(1) + (moment(2)*row(3) - moment(3)*row(2))
-      tau(2) = tau(2) + (moment(3)*row(1) - moment(1)*row(3))
-      tau(3) = tau(3) + (moment(1)*row(2) - moment(2)*row(1))
-   end subroutine add_moment
-
    !> Adds coefficient k of the torque times the unit of time.
    pure subroutine add_torque(self, effects, k, acts, moments, omega, tau)
       class(motion_series_t), intent(inout) :: self
@@ -313,7 +313,7 @@ contains
       rows(:, 2) = self%lanes_2(1, :, k)
       rows(:, 3) = self%lanes_2(2, :, k)
       do i = 1, self%torques%n_moments
-         call add_moment(moments(:, i), rows(:, i), tau)
+         tau = tau + cross(moments(:, i), rows(:, i))
       end do
       if (.not. self%torques%has_more) return
       more = 0.0_wp

@@ -61,7 +61,7 @@ module nutate_torque_series
    contains
       !> Finds out what the effects need.
       procedure :: prepare
-      !> Lays a basis by the rate of space axes that turn.
+      !> Lays the basis of one direction by the rate of space axes that turn.
       procedure :: turn_basis
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
@@ -151,23 +151,33 @@ contains
       end associate
    end subroutine choose_basis
 
-   !> Turns a basis of which the first vector alone matters about that: the rate lies in the plane of it and the second.
-   pure subroutine turn_basis(self, rate)
+   !> Turns a basis of one direction about that of a rate: the first vector lies along the rate, the direction in the
+   !> plane of it and the second. The moment remains that of the direction.
+   pure subroutine turn_basis(self, rate, direction)
       class(torque_series_t), intent(inout) :: self
-      !> ω, space axes, rad/s; shape (3).
+      !> ω, space axes, rad/s, not along the direction; shape (3).
       real(wp), intent(in) :: rate(3)
-      real(wp) :: across(3)
-      if (self%rank /= 1) return
-      associate (e => self%basis)
-         across = cross(e(:, 1), rate/maxval(abs(rate)))
-         ! Along the first vector; a rate so small that `follows_turning_axes` does not ask for its direction.
-         if (.not. norm2(across) > tiny(1.0_wp)) return
-         across = across/norm2(across)
-         ! Of two vectors that are nearly parallel, rounding leaves it a part along them.
-         across = across - dot_product(across, e(:, 1))*e(:, 1)
-         e(:, 3) = across/norm2(across)
-         e(:, 2) = cross(e(:, 3), e(:, 1))
-      end associate
+      !> The direction along the first two vectors; shape (2).
+      real(wp), intent(out) :: direction(2)
+      real(wp) :: along(3), across(3), n(3), length
+      n = self%basis(:, 1)
+      along = rate/maxval(abs(rate))
+      along = along/norm2(along)
+      across = cross(along, n)
+      ! A rate that is nearly along: `follows_turning_axes` does not ask for its direction where it is so small.
+      length = norm2(across)
+      if (length > tiny(1.0_wp)) then
+         across = across/length
+      else
+         across = self%basis(:, 3)
+      end if
+      ! Of two vectors that are nearly parallel, rounding leaves it a part along them.
+      across = across - dot_product(across, along)*along
+      across = across/norm2(across)
+      self%basis(:, 1) = along
+      self%basis(:, 2) = cross(across, along)
+      self%basis(:, 3) = across
+      direction = [dot_product(n, along), dot_product(n, self%basis(:, 2))]
    end subroutine turn_basis
 
    !> Makes the basis one of all space.
