@@ -274,7 +274,8 @@ contains
    end subroutine moons
 
    !> The median of nine motions. One may stick to the regular motions beside it for hundreds of revolutions; over
-   !> 40 000 the mean comes to 1.32 to 1.46 revolutions.
+   !> 40 000 the mean comes to 1.32 to 1.46 revolutions by the start, from θ = 0, θ' = 1 to 1.342, 1.291 and 1.340 with
+   !> local tolerances of 1e-12, 1e-10 and 1e-9: its sampling error is 0.03.
    subroutine lyapunov_time(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: n = 9
