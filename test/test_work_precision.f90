@@ -48,6 +48,7 @@ contains
                   new_unittest("a study ends in time with runs of every method", study_ends_in_time), &
                   new_unittest("runs that are too long are ended in time", runs_end_in_time), &
                   new_unittest("the user's step is among those of a study", longest_step_leads_to_the_users), &
+                  new_unittest("lean steps begin with those of the slow motion", lean_steps_are_long), &
                   new_unittest("points between runs follow from power laws", points_follow_from_power_laws), &
                   new_unittest("a hopeless step does not make the next look better", no_better_than_the_order), &
                   new_unittest("an error that is small by accident does not count", accidents_do_not_count), &
@@ -262,6 +263,33 @@ contains
       if (allocated(error)) return
       call check_close(error, longest_step(-1.0_wp, 10.0_wp, -3.0_wp), -0.375_wp, 0.0_wp)
    end subroutine longest_step_leads_to_the_users
+
+   !> A top that spins at 150 rad/s while its axis moves at 5: `rk8` is at round-off at the longest step of the others.
+   subroutine lean_steps_are_long(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(work_precision_t) :: study
+      type(work_point_t), allocatable :: points(:), others(:)
+      real(wp) :: known
+      integer :: m
+      call make_study(error, problem_of('&body inertia = 15.234375, 0.46875, 15.234375, mass = 15, '// &
+                                        'center_of_mass = 0, 1, 0 /'//newline//'&gravity /'//newline// &
+                                        '&initial angular_velocity = 0, 150, -4.61538 /'//newline// &
+                                        '&integrator time_step = 0.01, end_time = 2 /'), 1e-4_wp, study)
+      if (allocated(error)) return
+      others = study%points_of(1)
+      do m = 1, size(methods)
+         if (.not. methods(m)%lean) cycle
+         points = study%points_of(m)
+         ! Powers of two times 0.01 s: 4 rad of the spin are 0.027 s, of 10 rad/s 0.4 s.
+         call check_close(error, points(1)%time_step/others(1)%time_step, 16.0_wp, 0.0_wp, 'steps')
+         if (allocated(error)) return
+         call check(error, points(1)%attitude_error > 1e-6_wp, 'no error of the first step')
+         if (allocated(error)) return
+         known = max(study%reference%uncertainty, 1e-12_wp)
+         call check_below(error, minval(points%attitude_error), known, 'best error')
+         if (allocated(error)) return
+      end do
+   end subroutine lean_steps_are_long
 
    !> Runs whose errors and times are powers of the step.
    pure function power_law(order, factor) result(runs)

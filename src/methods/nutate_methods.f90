@@ -44,6 +44,8 @@ module nutate_methods
       !> half of a lean step. With 8 energy and momentum are as good as with 1; at long steps on the unstable axis of a
       !> box the attitude error is up to six times as large, with 4 hardly larger.
       integer :: spacing = 4
+      !> It takes free bodies and tops in variables of their own (`nutate_lean_motion`): long steps do there.
+      logical :: lean = .false.
    end type method_t
 
    character(len=*), parameter :: eight = '8 equations in q and p (LAPACK)', &
@@ -63,8 +65,8 @@ module nutate_methods
       method_t('nielsen_krenk', 'reduced', 8, 17, three), &
       method_t('rk4', '', 4, 4, explicit, conserving=.false.), &
       method_t('rk4', '', 4, 4, explicit, projected=.true.), &
-      method_t('rk8', '', 8, 12, explicit, projected=.true., spacing=8), &
-      method_t('rk8', '', 8, 12, explicit, conserving=.false.), &
+      method_t('rk8', '', 8, 12, explicit, projected=.true., spacing=8, lean=.true.), &
+      method_t('rk8', '', 8, 12, explicit, conserving=.false., lean=.true.), &
       method_t('dop853', '', 8, 12, explicit, estimate_power=8, conserving=.false.), &
       method_t('dop853', '', 8, 12, explicit, projected=.true., estimate_power=8), &
       method_t('taylor', '', fixed_step_order, 1, series, projected=.true., dense=.true.), &

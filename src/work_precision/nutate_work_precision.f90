@@ -9,7 +9,7 @@ module nutate_work_precision
    use nutate_reference, only: reference_methods, reference_t
    use nutate_status, only: status_t, NUTATE_STEP_LIMIT
    use nutate_stopwatch, only: stopwatch_t
-   use nutate_measured_run, only: fastest_rate, problem_t
+   use nutate_measured_run, only: fastest_rate, lean_rate, problem_t
    use nutate_work_point, only: measure_point, work_point_t
    implicit none
    private
@@ -21,7 +21,8 @@ module nutate_work_precision
 
    !> Share of the time that the reference may take: most scenes need less, and without one there are no errors.
    real(wp), parameter :: reference_share = 0.3_wp
-   !> Turn in the longest step, rad: the conserving step has its limit there (docs/theory.md), explicit ones before.
+   !> Turn in the longest step, rad: the conserving step has its limit there (docs/theory.md), explicit ones before; of
+   !> `rk8` in variables of its own, by their rate.
    real(wp), parameter :: longest_turn = 4.0_wp
    !> Largest error of the steps that a method chooses, rad: with larger ones such a method takes its longest step.
    real(wp), parameter :: loosest = 1e-2_wp
@@ -53,8 +54,8 @@ module nutate_work_precision
       !> Why methods were refused; shape (rows of `methods`).
       type(status_t) :: refusal(size(methods))
       logical :: done = .false.
-      !> Step of level 0, s.
-      real(wp), private :: first_step = 0.0_wp
+      !> Step of level 0, by method, s.
+      real(wp), private :: first_step(size(methods)) = 0.0_wp
       !> Row of `methods` to be run next, and its level.
       integer, private :: method = 1, level = 0
       !> By method: best error, rad; levels without gain; wall time spent on the last level, s.
@@ -89,6 +90,8 @@ contains
       call fastest_rate(problem, first, self%rate, status)
       call self%reference%begin(problem, self%rate)
       self%first_step = longest_step(problem%duration(), self%rate, time_step)
+      where (methods%lean) self%first_step = longest_step(problem%duration(), min(self%rate, lean_rate(problem)), &
+                                                          time_step)
       allocate (self%points(0))
       ! A method without an order has no step to choose.
       where (methods%order < 1) self%ending = REFUSED
@@ -141,7 +144,7 @@ contains
             self%ending(self%method) = OUT_OF_TIME
          else
             point%method = self%method
-            point%time_step = scale(self%first_step, -self%level)
+            point%time_step = scale(self%first_step(self%method), -self%level)
             if (methods(self%method)%dense) point%tolerance = loosest*0.1_wp**self%level
             clock = self%clock
             clock%deadline = min(self%clock%deadline, begun + overdraft*share)
