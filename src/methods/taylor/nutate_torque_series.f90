@@ -155,7 +155,7 @@ contains
    !> plane of it and the second. The moment remains that of the direction.
    pure subroutine turn_basis(self, rate, direction)
       class(torque_series_t), intent(inout) :: self
-      !> ω, space axes, rad/s, not along the direction; shape (3).
+      !> ω, space axes, rad/s, not zero; shape (3).
       real(wp), intent(in) :: rate(3)
       !> The direction along the first two vectors; shape (2).
       real(wp), intent(out) :: direction(2)
@@ -164,7 +164,7 @@ contains
       along = rate/maxval(abs(rate))
       along = along/norm2(along)
       across = cross(along, n)
-      ! A rate that is nearly along: `follows_turning_axes` does not ask for its direction where it is so small.
+      ! Along the direction; a rate so small that `follows_turning_axes` does not ask for its direction.
       length = norm2(across)
       if (length > tiny(1.0_wp)) then
          across = across/length
