@@ -27,8 +27,8 @@ program bench_explicit
    type :: way_t
       character(len=32) :: name = ''
       type(integrator_settings_t) :: settings
-      !> Written for the problem; steps are chosen to a tolerance; it conserves.
-      logical :: bare = .false., chosen = .false., ours = .true.
+      !> Written for the problem; steps are chosen to a tolerance; it conserves; it is a closed solution, without steps.
+      logical :: bare = .false., chosen = .false., ours = .true., closed = .false.
       integer :: levels = 0
       !> Tolerance, rad, or number of steps; error, rad; time, s.
       real(wp) :: setting(120) = 0.0_wp, error(120) = huge(1.0_wp), seconds(120) = huge(1.0_wp)
@@ -73,6 +73,7 @@ contains
       end if
       ways = [ways, way('rk8', .true., .false.), way('dop853', .true., .false.), way('dop853', .true., .true.), &
               way('taylor', .true., .false.), way('taylor', .true., .true.), short_series()]
+      if (has_exact(problem)) ways = [ways, way('exact', .true., .false.)]
       do i = 1, size(ways)
          call climb(problem, bare, reference%q, ways(i))
       end do
@@ -86,13 +87,24 @@ contains
       character(len=*), intent(in) :: method
       logical, intent(in) :: conserve, chosen
       way%settings = default_settings(method)
-      way%settings%conserve = conserve
+      way%closed = method == 'exact'
+      way%settings%conserve = conserve .and. .not. way%closed
       way%ours = conserve
       way%chosen = chosen
       way%name = method
+      if (way%closed) return
       if (conserve .and. method /= 'taylor') way%name = trim(way%name)//'+conserve'
       way%name = trim(way%name)//merge(', chosen', ', fixed ', chosen)
    end function way
+
+   !> There is a closed solution for the problem.
+   logical function has_exact(problem)
+      type(problem_t), intent(in) :: problem
+      class(stepper_t), allocatable :: stepper
+      type(status_t) :: status
+      call make_stepper(problem%system, default_settings('exact'), stepper, status)
+      has_exact = status%ok()
+   end function has_exact
 
    !> Fixed steps of a series as long as low accuracies want it.
    type(way_t) function short_series()
@@ -140,7 +152,8 @@ contains
       setting = 1e-1_wp
       turn = problem%end_time*norm2(angular_velocity(problem%system, problem%start))
       if (.not. one%chosen) setting = merge(2.0_wp, max(8.0_wp, turn/60), one%settings%method == 'rk8' .and. turn < 400)
-      do k = 1, size(one%setting)
+      if (one%closed) setting = 0.5_wp
+      do k = 1, merge(1, size(one%setting), one%closed)
          if (one%chosen) setting = setting*finer
          if (.not. one%chosen) setting = real(ceiling(fewer*setting), wp)
          if (setting < 1e-16_wp) return
@@ -249,7 +262,6 @@ contains
 
    subroutine write_table(ways)
       type(way_t), intent(in) :: ways(:)
-      real(wp) :: best(2), time
       integer :: i, k
       write (*, '(a,t34,4es12.0)') 'rad', accuracies
       do i = 1, size(ways)
@@ -259,19 +271,31 @@ contains
          end do
          write (*, *)
       end do
-      write (*, '(a,t34)', advance='no') 'best of ours over the better bare'
+      if (any(ways%closed)) call write_ratios(ways, .not. ways%closed, 'best of our steps over the bare')
+      call write_ratios(ways, ways%ours, 'best of ours over the better bare')
+   end subroutine write_table
+
+   !> The best of some of ours that conserve over the better bare one.
+   subroutine write_ratios(ways, count, title)
+      type(way_t), intent(in) :: ways(:)
+      !> Of ours, those that count; shape (number of ways).
+      logical, intent(in) :: count(:)
+      character(len=*), intent(in) :: title
+      real(wp) :: best(2), time
+      integer :: i, k
+      write (*, '(a,t34)', advance='no') title
       do k = 1, size(accuracies)
          best = huge(1.0_wp)
          do i = 1, size(ways)
             time = time_for(ways(i), accuracies(k))
-            if (ways(i)%ours) best(1) = min(best(1), time)
+            if (ways(i)%ours .and. count(i)) best(1) = min(best(1), time)
             if (.not. ways(i)%ours) best(2) = min(best(2), time)
          end do
          if (maxval(best) < huge(1.0_wp)) best(1) = best(1)/best(2)
          call write_number(merge(best(1), huge(1.0_wp), maxval(best) < huge(1.0_wp)))
       end do
       write (*, *)
-   end subroutine write_table
+   end subroutine write_ratios
 
    !> A number, or a dash for what is not reached.
    subroutine write_number(x)
