@@ -10,6 +10,7 @@ module test_limits
    use test_limit_promises, only: of_bodies, of_events, of_fields, of_orbits, of_potentials, of_regulators, &
       of_settings, of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
+   use test_support, only: is_slow_build
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
@@ -231,7 +232,7 @@ contains
       wrong = ''
       sizes = tried_sizes()
       do i = 1, size(promises)
-         do k = 1, 2*size(sizes)
+         do k = 1, 2*size(sizes), merge(3, 1, is_slow_build())
             call try(promises(i), merge(1, -1, mod(k, 2) == 0)*sizes((k + 1)/2), n, wrong)
          end do
       end do

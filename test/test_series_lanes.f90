@@ -17,7 +17,7 @@ module test_series_lanes
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_taylor_lanes, only: taylor_lanes_t
-   use test_support, only: check_below
+   use test_support, only: check_below, is_slow_build
    use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
@@ -187,7 +187,7 @@ contains
       do block = 1, 12*(1 + last_kind)
          kind = mod(block/3, 1 + last_kind)
          ! Rows may end at any step from a projection to the next.
-         n = 200 + mod(block, 4)
+         n = merge(56, 200, is_slow_build()) + mod(block, 4)
          associate (order => orders(1 + mod(block, 6)))
             call bodies%set_up(order, 0.1_wp)
             ! From one lane that is used to all of them.
@@ -409,7 +409,7 @@ contains
             if (allocated(error)) return
             call bodies%put(i, systems(i), states(i))
          end do
-         do k = 1, 20000
+         do k = 1, merge(2000, 20000, is_slow_build())
             call bodies%step()
          end do
          call bodies%look()

@@ -58,8 +58,14 @@ quietly() {
    return $status
 }
 
-# fpm_with_flags ARGUMENT...: fpm with $FFLAGS for Fortran and $FPM_CFLAGS for C.
-fpm_with_flags() { OMP_NUM_THREADS=$jobs fpm "$@" --flag "$FFLAGS $unfused" --c-flag "${FPM_CFLAGS-} $unfused"; }
+# fpm_with_flags ARGUMENT...: fpm with $FFLAGS for Fortran and $FPM_CFLAGS for C, and $NUTATE_TEST_FLAGS for the tests.
+fpm_with_flags() (
+   export OMP_NUM_THREADS=$jobs FPM_FC=${FPM_FC:-gfortran} FPM_CC=${FPM_CC:-gcc}
+   case $FPM_FC in
+      gfortran | flang-new) FPM_FC=$top/tools/compilers/$FPM_FC ;;
+   esac
+   fpm "$@" --flag "$FFLAGS $unfused" --c-flag "${FPM_CFLAGS-} $unfused"
+)
 
 # build NAME ARGUMENT...: fpm build with $FFLAGS. fpm leaves a test module as it was whose own text is unchanged when a module
 # below it has changed; gfortran then cannot read the old .mod files, and only a fresh build helps.

@@ -89,7 +89,12 @@ contains
          status = fail(NUTATE_IO, message)
          return
       end if
-      call parse_scene(text, path, scene, status, message, overrides)
+      ! Where it is absent it is not handed on: gfortran 12 would compute with the bounds that it lacks.
+      if (present(overrides)) then
+         call parse_scene(text, path, scene, status, message, overrides)
+      else
+         call parse_scene(text, path, scene, status, message)
+      end if
    end subroutine read_scene
 
    !> The same for a scene in memory.
