@@ -11,8 +11,8 @@ module nutate_gnuplot
    public :: picture_t, gnuplot_is_here, is_picture, gnuplot_quoted, shell_quoted, colours
 
    !> Colours that differ for every kind of colour vision.
-   character(len=7), parameter :: colours(10) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &
-                                                '#666666', '#000000', '#8c510a', '#66a61e']
+   character(len=7), parameter :: colours(12) = ['#d55e00', '#e69f00', '#009e73', '#0b3c5d', '#56b4e9', '#cc79a7', &
+                                                '#666666', '#000000', '#8c510a', '#66a61e', '#7b3294', '#bdb76b']
    !> Lines that every script begins with.
    character(len=*), parameter :: head(*) = [character(len=96) :: &
       'set encoding utf8', &

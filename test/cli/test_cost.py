@@ -1,6 +1,7 @@
 """nutate cost: the table, the answer, the files and the time that it takes."""
 import csv
 import os
+import re
 import shutil
 import stat
 import time
@@ -160,6 +161,19 @@ class Plot(CommandLineTest):
                        env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
         self.assertEqual(self.read("a.svg"), "earlier")
         self.assertEqual(self.names(), ["a.svg", "bin", "box.nml", "top.nml"])
+
+    def test_no_two_curves_look_alike(self):
+        os.mkdir(self.path("bin"))
+        self.write("bin/gnuplot", '#!/bin/sh\ncp "$2" kept.gp && echo "<svg></svg>" >"$3"\n')
+        os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
+        self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", "a.svg",
+                     env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
+        panels = [line for line in self.read("kept.gp").splitlines() if line.startswith("plot ")]
+        self.assertEqual(len(panels), 2)
+        for panel in panels:
+            styles = re.findall(r"with linespoints (.*?) title", panel)
+            self.assertGreater(len(styles), 12)
+            self.assertEqual(len(set(styles)), len(styles), styles)
 
 
 class Refusals(CommandLineTest):
