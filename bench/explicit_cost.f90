@@ -152,6 +152,7 @@ contains
       setting = 1e-1_wp
       turn = problem%end_time*norm2(angular_velocity(problem%system, problem%start))
       if (.not. one%chosen) setting = merge(2.0_wp, max(8.0_wp, turn/60), one%settings%method == 'rk8' .and. turn < 400)
+      ! One step, to the end.
       if (one%closed) setting = 0.5_wp
       do k = 1, merge(1, size(one%setting), one%closed)
          if (one%chosen) setting = setting*finer
@@ -276,10 +277,10 @@ contains
    end subroutine write_table
 
    !> The best of some of ours that conserve over the better bare one.
-   subroutine write_ratios(ways, count, title)
+   subroutine write_ratios(ways, admitted, title)
       type(way_t), intent(in) :: ways(:)
-      !> Of ours, those that count; shape (number of ways).
-      logical, intent(in) :: count(:)
+      !> Which of ours may be the best; shape (number of ways).
+      logical, intent(in) :: admitted(:)
       character(len=*), intent(in) :: title
       real(wp) :: best(2), time
       integer :: i, k
@@ -288,7 +289,7 @@ contains
          best = huge(1.0_wp)
          do i = 1, size(ways)
             time = time_for(ways(i), accuracies(k))
-            if (ways(i)%ours .and. count(i)) best(1) = min(best(1), time)
+            if (ways(i)%ours .and. admitted(i)) best(1) = min(best(1), time)
             if (.not. ways(i)%ours) best(2) = min(best(2), time)
          end do
          if (maxval(best) < huge(1.0_wp)) best(1) = best(1)/best(2)
