@@ -316,7 +316,7 @@ contains
       if (status%ok()) call page%item('columns', columns%header())
       refusal = ''
       if (scene%plan%goal%active()) then
-         call add_expected_rows(page, scene, refusal)
+         call add_expected_rows(page, scene)
          return
       end if
       n = count_steps(scene%initial%t, scene%plan)
@@ -333,11 +333,9 @@ contains
    end subroutine add_output
 
    !> Steps, rows and size where steps are chosen by their error: found as `run` would find them.
-   subroutine add_expected_rows(page, scene, refusal)
+   subroutine add_expected_rows(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene
-      !> Why `run` would refuse to write its rows, if it finds their number at its start.
-      character(len=:), allocatable, intent(inout) :: refusal
       type(run_t) :: run
       type(run_plan_t) :: plan
       type(status_t) :: status
@@ -353,7 +351,6 @@ contains
       if (status%ok()) call run%find_steps(scene%system, status, timekeeper)
       steps = known_steps(scene, run)
       rows = rows_of(scene, steps)
-      if (status%ok() .and. rows > most_rows(scene)) refusal = too_many_rows(scene, rows)
       if (steps < 0 .and. status%ok()) then
          call run%go(scene%system, status, timekeeper)
          if (status%ok()) steps = run%summary%steps
@@ -380,7 +377,6 @@ contains
       end if
       if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
          call page%item('accuracy', 'out of reach: '//rounded_text(run%summary%estimate, 3)//' rad can be had')
-      if (rows > most_rows(scene) .and. refusal == '') call page%item('refused', too_many_rows(scene, rows))
    end subroutine add_expected_rows
 
    subroutine ignore_row(self, system, state, record, status)

@@ -14,7 +14,7 @@ module nutate_expectation
 
    public :: known_steps, rows_of, most_rows, too_many_rows, expectation_text, size_text, history_bytes
 
-   !> A history that nobody asked for in so many words, by `every` or `interval`, has at most so many rows and bytes.
+   !> Limits of the rows and bytes of a history whose scene has neither `every` nor `interval`.
    integer(long), parameter :: greatest_rows = 1000000
    real(wp), parameter :: greatest_size = 1e8_wp
    !> Characters that a number takes in a history, its comma included.
@@ -82,9 +82,8 @@ contains
       integer(long) :: every
       every = 10_long**ceiling(log10(real(rows, wp)/1e4_wp))
       text = plural(rows, 'row')//', about '//size_text(history_bytes(scene, rows))// &
-             ', that nobody asked for (expected every = '//rounded_text(real(every, wp))
-      if (scene%plan%goal%active()) text = text//' or interval = '//rounded_text(abs(scene%plan%end_time)/1000, 3)
-      text = text//' in &output; every = 1 for all of them)'
+             ', more than is written by default (expected every = '//rounded_text(real(every, wp))// &
+             ' in &output; every = 1 for all of them)'
    end function too_many_rows
 
    !> Steps and rows to expect where pilot runs have found them; blank elsewhere.

@@ -90,7 +90,6 @@ contains
       if (.not. allocated(archive)) call find_steps(command, scene, run, exit_code)
       if (exit_code == EXIT_SUCCESS .and. .not. allocated(archive)) call expect(command, scene, run, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
-      watcher%most_rows = most_rows(scene)
       if (allocated(command%checkpoint)) then
          call watcher%checkpoint%prepare(command%checkpoint, command%every_seconds, scene, is_resumed(command))
       else if (allocated(command%resume)) then
@@ -186,7 +185,7 @@ contains
       if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
    end subroutine find_steps
 
-   !> Says how many steps and rows to expect; refuses rows that nobody asked for.
+   !> Says how many steps and rows to expect; refuses more rows than are written by default.
    subroutine expect(command, scene, run, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene

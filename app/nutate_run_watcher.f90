@@ -13,7 +13,7 @@ module nutate_run_watcher
    use nutate_run_plan, only: run_plan_t
    use nutate_run_signals, only: check_signals
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
@@ -29,8 +29,6 @@ module nutate_run_watcher
       type(checkpoint_t) :: checkpoint
       !> What the last checkpoint came to.
       type(status_t) :: checkpoint_status
-      !> Rows that may be written.
-      integer(long) :: most_rows = huge(1_long)
       !> The invariants are wanted.
       logical :: measures = .false.
       !> Clock counts spent on rows, and clock counts in a second.
@@ -111,8 +109,7 @@ contains
       seconds = self%seconds_before + real(now - self%started, wp)/real(self%rate, wp)
    end function seconds
 
-   !> Writes a row and measures the invariants. Errors: those of the history; `NUTATE_STEP_LIMIT` for more rows than may
-   !> be written.
+   !> Writes a row and measures the invariants. Errors: those of the history.
    subroutine take_row(self, system, state, record, status)
       class(run_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -122,11 +119,6 @@ contains
       integer(long) :: before, after
 
       call system_clock(before)
-      if (self%history%rows >= self%most_rows) then
-         status = fail(NUTATE_STEP_LIMIT, 'more rows than a history has that nobody asked for (expected every or '// &
-                       'interval in &output)')
-         return
-      end if
       call self%history%observe(system, state, record, status)
       if (status%ok()) self%last_row = state%t
       if (self%measures .and. status%ok()) call self%invariants%measure(system, state, record%work)

@@ -21,6 +21,8 @@ module nutate_run_loop
    !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
    !> Parts at most, some tenths of a millisecond: enough for every step that a method chooses.
    real(wp), parameter :: followed_turn = 3.0_wp, most_parts = 2e3_wp
+   !> Rows at intervals that are never too many, however few steps are allowed: those that scenes have by default.
+   integer(long), parameter :: few_rows = 1000_long
 
 contains
 
@@ -281,7 +283,7 @@ contains
    end subroutine find_row
 
    !> Shows the rows at intervals, or at times of the plan, that lie inside the last step. Errors: `NUTATE_STEP_LIMIT`
-   !> where there are more rows at intervals than steps are allowed; those of the method, and of the observer.
+   !> where there are more rows at intervals than steps are allowed, or few; those of the method, and of the observer.
    subroutine show_inside(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -297,7 +299,7 @@ contains
       call find_row(progress, t, due)
       do while (due .and. status%code == 0)
          progress%rows = progress%rows + 1
-         if (progress%rows > progress%plan%max_steps .and. .not. allocated(progress%plan%times)) then
+         if (progress%rows > max(progress%plan%max_steps, few_rows) .and. .not. allocated(progress%plan%times)) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more rows than steps were allowed')
             exit
          end if

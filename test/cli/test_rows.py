@@ -53,6 +53,21 @@ class Rows(CommandLineTest):
                     for value, other in zip(row, expected):
                         self.assertAlmostEqual(value, other, delta=2e-7 * (1 + abs(other)))
 
+    def test_adaptive_steps_have_a_thousand_and_one_rows_by_default(self):
+        for name in ("nielsen_krenk", "rk4", "dop853", "rk8", "taylor", "auto"):
+            for goal in ("local_tolerance", "accuracy"):
+                with self.subTest(name, goal=goal):
+                    settings = ["--set", f"integrator.method='{name}'", "--set", f"integrator.{goal}=1e-5"]
+                    # The limit is one of steps, not of rows.
+                    _, history = self.rows("usual.csv", *settings, "--max-steps", "990")
+                    self.assertEqual(len(history), 1001)
+                    for i, row in enumerate(history):
+                        self.assertAlmostEqual(row[0], i / 1000, delta=1e-15)
+                    _, steps = self.rows("steps.csv", *settings, "--set", "output.every=1")
+                    self.assertLess(len(steps), 1000)
+                    for value, other in zip(history[-1], steps[-1]):
+                        self.assertAlmostEqual(value, other, delta=1e-12 * (1 + abs(other)))
+
     def test_times_come_from_a_file_and_with_chosen_steps(self):
         self.write("when.csv", "t (s)\r\n" + "".join(f"{t}\r\n" for t in TIMES))
         chosen = FORCED.replace("time_step = 0.005", "local_tolerance = 1e-10")

@@ -36,6 +36,9 @@ module nutate_scene_output
 
    !> Times of rows in a scene; more are for a file. Digits that decide every number.
    integer, parameter :: most_times = 1000, most_digits = 17
+   !> Intervals between the rows of a run with adaptive steps, unless the scene says otherwise: such steps are too few
+   !> to draw a smooth curve through their ends.
+   real(wp), parameter :: usual_intervals = 1000.0_wp
 
 contains
 
@@ -92,6 +95,8 @@ contains
       plan%every = group%whole('every', 1)
       if (plan%goal%active()) then
          plan%interval = group%number('interval', 0.0_wp)
+         if (.not. (group%has('interval') .or. group%has('every') .or. allocated(plan%times))) &
+            plan%interval = abs(plan%end_time)/usual_intervals
          if (group%has('interval') .and. .not. is_countable(plan%end_time, plan%interval)) call error%raise( &
             group%line_of('interval'), 'interval is too small for end_time', expected='less than 9e15 rows')
       else if (group%has('interval')) then
