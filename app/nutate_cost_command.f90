@@ -9,8 +9,9 @@ module nutate_cost_command
    use nutate_cost_plot, only: draw_cost
    use nutate_cost_table, only: add_reference, add_table
    use nutate_decimal, only: rounded_text
-   use nutate_files, only: same_file, STANDARD_ERROR, STANDARD_OUTPUT
+   use nutate_files, only: STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_gnuplot, only: picture_t
+   use nutate_outputs, only: outputs_t, picture_kind, COSTS
    use nutate_picture_opening, only: open_picture, report_file
    use nutate_kinds, only: wp, long
    use nutate_printable, only: printable_path
@@ -27,11 +28,11 @@ module nutate_cost_command
    public :: cost_command
 
    !> The files that a study is written to, beside the page of text.
-   type :: outputs_t
+   type :: study_files_t
       type(cost_csv_t) :: csv
       type(picture_t) :: plot
       logical :: has_csv = .false., has_plot = .false.
-   end type outputs_t
+   end type study_files_t
 
 contains
 
@@ -41,7 +42,7 @@ contains
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
       type(work_precision_t) :: study
-      type(outputs_t) :: outputs
+      type(study_files_t) :: outputs
       type(problem_t) :: problem
 
       call load_scene(command, scene, exit_code)
@@ -73,40 +74,39 @@ contains
    subroutine open_outputs(command, scene, outputs, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
-      type(outputs_t), intent(inout) :: outputs
+      type(study_files_t), intent(inout) :: outputs
       integer, intent(out) :: exit_code
       type(status_t) :: status
 
       exit_code = EXIT_SUCCESS
+      call check_names(command, scene, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
       if (allocated(command%csv)) then
-         call refuse_scene(command%csv, scene, exit_code)
-         if (exit_code /= EXIT_SUCCESS) return
          call outputs%csv%open(command%csv, status)
          call report_file(command%csv, status, exit_code)
          outputs%has_csv = status%ok()
       end if
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) then
-         call refuse_scene(command%plot, scene, exit_code)
-         if (exit_code == EXIT_SUCCESS) then
-            call open_picture(command%plot, outputs%plot, exit_code)
-            outputs%has_plot = exit_code == EXIT_SUCCESS
-         end if
+         call open_picture(command%plot, outputs%plot, exit_code)
+         outputs%has_plot = exit_code == EXIT_SUCCESS
       end if
       if (exit_code /= EXIT_SUCCESS) call discard_outputs(outputs)
    end subroutine open_outputs
 
-   !> The scene must not be written over.
-   subroutine refuse_scene(name, scene, exit_code)
-      character(len=*), intent(in) :: name
+   !> Refuses names by which the study would destroy what is there, or what it writes itself.
+   subroutine check_names(command, scene, exit_code)
+      type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       integer, intent(inout) :: exit_code
-      if (.not. same_file(scene%file, name)) return
-      call say_error('nutate: '//printable_path(name)//' is the scene itself and will not be written over')
-      exit_code = EXIT_INPUT
-   end subroutine refuse_scene
+      type(outputs_t) :: files
+      call files%read_scene(scene)
+      if (allocated(command%csv)) call files%add(command%csv, COSTS)
+      if (allocated(command%plot)) call files%add(command%plot, picture_kind(command%plot))
+      call files%report(exit_code)
+   end subroutine check_names
 
    subroutine discard_outputs(outputs)
-      type(outputs_t), intent(inout) :: outputs
+      type(study_files_t), intent(inout) :: outputs
       if (outputs%has_csv) call outputs%csv%discard()
       if (outputs%has_plot) call outputs%plot%discard()
    end subroutine discard_outputs
@@ -143,7 +143,7 @@ contains
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       type(work_precision_t), intent(in) :: study
-      type(outputs_t), intent(inout) :: outputs
+      type(study_files_t), intent(inout) :: outputs
       integer, intent(out) :: exit_code
       type(page_t) :: page
       type(status_t) :: status

@@ -2,10 +2,10 @@
 module nutate_plot_command
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, EXIT_INPUT, EXIT_SUCCESS
-   use nutate_files, only: same_file
    use nutate_gnuplot, only: picture_t, is_picture
    use nutate_history_plot, only: can_draw, draw_history, drawn_columns
    use nutate_history_reading, only: recorded_t, read_history
+   use nutate_outputs, only: outputs_t, picture_kind
    use nutate_picture_opening, only: open_picture, report_file
    use nutate_printable, only: printable_path
    use nutate_status, only: status_t
@@ -20,6 +20,7 @@ contains
    subroutine plot_command(command, exit_code)
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
+      type(outputs_t) :: files
       type(picture_t) :: picture
       character(len=:), allocatable :: name
 
@@ -30,13 +31,13 @@ contains
          call say_error('nutate: '//printable_path(name)// &
                         ' is no picture (expected the name of a file in .svg or .png)')
          exit_code = EXIT_INPUT
-      else if (same_file(name, command%scene)) then
-         call say_error('nutate: '//printable_path(name)//' is the history itself and will not be written over')
-         exit_code = EXIT_INPUT
-      else
-         call open_picture(name, picture, exit_code)
-         if (exit_code == EXIT_SUCCESS) call draw_file(command%scene, name, picture, exit_code)
+         return
       end if
+      call files%read_file(command%scene, 'the history itself')
+      call files%add(name, picture_kind(name))
+      call files%report(exit_code)
+      if (exit_code == EXIT_SUCCESS) call open_picture(name, picture, exit_code)
+      if (exit_code == EXIT_SUCCESS) call draw_file(command%scene, name, picture, exit_code)
    end subroutine plot_command
 
    !> A name without `.csv` at its end.

@@ -6,6 +6,7 @@ module nutate_run_command
    use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
    use nutate_event_history, only: events_name
    use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
+   use nutate_outputs, only: outputs_t, picture_kind, CHECKPOINT, EVENTS, HISTORY
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
    use nutate_kinds, only: wp, long
    use nutate_gnuplot, only: picture_t
@@ -34,13 +35,16 @@ contains
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
       type(picture_t) :: picture
+      type(byte_archive_t), allocatable :: archive
 
       call load_scene(command, scene, exit_code)
+      if (exit_code == EXIT_SUCCESS) call take_checkpoint(command, scene, archive, exit_code)
+      if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) &
          call claim_picture(command, scene, picture, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call watch_signals()
-      call run_scene(command, scene, exit_code)
+      call run_scene(command, scene, archive, exit_code)
       if (.not. allocated(command%plot)) return
       if (exit_code == EXIT_SUCCESS) then
          call draw_file(scene%output%file, command%plot, picture, exit_code)
@@ -58,28 +62,23 @@ contains
       if (.not. goes_to_file(scene%output%file)) then
          call say_error('nutate: --plot needs rows in a file (expected --output FILE)')
          exit_code = EXIT_INPUT
-      else if (same_file(command%plot, scene%file)) then
-         call say_error('nutate: '//printable_path(command%plot)//' is the scene itself and will not be written over')
-         exit_code = EXIT_INPUT
       else
          call open_picture(command%plot, picture, exit_code)
       end if
    end subroutine claim_picture
 
    !> Runs a scene to its summary.
-   subroutine run_scene(command, scene, exit_code)
+   subroutine run_scene(command, scene, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(inout) :: scene
+      !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
+      type(byte_archive_t), allocatable, intent(inout) :: archive
       integer, intent(inout) :: exit_code
       type(run_t) :: run
       type(run_watcher_t) :: watcher
-      type(byte_archive_t), allocatable :: archive
       type(status_t) :: status
 
       scene%plan%max_steps = command%max_steps
-      call take_checkpoint(command, scene, archive, exit_code)
-      if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
-      if (exit_code /= EXIT_SUCCESS) return
       call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
       if (status%ok()) call run%expect(scene%events, scene%system, status)
       if (.not. status%ok()) then
@@ -127,38 +126,27 @@ contains
       exit_code = EXIT_SUCCESS
    end subroutine take_checkpoint
 
-   !> Refuses names of files by which the run would destroy its scene, its rows or another run's checkpoint.
+   !> Refuses names by which the run would destroy what is there, or what it writes itself.
    subroutine check_names(command, scene, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       integer, intent(inout) :: exit_code
-      character(len=:), allocatable :: problem
-      problem = ''
-      if (same_file(scene%file, scene%output%file)) &
-         problem = printable_path(scene%output%file)//' is the scene itself and will not be written over'
-      if (events_file(scene) /= '') then
-         if (same_file(scene%file, events_file(scene))) &
-            problem = printable_path(events_file(scene))//' is the scene itself and will not be written over'
-         if (events_file(scene) == scene%output%file) &
-            problem = printable_path(events_file(scene))// &
-            ' is where the rows go (expected another name in &output events)'
-      end if
+      type(outputs_t) :: files
+      call files%read_scene(scene)
+      call files%add(scene%output%file, HISTORY)
+      call files%add(events_file(scene), EVENTS)
+      if (allocated(command%plot)) call files%add(command%plot, picture_kind(command%plot))
       if (allocated(command%checkpoint)) then
          associate (file => command%checkpoint)
-            if (file == events_file(scene)) then
-               problem = '--checkpoint '//printable_path(file)//' is where the events go'
-            else if (.not. goes_to_file(scene%output%file)) then
-               problem = '--checkpoint needs rows in a file (expected --output FILE)'
-            else if (file == scene%output%file) then
-               problem = '--checkpoint '//printable_path(file)//' is where the rows go'
-            else if (file_exists(file) .and. .not. is_resumed(command)) then
-               problem = printable_path(file)//' exists: go on with --resume, or remove it'
+            if (files%problem == '' .and. .not. goes_to_file(scene%output%file)) then
+               files%problem = '--checkpoint needs rows in a file (expected --output FILE)'
+            else if (files%problem == '' .and. file_exists(file) .and. .not. is_resumed(command)) then
+               files%problem = printable_path(file)//' exists: go on with --resume, or remove it'
             end if
+            call files%add(file, CHECKPOINT)
          end associate
       end if
-      if (problem == '') return
-      call say_error('nutate: '//problem)
-      exit_code = EXIT_INPUT
+      call files%report(exit_code)
    end subroutine check_names
 
    !> True where checkpoints go on in the file of the one resumed.

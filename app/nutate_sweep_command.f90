@@ -3,10 +3,12 @@ module nutate_sweep_command
    use nutate_cli, only: command_t
    use nutate_console, only: count_text, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
    use nutate_decimal, only: decimal_t
-   use nutate_files, only: same_file, write_text, STANDARD_OUTPUT
+   use nutate_event_history, only: events_name
+   use nutate_files, only: write_text, STANDARD_OUTPUT
    use nutate_kinds, only: long
    use nutate_member_history, only: write_member
    use nutate_member_rows, only: has_threads
+   use nutate_outputs, only: outputs_t, EVENTS, HISTORY, LISTING, MEANS, ROWS, ROWS_AS_CSV
    use nutate_printable, only: printable_path
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run_signals, only: caught_signal, signal_name, watch_signals
@@ -15,7 +17,7 @@ module nutate_sweep_command
    use nutate_sweep, only: sweep_t
    use nutate_sweep_crew, only: sweep_crew_t
    use nutate_sweep_csv, only: csv_line, header_line, write_csv
-   use nutate_sweep_listing, only: listing_fits, write_listing
+   use nutate_sweep_listing, only: listing_fits, listing_name, write_listing
    use nutate_sweep_merge, only: merge_parts, part_name, stem_of
    use nutate_sweep_progress, only: sweep_progress_t
    use nutate_sweep_summary, only: show_summary
@@ -45,7 +47,8 @@ contains
       end if
       exit_code = EXIT_SUCCESS
       call choose_members(command, scene, first, last, name)
-      call check_names(command, scene, name, last, exit_code)
+      call check_wishes(command, scene, name, last, exit_code)
+      if (exit_code == EXIT_SUCCESS) call check_names(command, scene, first, last, name, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
       call watch_signals()
       if (command%member > 0) then
@@ -90,8 +93,8 @@ contains
       if (allocated(command%output) .and. command%member == 0) name = command%output
    end subroutine choose_members
 
-   !> Refuses members that there are not, and names by which the sweep would destroy its scene.
-   subroutine check_names(command, scene, name, last, exit_code)
+   !> Refuses members that there are not, and options that do not go with the scene or the program.
+   subroutine check_wishes(command, scene, name, last, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(in) :: scene
       character(len=*), intent(in) :: name
@@ -102,8 +105,6 @@ contains
       if (max(last, command%member) > scene%ensemble%members) then
          problem = 'there is no member '//count_text(max(last, command%member))//' (expected 1 to '// &
                    count_text(scene%ensemble%members)//')'
-      else if (same_file(scene%file, name)) then
-         problem = printable_path(name)//' is the scene itself and will not be written over'
       else if (command%threads > 1 .and. .not. has_threads()) then
          problem = 'this program was built without threads (expected --threads 1, or make OPENMP=1)'
       else if (name == '-') then
@@ -115,7 +116,42 @@ contains
       if (problem == '') return
       call say_error('nutate: '//problem)
       exit_code = EXIT_INPUT
+   end subroutine check_wishes
+
+   !> Refuses names by which the sweep would destroy what is there, or what it writes itself.
+   subroutine check_names(command, scene, first, last, name, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(in) :: first, last
+      !> Of the rows.
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: exit_code
+      type(outputs_t) :: files
+      integer(long) :: member
+      integer :: i
+      call files%read_scene(scene)
+      if (command%member > 0) then
+         call add_history(scene, single_name(command, scene), files)
+      else
+         call files%add(name, merge(ROWS, MEANS, scene%ensemble%keeps_rows))
+         if (scene%ensemble%keeps_rows) call files%add(listing_name(name), LISTING)
+         if (allocated(command%csv)) call files%add(command%csv, ROWS_AS_CSV)
+         do i = 1, size(scene%ensemble%histories)
+            member = scene%ensemble%histories(i)
+            if (member >= first .and. member <= last) call add_history(scene, history_name(name, member), files)
+         end do
+      end if
+      call files%report(exit_code)
    end subroutine check_names
+
+   !> Adds the files of a member's history and of its events.
+   subroutine add_history(scene, name, files)
+      type(scene_t), intent(in) :: scene
+      character(len=*), intent(in) :: name
+      type(outputs_t), intent(inout) :: files
+      call files%add(name, HISTORY)
+      if (scene%events%count() > 0) call files%add(events_name(name), EVENTS)
+   end subroutine add_history
 
    !> Runs members to their file.
    subroutine run_all(command, crew, scene, first, last, name, exit_code)
@@ -214,6 +250,15 @@ contains
       history = stem_of(name)//'.member'//count_text(member)//'.csv'
    end function history_name
 
+   !> Where the history of the member goes that is run alone.
+   pure function single_name(command, scene) result(name)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: name
+      name = history_name(scene%ensemble%file, command%member)
+      if (allocated(command%output)) name = command%output
+   end function single_name
+
    !> Writes finished rows as CSV where that is wanted, and says what they came to.
    subroutine finish_output(command, scene, layout, first, last, name, exit_code, watcher, sweep)
       type(command_t), intent(in) :: command
@@ -267,8 +312,7 @@ contains
       character(len=:), allocatable :: name
       integer(long), allocatable :: fields(:)
       call make_layout(scene, layout, status)
-      name = history_name(scene%ensemble%file, command%member)
-      if (allocated(command%output)) name = command%output
+      name = single_name(command, scene)
       allocate (fields(layout%width()))
       call write_member(scene, layout, command%member, name, watcher, fields, reason, status)
       if (.not. status%ok()) then

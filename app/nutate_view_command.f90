@@ -2,8 +2,8 @@
 module nutate_view_command
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SUCCESS
-   use nutate_files, only: same_file
    use nutate_gnuplot, only: shell_quoted
+   use nutate_outputs, only: outputs_t, PAGE
    use nutate_printable, only: printable_path
    implicit none
    private
@@ -26,16 +26,9 @@ contains
                         '(expected python3 -m pip install ".[view]" in a checkout)')
          return
       end if
-      line = 'python3 -m nutate.view'
-      if (allocated(command%output)) then
-         if (same_file(command%output, command%scene)) then
-            call say_error('nutate: '//printable_path(command%output)// &
-                           ' is the scene itself and will not be written over')
-            exit_code = EXIT_INPUT
-            return
-         end if
-         line = line//' --output='//shell_quoted(command%output)
-      end if
+      call check_names(command, exit_code)
+      if (exit_code /= EXIT_SUCCESS) return
+      line = 'python3 -m nutate.view --output='//shell_quoted(page_name(command))
       do i = 1, size(command%overrides)
          change = trim(command%overrides(i))
          if (index(change, '-') == 1) then
@@ -51,6 +44,29 @@ contains
          exit_code = EXIT_OUTPUT
       end if
    end subroutine view_command
+
+   !> Where the page goes.
+   pure function page_name(command) result(name)
+      type(command_t), intent(in) :: command
+      character(len=:), allocatable :: name
+      integer :: dot
+      name = command%scene(index(command%scene, '/', back=.true.) + 1:)
+      dot = index(name, '.', back=.true.)
+      if (dot > 1) name = name(:dot - 1)
+      name = name//'.html'
+      if (allocated(command%output)) name = command%output
+   end function page_name
+
+   !> Refuses a name by which the page would destroy what is there.
+   subroutine check_names(command, exit_code)
+      type(command_t), intent(in) :: command
+      integer, intent(out) :: exit_code
+      type(outputs_t) :: files
+      exit_code = EXIT_SUCCESS
+      call files%read_file(command%scene, 'the scene itself')
+      call files%add(page_name(command), PAGE)
+      call files%report(exit_code)
+   end subroutine check_names
 
    !> True if Python can be started and has what it takes.
    logical function python_is_ready()

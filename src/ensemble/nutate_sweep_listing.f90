@@ -15,7 +15,7 @@ module nutate_sweep_listing
    implicit none
    private
 
-   public :: write_listing, listing_fits, status_in_words
+   public :: write_listing, listing_fits, listing_name, status_in_words
 
    character(len=*), parameter :: suffix = '.txt', mark = 'identity '
 
@@ -75,8 +75,15 @@ contains
          write (line, '(i4)') i
          text = text//line(1:4)//'  '//merge('i8', 'f8', layout%is_whole(i))//'  '//trim(layout%names(i))//line_feed
       end do
-      call replace_file(name//suffix, text, status)
+      call replace_file(listing_name(name), text, status)
    end subroutine write_listing
+
+   !> The path of the listing of a file of rows.
+   pure function listing_name(name) result(listing)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: listing
+      listing = name//suffix
+   end function listing_name
 
    !> True if the file of rows of a name is that of a scene and these members, as its listing says.
    logical function listing_fits(scene, first, last, name)
@@ -86,7 +93,7 @@ contains
       character(len=:), allocatable :: text, problem
       logical :: exists
       inquire (file=name, exist=exists)
-      call read_text_file(name//suffix, text, problem)
+      call read_text_file(listing_name(name), text, problem)
       listing_fits = exists .and. problem == '' .and. index(text, identity_line(scene, first, last)//achar(10)) > 0
    end function listing_fits
 

@@ -156,10 +156,10 @@ class Plot(CommandLineTest):
         os.mkdir(self.path("bin"))
         self.write("bin/gnuplot", "#!/bin/sh\nexit 1\n")
         os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
-        self.write("a.svg", "earlier")
+        self.write("a.svg", "<svg>earlier</svg>")
         self.fail_with(4, "cost", "box.nml", "--seconds", "0.5", "--plot", "a.svg", says=("a.svg", "gnuplot"),
                        env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
-        self.assertEqual(self.read("a.svg"), "earlier")
+        self.assertEqual(self.read("a.svg"), "<svg>earlier</svg>")
         self.assertEqual(self.names(), ["a.svg", "bin", "box.nml", "top.nml"])
 
     def test_no_two_curves_look_alike(self):

@@ -170,7 +170,7 @@ class BadOutput(CommandLineTest):
 
     @unittest.skipIf(os.geteuid() == 0, "root writes everywhere")
     def test_folder_and_file_that_must_not_be_written(self):
-        self.write("kept.csv", "kept")
+        self.write("kept.csv", "t,q0\n")
         os.chmod(self.path("kept.csv"), 0o444)
         self.fail_with(4, "run", "box.nml", "--output", "kept.csv", says=["permission"])
         os.mkdir(self.path("closed"), 0o555)
@@ -178,11 +178,11 @@ class BadOutput(CommandLineTest):
 
     def test_a_second_run_of_the_same_output_is_refused(self):
         with open(self.path("box.csv.partial"), "w", encoding="utf-8") as other:
-            other.write("rows of another run")
+            other.write("t,q0\n0,1\n")
             other.flush()
             fcntl.flock(other, fcntl.LOCK_EX)
             self.fail_with(4, "run", "box.nml", says=["box.csv", "another run"])
-            self.assertEqual(self.read("box.csv.partial"), "rows of another run")
+            self.assertEqual(self.read("box.csv.partial"), "t,q0\n0,1\n")
         self.succeed("run", "box.nml")
 
     def test_remains_of_a_failed_run_are_replaced(self):

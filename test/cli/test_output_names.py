@@ -71,6 +71,94 @@ class Formats(CommandLineTest):
             self.succeed("run", "box.nml", "--output", name)
 
 
+class Kinds(CommandLineTest):
+    """What is there is replaced only by a file of the same kind."""
+
+    SWEEP = "&ensemble members = 3 /\n&vary key = 'body.mass', distribution = 'uniform', low = 11.0, high = 13.0 /\n"
+
+    def bytes_of(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def kept(self, name, *command, says=()):
+        """The command is refused in one line and leaves all files as they were."""
+        before = {each: self.bytes_of(each) for each in self.names()}
+        done = self.fail_with(2, *command, says=(name, *says))
+        self.assertEqual(done.stderr.count("\n"), 1)
+        self.assertEqual({each: self.bytes_of(each) for each in self.names()}, before)
+
+    def make_files(self):
+        """A file of every kind but pictures and pages."""
+        with open(self.path("box.nml"), encoding="utf-8") as file:
+            self.write("many.nml", file.read() + self.SWEEP + "&event name = 'turn', when = 'omega1', crosses = 0.0 /\n")
+        self.succeed("run", "many.nml", "--output", "history")
+        self.succeed("sweep", "many.nml", "--output", "rows", "--csv", "members")
+        self.succeed("sweep", "many.nml", "--output", "means", "--set", "ensemble.rows=none")
+        self.succeed("cost", "box.nml", "--seconds", "0.3", "--csv", "costs")
+        self.fail_with(3, "run", "many.nml", "--output", "other", "--checkpoint", "ck", "--max-steps", "3")
+        self.write("notes", "to do\n")
+        self.write("table", "t (s),x (N m),y (N m),z (N m)\n0,0,0,0\n1,0,0,0\n")
+
+    def test_no_command_replaces_a_file_of_another_kind(self):
+        self.make_files()
+        kinds = {"history": ("run", "many.nml", "--output"), "history.events.csv": ("run", "many.nml", "--set"),
+                 "rows": ("sweep", "many.nml", "--output"), "members": ("sweep", "many.nml", "--output", "r.npy", "--csv"),
+                 "means": ("sweep", "many.nml", "--set", "ensemble.rows=none", "--output"),
+                 "costs": ("cost", "box.nml", "--seconds", "0.3", "--csv")}
+        others = [*kinds, "rows.txt", "ck", "other.partial", "notes", "top.nml"]
+        for kind, command in kinds.items():
+            for name in others:
+                if name != kind and (name, kind) != ("other.partial", "history"):
+                    self.kept(name, *command, f"output.events='{name}'" if command[-1] == "--set" else name)
+        for name in others:
+            if name not in ("history", "other.partial"):
+                self.kept(name, "sweep", "many.nml", "--member", "2", "--output", name)
+
+    def test_what_a_command_writes_beside_its_output_replaces_nothing_else(self):
+        self.make_files()
+        self.write("r.npy.txt", "to do\n")
+        self.kept("r.npy.txt", "sweep", "many.nml", "--output", "r.npy")
+        self.write("s.member2.csv", "to do\n")
+        self.kept("s.member2.csv", "sweep", "many.nml", "--output", "s.npy", "--set", "ensemble.histories=2")
+        self.write("h.events.csv", "to do\n")
+        self.kept("h.events.csv", "run", "many.nml", "--output", "h.csv")
+        # Rows of an interrupted sweep.
+        os.rename(self.path("rows"), self.path("h.partial"))
+        self.kept("h.partial", "run", "box.nml", "--output", "h")
+
+    def test_a_member_alone_leaves_the_rows_of_the_sweep(self):
+        self.make_files()
+        self.succeed("sweep", "many.nml", "--output", "o.npy")
+        self.kept("o.npy", "sweep", "many.nml", "--output", "o.npy", "--member", "2", says=("histories are CSV",))
+        self.kept("o.npy", "sweep", "many.nml", "--output", "o.npy", "--csv", "o.npy")
+        self.kept("new.csv", "sweep", "many.nml", "--output", "new.csv", "--csv", "./new.csv", says=("where the rows go",))
+
+    def test_tables_are_not_written_over(self):
+        self.write("t.csv", "t (s),x (N m),y (N m),z (N m)\n0,0,0,0\n1,0,0,0\n")
+        for name in ("t.csv", "./t.csv"):
+            self.kept(name, "run", "box.nml", "--set", "torque.table='t.csv'", "--output", name, says=("table of the scene",))
+        self.write("times.csv", "t (s)\n0\n0.1\n")
+        self.kept("times.csv", "run", "box.nml", "--set", "output.times_file='times.csv'", "--output", "times.csv")
+
+    def test_pictures_and_pages_replace_their_like_only(self):
+        self.succeed("run", "box.nml")
+        for name in ("a.svg", "a.png", "a.html"):
+            self.write(name, "t,q0\n")
+        for name in ("a.svg", "a.png"):
+            self.kept(name, "plot", "box.csv", "--output", name, says=("a history, not a", "picture"))
+            self.kept(name, "run", "box.nml", "--plot", name)
+            self.kept(name, "cost", "box.nml", "--plot", name, "--seconds", "0.3")
+        os.mkdir(self.path("bin"))
+        self.write("bin/python3", "#!/bin/sh\nexit 0\n")
+        os.chmod(self.path("bin/python3"), stat.S_IRWXU)
+        path = {**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]}
+        self.fail_with(2, "view", "box.nml", "--output", "a.html", says=("a.html", "not a web page"), env=path)
+        self.write("box.html", "to do\n")
+        self.fail_with(2, "view", "box.nml", says=("box.html", "not a web page"), env=path)
+        self.write("box.html", "<!DOCTYPE html>\n")
+        self.succeed("view", "box.nml", env=path)
+
+
 class LongNames(CommandLineTest):
     def test_names_up_to_the_longest_are_written(self):
         self.succeed("run", "box.nml", "--output", "plain.csv")

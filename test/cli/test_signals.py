@@ -164,13 +164,13 @@ class OtherCommands(SignalTest):
         self.ends_by(run, signal.SIGTERM, ["box.nml: stopped by SIGTERM"])
 
     def test_a_cost_study_writes_nothing(self):
-        self.write("kept.csv", "of an earlier study\n")
+        self.write("kept.csv", "method,order,\n")
         for seconds in (0.0, 0.3, 1.0):
             run = self.start("cost", "top.nml", "--csv", "kept.csv", stdout=subprocess.DEVNULL)
             time.sleep(seconds)
             run.send_signal(signal.SIGINT)
             self.ends_by(run, signal.SIGINT, ["top.nml: stopped by SIGINT; nothing was written"])
-            self.assertEqual(self.read("kept.csv"), "of an earlier study\n")
+            self.assertEqual(self.read("kept.csv"), "method,order,\n")
             self.assertEqual(self.names(), ["box.nml", "kept.csv", "top.nml"])
 
 

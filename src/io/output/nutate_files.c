@@ -101,12 +101,26 @@ int nutate_file_target(const char *path, char *target, int size, int *longest)
     return strlen(slash ? slash + 1 : target) <= (size_t)*longest ? 0 : ENAMETOOLONG;
 }
 
-/* 1 if two paths stand for the same existing file. */
+/* 1 if two paths lead to the same name in the same folder, where there need be no file yet. */
+static int same_place(const char *a, const char *b)
+{
+    char first[LONGEST_PATH], second[LONGEST_PATH];
+    struct stat one, other;
+    int longest;
+    if (nutate_file_target(a, first, sizeof first, &longest) || nutate_file_target(b, second, sizeof second, &longest)) return 0;
+    const char *first_slash = strrchr(first, '/'), *second_slash = strrchr(second, '/');
+    if (strcmp(first_slash ? first_slash + 1 : first, second_slash ? second_slash + 1 : second) != 0) return 0;
+    if (stat(dirname(first), &one) != 0 || stat(dirname(second), &other) != 0) return 0;
+    return one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+}
+
+/* 1 if two paths stand for the same file, whether it is there or is to be written. */
 int nutate_file_same(const char *a, const char *b)
 {
     struct stat first, second;
-    if (stat(a, &first) != 0 || stat(b, &second) != 0) return 0;
-    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+    int there = (stat(a, &first) == 0) + (stat(b, &second) == 0);
+    if (there == 0) return same_place(a, b);
+    return there == 2 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
 /* A file marked read-only is not to be replaced, though rename() would. */

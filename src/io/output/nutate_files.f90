@@ -446,7 +446,7 @@ contains
       is_terminal = file_is_terminal(int(descriptor, c_int)) /= 0
    end function is_terminal
 
-   !> True if two paths stand for the same existing file.
+   !> True if two paths stand for the same file, whether it is there or is to be written.
    logical function same_file(a, b)
       character(len=*), intent(in) :: a, b
       same_file = file_same(a//c_null_char, b//c_null_char) /= 0

@@ -1,0 +1,200 @@
+!> The files that a command reads and writes. Each output has its own name, is none of the inputs, and replaces only a
+!> file of the same kind, which its first bytes tell.
+module nutate_outputs
+   use nutate_console, only: say_error, EXIT_INPUT
+   use nutate_files, only: goes_to_file, partial_name, same_file
+   use nutate_kinds, only: long
+   use nutate_printable, only: printable_path
+   use nutate_scene, only: scene_t
+   use nutate_scene_output, only: format_fault
+   use nutate_scene_table, only: path_beside
+   use nutate_spelling, only: lower_case
+   use nutate_sweep_file, only: read_bytes
+   implicit none
+   private
+
+   public :: outputs_t
+   public :: EVENTS, HISTORY, ROWS, ROWS_AS_CSV, MEANS, COSTS, PAGE, CHECKPOINT, LISTING, picture_kind
+
+   !> What a command writes: places in `kinds`.
+   integer, parameter :: EVENTS = 1, HISTORY = 2, ROWS = 3, ROWS_AS_CSV = 4, MEANS = 5, COSTS = 6, PAGE = 7, SVG = 8, &
+                         PNG = 10, CHECKPOINT = 11, LISTING = 13
+   !> Bytes by which a file is recognised.
+   integer, parameter :: longest_start = 24
+
+   !> One kind of file.
+   type :: kind_t
+      !> What it is, and what is said to go there.
+      character(len=24) :: words, content
+      !> How it begins.
+      character(len=longest_start) :: start
+      !> It is CSV, and must not have the name of another format.
+      logical :: is_csv = .false.
+   end type kind_t
+
+   !> All kinds. Of two that begin alike the longer beginning comes first; those with the same words are one kind, such
+   !> as the means of a sweep and its sums while it runs.
+   type(kind_t), parameter :: kinds(13) = [ &
+      kind_t('a file of events', 'events go', 't,event,', .true.), &
+      kind_t('a history', 'rows go', 't,', .true.), &
+      kind_t('a NumPy file of rows', 'rows go', char(147)//'numpy'), &
+      kind_t('a CSV file of members', 'rows go as CSV', 'member,status,', .true.), &
+      kind_t('a CSV file of means', 'means go', 'field,members,', .true.), &
+      kind_t('a CSV file of run times', 'run times go', 'method,order,', .true.), &
+      kind_t('a web page', 'page goes', '<!doctype html'), &
+      kind_t('an SVG picture', 'picture goes', '<?xml'), &
+      kind_t('an SVG picture', 'picture goes', '<svg'), &
+      kind_t('a PNG picture', 'picture goes', char(137)//'png'), &
+      kind_t('a checkpoint', 'checkpoint goes', 'nutate checkpoint'), &
+      kind_t('a CSV file of means', 'means go', 'nutate sweep sums'), &
+      kind_t('a listing of fields', 'listing of fields goes', 'nutate')]
+
+   !> One file.
+   type :: item_t
+      character(len=:), allocatable :: name
+      !> 0: it is read.
+      integer :: kind = 0
+      !> What it is that is read.
+      character(len=:), allocatable :: words
+   end type item_t
+
+   !> The files of a command.
+   type :: outputs_t
+      !> The first thing that is wrong with them, in a line; empty if nothing is.
+      character(len=:), allocatable :: problem
+      type(item_t), allocatable, private :: items(:)
+   contains
+      !> Begins with what is read: a file, or a scene with its tables.
+      procedure :: read_file
+      procedure :: read_scene
+      !> Adds a file to be written.
+      procedure :: add
+      !> Says what is wrong.
+      procedure :: report
+   end type outputs_t
+
+contains
+
+   !> Begins with a file that is read.
+   subroutine read_file(self, name, words)
+      class(outputs_t), intent(inout) :: self
+      !> Its path, and what it is.
+      character(len=*), intent(in) :: name, words
+      if (.not. allocated(self%items)) then
+         allocate (self%items(0))
+         self%problem = ''
+      end if
+      self%items = [self%items, item_t(name, 0, words)]
+   end subroutine read_file
+
+   !> Begins with a scene and the tables that it names.
+   subroutine read_scene(self, scene)
+      class(outputs_t), intent(inout) :: self
+      type(scene_t), intent(in) :: scene
+      character(len=*), parameter :: keys(2) = [character(len=10) :: 'table', 'times_file']
+      integer :: i, k
+      call self%read_file(scene%file, 'the scene itself')
+      do i = 1, size(scene%groups)
+         associate (group => scene%groups(i))
+            do k = 1, size(keys)
+               if (group%has(trim(keys(k)))) &
+                  call self%read_file(path_beside(scene%file, group%text(trim(keys(k)), '')), 'a table of the scene')
+            end do
+         end associate
+      end do
+   end subroutine read_scene
+
+   !> Adds a file to be written, unless it has no name.
+   subroutine add(self, name, kind)
+      !> With what is read.
+      class(outputs_t), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      !> `HISTORY`, ...
+      integer, intent(in) :: kind
+      integer :: i
+      if (name == '' .or. self%problem /= '') return
+      self%problem = format_problem(name, kind)
+      do i = 1, size(self%items)
+         if (self%problem == '') self%problem = clash(self%items(i), name)
+      end do
+      if (self%problem == '' .and. goes_to_file(name)) then
+         self%problem = objection(name, kind, .true.)
+         if (self%problem == '') self%problem = objection(partial_name(name), kind, .false.)
+      end if
+      self%items = [self%items, item_t(name, kind)]
+   end subroutine add
+
+   !> Says what is wrong with the files, if anything is.
+   subroutine report(self, exit_code)
+      class(outputs_t), intent(in) :: self
+      !> Changed where something is wrong.
+      integer, intent(inout) :: exit_code
+      if (self%problem == '') return
+      call say_error('nutate: '//self%problem)
+      exit_code = EXIT_INPUT
+   end subroutine report
+
+   !> The kind of a picture of this name.
+   pure integer function picture_kind(name) result(kind)
+      !> `is_picture`.
+      character(len=*), intent(in) :: name
+      kind = merge(SVG, PNG, name(len(name) - 3:) == '.svg')
+   end function picture_kind
+
+   !> What is wrong with the end of a name; empty if nothing is.
+   function format_problem(name, kind) result(problem)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: kind
+      character(len=:), allocatable :: problem
+      problem = ''
+      if (.not. kinds(kind)%is_csv) return
+      problem = format_fault(name)
+      if (problem /= '') problem = printable_path(name)//' '//problem//' (expected a name such as NAME.csv)'
+   end function format_problem
+
+   !> Why a file cannot have this name beside another one; empty if it can.
+   function clash(other, name) result(problem)
+      type(item_t), intent(in) :: other
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: problem
+      logical :: same
+      problem = ''
+      ! What goes to a device may go there twice.
+      same = other%name == name .and. name == '-'
+      if (goes_to_file(name)) same = same_file(other%name, name)
+      if (.not. same) return
+      if (other%kind == 0) then
+         problem = printable_path(name)//' is '//other%words//' and will not be written over'
+      else
+         problem = printable_path(name)//' is where the '//trim(kinds(other%kind)%content)
+      end if
+      problem = problem//' (expected another name)'
+   end function clash
+
+   !> Why a file cannot take the place of one that is there; empty if it can.
+   function objection(path, kind, is_whole) result(problem)
+      !> Of the file that is there; empty for none.
+      character(len=*), intent(in) :: path
+      !> Of the new one.
+      integer, intent(in) :: kind
+      !> It is a finished file; remains of a crash that show no kind can go.
+      logical, intent(in) :: is_whole
+      character(len=:), allocatable :: problem, start
+      integer :: there
+      problem = ''
+      if (path == '') return
+      call read_bytes(path, 0_long, longest_start, start)
+      if (len(start) == 0) return
+      do there = 1, size(kinds)
+         if (index(lower_case(start), trim(kinds(there)%start)) == 1) exit
+      end do
+      if (there > size(kinds)) then
+         if (is_whole) problem = ' is there and is not '//trim(kinds(kind)%words)// &
+                                 ' (expected another name, or remove it)'
+      else if (kinds(there)%words /= kinds(kind)%words) then
+         problem = ' is '//trim(kinds(there)%words)//', not '//trim(kinds(kind)%words)//' (expected another name)'
+      end if
+      if (problem /= '') problem = printable_path(path)//problem
+   end function objection
+
+end module nutate_outputs
