@@ -109,6 +109,7 @@ contains
             call watcher%invariants%start(scene%system, scene%initial, j0, scene%integrator%attitude)
          end associate
          watcher%sees_every_step = watcher%columns%follows_steps .or. associated(watcher%history)
+         watcher%rows_at_steps = scene%output%by_default .and. .not. associated(watcher%history)
          asker%sweep => watcher%sweep
          call run%find_steps(scene%system, outcome, asker)
          if (outcome%ok()) call run%go(scene%system, outcome, watcher)

@@ -215,7 +215,7 @@ contains
       if (allocated(progress%plan%times)) then
          is_row = .false.
          call show_inside(progress, policy, system, watched, observer, status)
-      else if (progress%plan%interval > 0.0_wp) then
+      else if (progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) then
          call show_inside(progress, policy, system, watched, observer, status)
       else if (mod(progress%summary%steps, progress%plan%every) == 0) then
          is_row = .true.
@@ -237,7 +237,7 @@ contains
       real(wp), intent(inout) :: watched
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
-      if (progress%plan%interval > 0.0_wp .or. allocated(progress%plan%times)) &
+      if ((progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) .or. allocated(progress%plan%times)) &
          call show_inside(progress, policy, system, watched, observer, status)
       if (observer%sees_every_step) &
          call watch_turn(progress, policy, system, progress%state, watched, observer, status)

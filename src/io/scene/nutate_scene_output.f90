@@ -28,6 +28,8 @@ module nutate_scene_output
       character(len=:), allocatable :: events
       !> Names of the sets of columns, as asked for; shape (number of sets).
       character(len=name_length), allocatable :: columns(:)
+      !> Steps are adaptive, and the scene does not say when rows are due: the run is divided into equal intervals.
+      logical :: by_default = .false.
       !> Significant digits of the numbers; 0: as many as read back exactly.
       integer :: digits = 0
       !> Angles in degrees, rates in degrees per second.
@@ -95,8 +97,8 @@ contains
       plan%every = group%whole('every', 1)
       if (plan%goal%active()) then
          plan%interval = group%number('interval', 0.0_wp)
-         if (.not. (group%has('interval') .or. group%has('every') .or. allocated(plan%times))) &
-            plan%interval = abs(plan%end_time)/usual_intervals
+         output%by_default = .not. (group%has('interval') .or. group%has('every') .or. allocated(plan%times))
+         if (output%by_default) plan%interval = abs(plan%end_time)/usual_intervals
          if (group%has('interval') .and. .not. is_countable(plan%end_time, plan%interval)) call error%raise( &
             group%line_of('interval'), 'interval is too small for end_time', expected='less than 9e15 rows')
       else if (group%has('interval')) then
