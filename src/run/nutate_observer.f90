@@ -35,7 +35,8 @@ module nutate_observer
    type, abstract :: observer_t
       !> `watch` is to be called.
       logical :: sees_every_step = .false.
-      !> Rows at intervals are not needed: the ends of steps, which cost nothing, are observed instead. Steps stay the same.
+      !> Rows at intervals are not needed: the ends of steps, which cost nothing, are observed instead. Steps stay the
+      !> same.
       logical :: rows_at_steps = .false.
       !> `keep` is to be called where a run ends at `max_steps`.
       logical :: keeps_archives = .false.
