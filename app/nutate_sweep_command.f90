@@ -4,7 +4,7 @@ module nutate_sweep_command
    use nutate_console, only: count_text, say_error, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
    use nutate_decimal, only: decimal_t
    use nutate_event_history, only: events_name
-   use nutate_files, only: write_text, STANDARD_OUTPUT
+   use nutate_files, only: file_exists, partial_name, write_text, STANDARD_OUTPUT
    use nutate_kinds, only: long
    use nutate_member_history, only: write_member
    use nutate_member_rows, only: has_threads
@@ -21,6 +21,7 @@ module nutate_sweep_command
    use nutate_sweep_merge, only: merge_parts, part_name, stem_of
    use nutate_sweep_progress, only: sweep_progress_t
    use nutate_sweep_summary, only: show_summary
+   use nutate_sweep_sums, only: any_succeeded
    implicit none
    private
 
@@ -134,7 +135,7 @@ contains
          call add_history(scene, single_name(command, scene), files)
       else
          call files%add(name, merge(ROWS, MEANS, scene%ensemble%keeps_rows))
-         if (scene%ensemble%keeps_rows) call files%add(listing_name(name), LISTING)
+         call files%add(listing_name(name), LISTING)
          if (allocated(command%csv)) call files%add(command%csv, ROWS_AS_CSV)
          do i = 1, size(scene%ensemble%histories)
             member = scene%ensemble%histories(i)
@@ -164,10 +165,8 @@ contains
       type(sweep_t), target :: sweep
       type(sweep_progress_t), target :: watcher
       type(status_t) :: status, closing
-      if (command%goes_on .and. scene%ensemble%keeps_rows .and. listing_fits(scene, first, last, name)) then
-         if (.not. command%quiet) call say_error(printable_path(name)//' is complete')
-         call make_layout(scene, sweep%layout, status)
-         call finish_output(command, scene, sweep%layout, first, last, name, exit_code)
+      if (command%goes_on .and. file_exists(name) .and. partial_name(name) == '') then
+         call keep_finished(command, scene, first, last, name, exit_code)
          return
       end if
       call sweep%open(scene, first, last, name, command%goes_on, status, crew%workers())
@@ -179,8 +178,7 @@ contains
       call watcher%start(wanted=.not. command%quiet)
       call crew%go(sweep, scene, watcher, status)
       call watcher%bar%erase()
-      if (status%ok() .and. scene%ensemble%keeps_rows) &
-         call write_listing(scene, sweep%layout, first, last, name, status)
+      if (status%ok()) call write_listing(scene, sweep%layout, first, last, name, status)
       if (status%ok()) then
          call sweep%close(status)
       else
@@ -194,6 +192,30 @@ contains
       if (exit_code == EXIT_SUCCESS) call finish_output(command, scene, sweep%layout, first, last, name, exit_code, &
                                                         watcher, sweep)
    end subroutine run_all
+
+   !> Leaves a finished file alone, which must be of this sweep.
+   subroutine keep_finished(command, scene, first, last, name, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      integer(long), intent(in) :: first, last
+      character(len=*), intent(in) :: name
+      integer, intent(inout) :: exit_code
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      if (.not. listing_fits(scene, first, last, name)) then
+         exit_code = EXIT_INPUT
+         call say_error('nutate: '//printable_path(name)//' is finished and belongs to another sweep, or '// &
+                        printable_path(listing_name(name))//' is gone (expected another --output, or no --resume)')
+         return
+      end if
+      if (.not. command%quiet) call say_error(printable_path(name)//' is complete')
+      if (scene%ensemble%keeps_rows) then
+         call make_layout(scene, layout, status)
+         call finish_output(command, scene, layout, first, last, name, exit_code)
+      else if (.not. any_succeeded(name)) then
+         exit_code = EXIT_RUN
+      end if
+   end subroutine keep_finished
 
    !> Says why a sweep ended before its end.
    subroutine give_up(crew, scene, sweep, status, name, exit_code)

@@ -9,10 +9,11 @@ module nutate_sweep_sums
    use nutate_row_layout, only: real_of, row_layout_t
    use nutate_state, only: add_increment
    use nutate_status, only: status_t
+   use nutate_text_file, only: read_text_file
    implicit none
    private
 
-   public :: sweep_sums_t, most_codes
+   public :: sweep_sums_t, any_succeeded, most_codes
 
    !> Codes of a status lie below.
    integer, parameter :: most_codes = 32
@@ -145,6 +146,14 @@ contains
          call file%abandon(closing)
       end if
    end subroutine write_sums
+
+   !> True if members reached their end, as a file of sums says.
+   logical function any_succeeded(name)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: text, problem
+      call read_text_file(name, text, problem)
+      any_succeeded = index(text, new_line('a')//'status_0,') > 0
+   end function any_succeeded
 
    !> Shows all to an archive.
    subroutine transfer_sums(self, archive)

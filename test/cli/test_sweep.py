@@ -290,6 +290,42 @@ class Interrupted(SweepTest):
         self.assertEqual(self.sweep(), whole)
 
 
+class Finished(SweepTest):
+    """What --resume does where the file is whole."""
+
+    MEANS = Sums.MEANS
+    OTHERS = (("--set", "ensemble.seed=2"), ("--set", "integrator.time_step=0.005"), ("--set", "initial.angular_velocity=0,0,1"),
+              ("--members", "1:100"))
+
+    def test_the_finished_file_of_another_sweep_is_refused(self):
+        for name, more in (("rows.npy", ()), ("mean.csv", self.MEANS)):
+            rows = self.sweep(*more, output=name)
+            for other in self.OTHERS:
+                if more and other[0] == "--members":
+                    continue
+                said = self.fail_with(2, "sweep", "tumble.nml", "--output", name, "--resume", *more, *other,
+                                      says=[name, "another sweep", "--resume"])
+                self.assertEqual(said.stderr.count("\n"), 1)
+                self.assertEqual(self.bytes_of(name), rows)
+            before = os.stat(self.path(name)).st_mtime_ns
+            self.assertIn("is complete", self.succeed("sweep", "tumble.nml", "--output", name, "--resume", *more).stderr)
+            self.assertEqual(os.stat(self.path(name)).st_mtime_ns, before)
+            os.remove(self.path(name + ".txt"))
+            self.fail_with(2, "sweep", "tumble.nml", "--output", name, "--resume", *more, says=[name + ".txt is gone"])
+            self.assertEqual(self.bytes_of(name), rows)
+
+    def test_without_resume_another_sweep_takes_its_place(self):
+        rows = self.sweep()
+        self.assertNotEqual(self.sweep("--set", "ensemble.seed=2"), rows)
+
+    def test_a_file_of_means_without_members_fails_again(self):
+        self.write("tumble.nml", TUMBLE.replace("low = 4.9, 19.6, 16.7, high = 5.1", "low = 0.1, 19.6, 16.7, high = 0.2"))
+        for _ in range(2):
+            done = self.nutate("sweep", "tumble.nml", "--output", "mean.csv", "--resume", *self.MEANS)
+            self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("mean.csv is complete", done.stderr)
+
+
 class Tables(SweepTest):
     SCENE = TUMBLE.replace("members = 200", "table = 'cases.csv'").split("&vary")[0]
 
