@@ -9,7 +9,8 @@ module test_history
    use nutate_hamiltonian, only: make_state
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, pi
-   use nutate_quaternion, only: quat_exp
+   use nutate_followed_angles, only: followed_angles_t
+   use nutate_quaternion, only: quat_exp, quat_normalized, quat_product
    use nutate_observer, only: run_record_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_spelling, only: split_list
@@ -36,6 +37,7 @@ contains
          new_unittest("unknown columns are refused", unknown_columns_are_refused), &
          new_unittest("columns hold what their names say", columns_hold_what_their_names_say), &
          new_unittest("angles keep their whole revolutions", angles_keep_their_turns), &
+         new_unittest("every sequence of angles makes the attitude", every_sequence_of_angles_makes_the_attitude), &
          new_unittest("a history has its name when complete", a_history_has_its_name_when_complete), &
          new_unittest("an abandoned history keeps its rows", an_abandoned_history_keeps_its_rows), &
          new_unittest("a history has one writer", a_history_has_one_writer), &
@@ -223,6 +225,66 @@ contains
       call columns%evaluate(system, state, run_record_t(), values)
       call check_close(error, values(2:4), [0.0_wp, 0.3_wp, 19.0_wp], 1e-13_wp)
    end subroutine angles_keep_their_turns
+
+   !> Each sequence gives back the attitude that its angles made: 200 random starts, then small turns that add up to
+   !> several revolutions, in which no angle jumps.
+   subroutine every_sequence_of_angles_makes_the_attitude(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=3), parameter :: sequences(12) = ['121', '123', '131', '132', '212', '213', '231', '232', '312', &
+                                                      '313', '321', '323']
+      type(followed_angles_t) :: followed
+      real(wp) :: q(4), omega(3), angles(3), before(3)
+      integer(int64) :: seed
+      integer :: i, k, n
+      seed = 5_int64
+      do k = 1, size(sequences)
+         do n = 1, 200
+            q = quat_normalized([(random_unit(seed) - 0.5_wp, i=1, 4)])
+            omega = [(2*random_unit(seed) - 1, i=1, 3)]
+            call followed%start(sequences(k), q, omega)
+            angles = followed%angles()
+            do i = 1, 300
+               call followed%follow(q)
+               before = angles
+               angles = followed%angles()
+               ! The quaternion itself, or its negative: the sign is that of the start.
+               call check_close(error, abs(dot_product(made_by(sequences(k), angles), q)), 1.0_wp, 1e-13_wp, &
+                                sequences(k))
+               if (allocated(error)) return
+               ! Away from the poles no angle changes by more than the turn over the sine to the nearest pole.
+               if (pole_distance(sequences(k), angles) > 0.3_wp .and. pole_distance(sequences(k), before) > 0.3_wp) &
+                  call check(error, all(abs(angles - before) <= 0.04_wp*norm2(omega)/0.2_wp), sequences(k)//' jumps')
+               if (allocated(error)) return
+               q = quat_product(q, quat_exp(0.02_wp*omega))
+            end do
+         end do
+      end do
+   end subroutine every_sequence_of_angles_makes_the_attitude
+
+   !> The product of turns about the axes of a sequence.
+   pure function made_by(sequence, angles) result(q)
+      character(len=3), intent(in) :: sequence
+      real(wp), intent(in) :: angles(3)
+      real(wp) :: q(4), axis(3)
+      integer :: i
+      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      do i = 1, 3
+         axis = 0.0_wp
+         axis(index('123', sequence(i:i))) = 0.5_wp*angles(i)
+         q = quat_product(q, quat_exp(axis))
+      end do
+   end function made_by
+
+   !> How far the second angle is from where the others are not unique, rad.
+   pure real(wp) function pole_distance(sequence, angles)
+      character(len=3), intent(in) :: sequence
+      real(wp), intent(in) :: angles(3)
+      if (sequence(1:1) == sequence(3:3)) then
+         pole_distance = min(angles(2), pi - angles(2))
+      else
+         pole_distance = 0.5_wp*pi - abs(angles(2))
+      end if
+   end function pole_distance
 
    !> θ = 0.3, then a spin.
    pure function tilted(spin) result(q)

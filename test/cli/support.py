@@ -41,6 +41,9 @@ COLUMNS = {
     "solver": ["iterations", "step_residual"],
     "jacobi": ["jacobi"],
     "world_work": ["world_work"],
+    "roll_pitch_yaw": ["roll", "pitch", "yaw"],
+    **{f"euler_{axes}": [f"euler_{axes}_{i}" for i in (1, 2, 3)]
+       for axes in ("121", "123", "131", "132", "212", "213", "231", "232", "312", "321", "323")},
 }
 ORBIT_COLUMNS = {
     "orbit_attitude": ["roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3"],

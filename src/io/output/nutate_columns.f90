@@ -2,8 +2,9 @@
 !> case of `write_set`.
 module nutate_columns
    use nutate_archive, only: archive_t
-   use nutate_attitude, only: euler_of_motion, follow_euler, quat_from_euler, roll_pitch_yaw_from_quat
+   use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_effect_list, only: effect_list_t
+   use nutate_followed_angles, only: followed_angles_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, potential_energy, &
       relative_rate, space_momentum
    use nutate_kinds, only: wp, pi
@@ -34,12 +35,14 @@ module nutate_columns
       integer :: wheel = 0
       !> It shows an orbit; the sun of an orbit.
       logical :: orbit = .false., sun = .false.
+      !> Its columns are the Euler angles of this sequence of axes.
+      character(len=3) :: sequence = ''
    end type column_set_t
 
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
-      MOMENTUM_SPACE = 6, EULER = 7, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
-      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, WORLD_WORK = 15
+      MOMENTUM_SPACE = 6, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
+      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, WORLD_WORK = 15, ROLL_PITCH_YAW = 22
 
    !> All sets of columns, in the order in which they stand in a history.
    type(column_set_t), parameter :: column_sets(*) = [ &
@@ -49,7 +52,7 @@ module nutate_columns
       column_set_t('angular_velocity_space', 3, 'omega_x,omega_y,omega_z', last_angle=3), &
       column_set_t('angular_momentum', 3, 'L1,L2,L3', attitude=.false.), &
       column_set_t('angular_momentum_space', 3, 'l_x,l_y,l_z'), &
-      column_set_t('euler', 3, 'phi,theta,psi', last_angle=3), &
+      column_set_t('euler', 3, 'phi,theta,psi', last_angle=3, sequence='313'), &
       column_set_t('energy', 5, 'kinetic,potential,total,work,energy_residual', attitude=.false.), &
       column_set_t('constraints', 2, 'norm_error,orthogonality'), &
       column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.), &
@@ -71,7 +74,19 @@ module nutate_columns
       column_set_t('wheel5', 4, 'wheel5_speed,wheel5_momentum,wheel5_motor_work,wheel5_friction_work', &
                    attitude=.false., wheel=5), &
       column_set_t('wheel6', 4, 'wheel6_speed,wheel6_momentum,wheel6_motor_work,wheel6_friction_work', &
-                   attitude=.false., wheel=6)]
+                   attitude=.false., wheel=6), &
+      column_set_t('roll_pitch_yaw', 3, 'roll,pitch,yaw', last_angle=3), &
+      column_set_t('euler_121', 3, 'euler_121_1,euler_121_2,euler_121_3', last_angle=3, sequence='121'), &
+      column_set_t('euler_123', 3, 'euler_123_1,euler_123_2,euler_123_3', last_angle=3, sequence='123'), &
+      column_set_t('euler_131', 3, 'euler_131_1,euler_131_2,euler_131_3', last_angle=3, sequence='131'), &
+      column_set_t('euler_132', 3, 'euler_132_1,euler_132_2,euler_132_3', last_angle=3, sequence='132'), &
+      column_set_t('euler_212', 3, 'euler_212_1,euler_212_2,euler_212_3', last_angle=3, sequence='212'), &
+      column_set_t('euler_213', 3, 'euler_213_1,euler_213_2,euler_213_3', last_angle=3, sequence='213'), &
+      column_set_t('euler_231', 3, 'euler_231_1,euler_231_2,euler_231_3', last_angle=3, sequence='231'), &
+      column_set_t('euler_232', 3, 'euler_232_1,euler_232_2,euler_232_3', last_angle=3, sequence='232'), &
+      column_set_t('euler_312', 3, 'euler_312_1,euler_312_2,euler_312_3', last_angle=3, sequence='312'), &
+      column_set_t('euler_321', 3, 'euler_321_1,euler_321_2,euler_321_3', last_angle=3, sequence='321'), &
+      column_set_t('euler_323', 3, 'euler_323_1,euler_323_2,euler_323_3', last_angle=3, sequence='323')]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -80,10 +95,6 @@ module nutate_columns
    type :: shared_t
       !> Ω, body axes, rad/s; shape (3). Only where a set needs it.
       real(wp) :: omega(3) = 0.0_wp
-      !> φ, θ, ψ, rad, followed from the first state on. Only where a set needs them.
-      real(wp) :: phi = 0.0_wp, theta = 0.0_wp, psi = 0.0_wp
-      !> The quaternion of these angles is q, 1, or -q, -1.
-      real(wp) :: side = 1.0_wp
       !> H of the first state, J; the Jacobi integral where the space axes turn. Only where a set needs it.
       real(wp) :: first_energy = 0.0_wp
       !> 1/J0, kg⁻¹ m⁻².
@@ -102,6 +113,8 @@ module nutate_columns
       logical, private :: degrees = .false.
       logical, private :: needs_rate = .false.
       type(shared_t), private :: shared
+      !> Euler angles of each chosen set that has some; shape (that of `chosen`) where there is one.
+      type(followed_angles_t), allocatable, private :: followed(:)
    contains
       !> Takes the names of the sets.
       procedure :: choose
@@ -126,8 +139,8 @@ contains
       need_attitude = any([(any(names == column_sets(i)%name) .and. column_sets(i)%attitude, i=1, size(column_sets))])
    end function need_attitude
 
-   !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, and
-   !> for a wheel, an orbit or a sun that there is not.
+   !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
+   !> a wheel, an orbit or a sun that there is not, and for two sets with the same columns.
    subroutine choose(self, names, status, degrees, effects)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
@@ -149,12 +162,17 @@ contains
                        nearest_name(names(i), column_sets%name)//')', 'columns')
          return
       end do
+      if (present(effects) .and. any(names == 'roll_pitch_yaw') .and. any(names == 'orbit_attitude')) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns 'orbit_attitude' include 'roll_pitch_yaw' (expected one of "// &
+                       'them)', 'columns')
+         return
+      end if
       self%chosen = pack([(i, i=1, size(column_sets))], [(any(names == column_sets(i)%name), i=1, size(column_sets))])
       self%degrees = .false.
       if (present(degrees)) self%degrees = degrees
       self%width = 1 + sum(column_sets(self%chosen)%width)
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
-      self%follows_steps = any(self%chosen == EULER)
+      self%follows_steps = any(column_sets(self%chosen)%sequence /= '')
    end subroutine choose
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, an orbit or a sun that there is not.
@@ -216,22 +234,29 @@ contains
       !> The run goes back in time; default false.
       logical, intent(in), optional :: backward
       real(wp) :: omega(3)
+      integer :: i
       self%shared%inverse_j0 = inverse_j0
       if (any(self%chosen == ENERGY)) self%shared%first_energy = conserved_energy(system, state, inverse_j0)
       if (.not. self%follows_steps) return
       omega = relative_rate(system, state)
       if (present(backward)) omega = merge(-omega, omega, backward)
-      associate (shared => self%shared)
-         call euler_of_motion(state%q, omega, shared%phi, shared%theta, shared%psi)
-         shared%side = sign(1.0_wp, dot_product(state%q, quat_from_euler(shared%phi, shared%theta, shared%psi)))
-      end associate
+      if (allocated(self%followed)) deallocate (self%followed)
+      allocate (self%followed(size(self%chosen)))
+      do i = 1, size(self%chosen)
+         associate (sequence => column_sets(self%chosen(i))%sequence)
+            if (sequence /= '') call self%followed(i)%start(sequence, state%q, omega)
+         end associate
+      end do
    end subroutine start
 
    !> Follows angles that must not lose turns between rows: to be called after every step if `follows_steps`.
    pure subroutine follow(self, state)
       class(columns_t), intent(inout) :: self
       type(state_t), intent(in) :: state
-      call follow_euler(self%shared%side*state%q, self%shared%phi, self%shared%theta, self%shared%psi)
+      integer :: i
+      do i = 1, size(self%chosen)
+         if (column_sets(self%chosen(i))%sequence /= '') call self%followed(i)%follow(state%q)
+      end do
    end subroutine follow
 
    !> One row: t, then the values of the sets.
@@ -249,7 +274,11 @@ contains
       first = 2
       do i = 1, size(self%chosen)
          last = first + column_sets(self%chosen(i))%width - 1
-         call write_set(self%chosen(i), system, state, record, self%shared, values(first:last))
+         if (column_sets(self%chosen(i))%sequence /= '') then
+            values(first:last) = self%followed(i)%angles()
+         else
+            call write_set(self%chosen(i), system, state, record, self%shared, values(first:last))
+         end if
          if (self%degrees) call turn_to_degrees(column_sets(self%chosen(i)), values(first:last))
          first = last + 1
       end do
@@ -288,8 +317,6 @@ contains
          values = body_momentum(state)
       case (MOMENTUM_SPACE)
          values = space_momentum(state)
-      case (EULER)
-         values = [shared%phi, shared%theta, shared%psi]
       case (ENERGY)
          values(1) = kinetic_energy(system, state, shared%inverse_j0)
          values(2) = potential_energy(system%effects, state%q, state%t)
@@ -305,7 +332,7 @@ contains
       case (JACOBI)
          values = conserved_energy(system, state, shared%inverse_j0)
       case (ORBIT_ATTITUDE)
-         values(4:7) = quat_product(quat_conjugate(system%effects%orbit%axes(state%t)), state%q)
+         values(4:7) = lvlh_attitude(system, state)
          values(1:3) = roll_pitch_yaw_from_quat(values(4:7))
       case (ORBIT)
          associate (path => system%effects%orbit%path)
@@ -316,10 +343,21 @@ contains
          values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
       case (WORLD_WORK)
          values = state%world_work
+      case (ROLL_PITCH_YAW)
+         values = roll_pitch_yaw_from_quat(lvlh_attitude(system, state))
       case default
          values = of_wheel(column_sets(set)%wheel, system, state)
       end select
    end subroutine write_set
+
+   !> The attitude from the body to the LVLH axes of the orbit, or to the space axes where there is no orbit; shape (4).
+   pure function lvlh_attitude(system, state) result(q)
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      real(wp) :: q(4)
+      q = state%q
+      if (system%effects%on_orbit) q = quat_product(quat_conjugate(system%effects%orbit%axes(state%t)), q)
+   end function lvlh_attitude
 
    !> Speed relative to the body, rad/s, absolute momentum about the axis, N m s, work of the motor and of the friction
    !> so far, J; zeros for a wheel that there is not. Shape (4).
@@ -339,9 +377,10 @@ contains
    subroutine transfer_columns(self, archive)
       class(columns_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
-      call archive%transfer(self%shared%phi)
-      call archive%transfer(self%shared%theta)
-      call archive%transfer(self%shared%psi)
+      integer :: i
+      do i = 1, size(self%chosen)
+         if (column_sets(self%chosen(i))%sequence /= '') call self%followed(i)%transfer(archive)
+      end do
       call archive%transfer(self%shared%first_energy)
    end subroutine transfer_columns
 
