@@ -4,6 +4,7 @@ module nutate_history_reading
    use nutate_kinds, only: wp, long
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
+   use nutate_scene_table, only: next_field
    use nutate_spelling, only: split_list
    implicit none
    private
@@ -94,15 +95,24 @@ contains
       integer, allocatable, intent(out) :: places(:)
       !> How many fields a row has.
       integer, intent(out) :: fields
-      logical, allocatable :: is_wanted(:)
-      integer :: i
-      associate (all_names => split_list(line))
-         fields = size(all_names)
-         allocate (is_wanted(fields), source=.false.)
-         if (index(line, 't,') == 1) is_wanted = [(i == 1 .or. any(wanted == all_names(i)), i=1, fields)]
-         places = pack([(i, i=1, fields)], is_wanted)
-         names = all_names(places)
-      end associate
+      character(len=24) :: name
+      character(len=:), allocatable :: problem
+      integer :: position, first, last
+      logical :: ends
+      allocate (names(0), places(0))
+      fields = 0
+      position = 1
+      ends = .false.
+      problem = ''
+      do while (.not. ends)
+         call next_field(line, position, first, last, ends, problem)
+         fields = fields + 1
+         name = line(first:last)
+         if (problem /= '' .or. (fields == 1 .and. (name /= 't' .or. ends))) return
+         if (fields > 1 .and. .not. any(wanted == name)) cycle
+         names = [names, name]
+         places = [places, fields]
+      end do
    end subroutine read_header
 
    !> Reads all rows.
@@ -133,27 +143,29 @@ contains
       real(wp), intent(out) :: values(:)
       character(len=:), allocatable, intent(inout) :: problem
       character(len=:), allocatable :: fault
-      integer :: first, width, field, n
-      first = 1
+      integer :: position, first, last, field, n
+      logical :: ends
+      position = 1
       n = 1
       values = 0.0_wp
       do field = 1, fields
-         width = scan(line(first:)//',', ',') - 1
-         if (first > len(line)) then
-            problem = count_text(int(field - 1, long))//' fields (expected '//count_text(int(fields, long))//')'
-            return
-         end if
+         call next_field(line, position, first, last, ends, problem)
+         if (problem /= '') return
          if (places(n) == field) then
-            call read_real(line(first:first + width - 1), values(n), fault)
+            call read_real(line(first:last), values(n), fault)
             if (fault /= '' .and. abs(values(n)) <= 0.0_wp) then
-               problem = quoted(line(first:first + width - 1))//' is not a number'
+               problem = quoted(line(first:last))//' is not a number'
                return
             end if
             n = min(n + 1, size(places))
          end if
-         first = first + width + 1
+         if (ends) exit
       end do
-      if (first <= len(line)) problem = 'more than '//count_text(int(fields, long))//' fields'
+      if (field < fields) then
+         problem = count_text(int(field, long))//' fields (expected '//count_text(int(fields, long))//')'
+      else if (field > fields) then
+         problem = 'more than '//count_text(int(fields, long))//' fields'
+      end if
    end subroutine read_row
 
 end module nutate_history_reading

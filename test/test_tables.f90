@@ -160,6 +160,8 @@ contains
       call try('t (s),a (N m),b (N m),c (N m)'//cr//lf//'0,1,-2,3E-5'//cr//lf//'5e-1,0.1,-0,1d10')
       call try(char(239)//char(187)//char(191)//'"t (s)","a (N m)","b (N m)", "c (N m)"'//lf// &
                '"0",  1.0 ,'//tab//'-2.,"3.0e-05"'//lf//'00.50,0.1000000000000000000000001,0e9,10000000000'//lf)
+      call try('"time, of day (s)","a, about x (N m)" , "the ""best"", b (N m)","(N m)"'//cr//lf// &
+               '0,"1",-2,3e-5'//cr//lf//'0.5,.1,0,"1e10"')
    contains
       subroutine try(text)
          character(len=*), intent(in) :: text
@@ -192,6 +194,10 @@ contains
       call try(header//'0,1,2,3'//lf//lf, 't.csv:3: the line has not as many numbers')
       call try(header//'0,1,2,1e200'//lf, "t.csv:2: '1e200' is too large")
       call try(header//'0,"1,2,3'//lf, "t.csv:2: '""1' has a quote that is not closed")
+      call try(header//'0,"1,5",2,3'//lf, "t.csv:2: '1,5' is not a number")
+      call try(header//'0,"1"",2,3'//lf//'1,1",2,3'//lf, "t.csv:2: '""1""""' has a quote that is not closed")
+      call try(header//'0,"1"0"",2,3'//lf, "t.csv:2: '""1""0""""' has a quote that is not closed")
+      call try('"time, of day,a (N m),b (N m),c (N m)'//lf, "t.csv:1: '""time' has a quote that is not closed")
       call try(header//'0,'//achar(7)//',2,3'//lf, "t.csv:2: '\x07' is not a number")
    contains
       subroutine try(text, says)

@@ -3,6 +3,7 @@ module nutate_row_layout
    use nutate_columns, only: columns_t
    use nutate_kinds, only: wp, long
    use nutate_scene, only: scene_t
+   use nutate_scene_events, only: plain_name
    use nutate_spelling, only: split_list
    use nutate_status, only: status_t
    implicit none
@@ -50,29 +51,12 @@ contains
       layout%names = [character(len=field_length) :: layout%names, 'largest_energy_residual', 'largest_momentum_error']
       layout%errors = size(layout%names)
       do i = 1, scene%events%count()
-         name = plain(trim(scene%events%slots(i)%item%name))
+         name = trim(plain_name(scene%events%slots(i)%item%name))
          layout%names = [character(len=field_length) :: layout%names, name//'_count', name//'_first']
-      end do
-      do i = 2, size(layout%names)
-         do while (any(layout%names(:i - 1) == layout%names(i)))
-            layout%names(i) = trim(layout%names(i))//'_'
-         end do
       end do
       layout%is_whole = [(i <= 2 .or. (i > layout%errors .and. mod(i - layout%errors, 2) == 1), &
                           i=1, size(layout%names))]
    end subroutine make_layout
-
-   !> A name with nothing in it that a header would have to mark.
-   pure function plain(name) result(text)
-      character(len=*), intent(in) :: name
-      character(len=len(name)) :: text
-      character(len=*), parameter :: marks = ' ,;:''"\()[]{}'
-      integer :: i
-      text = name
-      do i = 1, len(text)
-         if (scan(text(i:i), marks) > 0 .or. iachar(text(i:i)) > 126) text(i:i) = '_'
-      end do
-   end function plain
 
    !> A number as a field.
    elemental integer(long) function bits_of(x)

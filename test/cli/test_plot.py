@@ -34,6 +34,11 @@ class Pictures(CommandLineTest):
         self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=angular_momentum_space", "--plot", "top.svg")
         self.assertEqual(legend(self.read("top.svg")), ["l_x"])
 
+    def test_names_in_quotes_may_hold_commas(self):
+        self.write("sheet.csv", '"t","x, seen from above","omega1","omega2",omega3\r\n0,"1",2,3,4\r\n1,"1",3,"3",5\r\n')
+        self.succeed("plot", "sheet.csv")
+        self.assertEqual(legend(self.read("sheet.svg")), ["omega1"])
+
     def test_png_under_another_name(self):
         self.succeed("run", "box.nml", "--quiet", "--output", "<box>.csv")
         self.succeed("plot", "<box>.csv", "--output", "a.png")

@@ -76,6 +76,19 @@ class Rows(SweepTest):
         self.assertGreater(sum(row[names.index("flip_count")] for row in rows), 20)
         self.assertEqual(self.names(), ["box.nml", "top.nml", "tumble.nml", "tumble.npy", "tumble.npy.txt"])
 
+    def test_each_event_has_a_name(self):
+        more = ("&event when = 'omega3', crosses = 9.0 /\n" * 2 + "&event name = 'omega3_2', when = 'omega2', crosses = 0.0 /\n" +
+                "&event when = 'omega3', extremum = 'both' /\n")
+        self.write("tumble.nml", TUMBLE + more)
+        names, _ = read_npy(self.sweep())
+        self.assertEqual(names[-10:], [f"{name}_{what}" for name in ("flip", "omega3", "omega3_3", "omega3_2", "omega3_4")
+                                       for what in ("count", "first")])
+        for first, second in (("a", "a"), ("turn over", "turn_over"), ("q0, 0", "q0;_0")):
+            self.write("tumble.nml", TUMBLE + "".join(f"&event when = 'q1', name = '{name}', crosses = 0.1 /\n"
+                                                      for name in (first, second)))
+            for command in ("sweep", "check"):
+                self.fail_with(2, command, "tumble.nml", says=["tumble.nml:12: two events have the columns", "a name for each"])
+
     def test_the_listing_names_fields_and_statuses(self):
         names, _ = read_npy(self.sweep())
         text = self.read("tumble.npy.txt")
@@ -338,6 +351,10 @@ class Tables(SweepTest):
         names, rows = read_npy(self.sweep())
         self.assertEqual(names[2:4], ["body.inertia.1", "initial.angular_velocity.3"])
         self.assertEqual([row[2:4] for row in rows], [(5.0, 1.5), (5.1, 2.5), (5.2, -3.0)])
+
+    def test_a_table_from_a_spreadsheet(self):
+        self.write("cases.csv", '\ufeff"body.inertia.1", "initial.angular_velocity.3"\r\n"5.0",1.5\r\n5.1,"2.5"\r\n')
+        self.assertEqual([row[2:4] for row in read_npy(self.sweep())[1]], [(5.0, 1.5), (5.1, 2.5)])
 
     def test_faults_of_a_table_are_named_with_their_line(self):
         for text, says in (("body.inertia.4\n1\n", "cases.csv:1: 'body.inertia.4' is beyond the last number"),

@@ -4,7 +4,7 @@ module nutate_scene_cases
    use nutate_kinds, only: wp
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t
-   use nutate_scene_table, only: count_lines, next_field, path_beside, read_row
+   use nutate_scene_table, only: begin_of, count_lines, next_field, path_beside, read_row
    use nutate_text_file, only: read_text_file
    implicit none
    private
@@ -42,7 +42,7 @@ contains
                           expected='a CSV file; '//problem)
          return
       end if
-      position = 1
+      position = begin_of(text)
       call read_names(text, position, names, problem)
       if (problem == '') then
          allocate (numbers(size(names), count_lines(text) - 1))

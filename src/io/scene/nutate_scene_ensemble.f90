@@ -7,6 +7,7 @@ module nutate_scene_ensemble
    use nutate_limits, only: is_moderate
    use nutate_scene_cases, only: read_cases
    use nutate_scene_error, only: scene_error_t, LINE_OF_SET
+   use nutate_scene_events, only: check_event_names
    use nutate_scene_target, only: add_targets
    use nutate_scene_vary, only: build_variation
    implicit none
@@ -60,6 +61,7 @@ contains
       if (groups(at)%has('table') .and. .not. error%raised) call read_table(groups(at), kinds, path, plan, error)
       if (.not. error%raised) call take_settings(groups(at), scene_name, path, plan, error)
       if (.not. error%raised) call count_members(groups(at), plan, error)
+      if (.not. error%raised) call check_event_names(groups, error)
       if (error%raised) return
       if (any(plan%histories > plan%members)) call error%raise( &
          groups(at)%line_of('histories'), 'histories names a member that there is not', expected='numbers of members')
@@ -163,6 +165,7 @@ contains
                           expected='numbers')
       else
          call add_cases(names, numbers, LINE_OF_SET, kinds, extended, error)
+         if (.not. error%raised) call check_event_names(groups, error)
       end if
       if (.not. error%raised) plan = extended
    end subroutine add_table

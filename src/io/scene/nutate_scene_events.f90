@@ -13,7 +13,7 @@ module nutate_scene_events
    implicit none
    private
 
-   public :: event_keys, build_events, events_need_attitude
+   public :: event_keys, build_events, check_event_names, events_need_attitude, plain_name
 
 contains
 
@@ -42,19 +42,74 @@ contains
       type(event_list_t), intent(inout) :: events
       type(scene_error_t), intent(inout) :: error
       type(column_event_t) :: event
+      character(len=name_length) :: names(size(groups))
       integer :: i
+      names = event_names(groups)
       do i = 1, size(groups)
          if (groups(i)%name /= 'event' .or. error%raised) cycle
          event = column_event_t()
          call take_quantity(groups(i), effects, event, error)
          call take_kind(groups(i), event, error)
-         call take_name(groups(i), event, error)
+         call take_name(groups(i), names(i), event, error)
          event%stop = groups(i)%flag('stop', .false.)
          event%count = int(groups(i)%whole('count', 0), long)
          if (groups(i)%has('switch')) call take_switch(groups(i), effects, accuracy, event, error)
          if (.not. error%raised) call events%add(event)
       end do
    end subroutine build_events
+
+   !> Raises an error where the events of an ensemble would have the same columns.
+   subroutine check_event_names(groups, error)
+      type(group_t), intent(in) :: groups(:)
+      type(scene_error_t), intent(inout) :: error
+      character(len=name_length) :: names(size(groups))
+      integer :: i
+      names = plain_name(event_names(groups))
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'event' .or. all(names(:i - 1) /= names(i))) cycle
+         call error%raise(groups(i)%line_of('name'), 'two events have the columns '//trim(names(i))//'_count and '// &
+                          trim(names(i))//'_first', expected='a name for each')
+         return
+      end do
+   end subroutine check_event_names
+
+   !> The name of each group that is an event: that of its first column where none is given, with a number from the
+   !> second event of that name on. Shape (groups).
+   pure function event_names(groups) result(names)
+      type(group_t), intent(in) :: groups(:)
+      character(len=name_length) :: names(size(groups))
+      character(len=8) :: number
+      integer :: i, n
+      names = ''
+      do i = 1, size(groups)
+         if (groups(i)%name == 'event' .and. groups(i)%has('name')) names(i) = groups(i)%text('name', '')
+      end do
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'event' .or. groups(i)%has('name') .or. .not. groups(i)%has('when')) cycle
+         n = 1
+         do
+            names(i) = groups(i)%text('when', '')
+            if (n > 1) then
+               write (number, '("_",i0)') n
+               names(i) = trim(names(i))//number
+            end if
+            if (count(names == names(i)) == 1) exit
+            n = n + 1
+         end do
+      end do
+   end function event_names
+
+   !> A name with nothing in it that the header of a table would have to mark.
+   elemental function plain_name(name) result(text)
+      character(len=*), intent(in) :: name
+      character(len=len(name)) :: text
+      character(len=*), parameter :: marks = ' ,;:''"\()[]{}'
+      integer :: i
+      text = name
+      do i = 1, len_trim(text)
+         if (scan(text(i:i), marks) > 0 .or. iachar(text(i:i)) > 126) text(i:i) = '_'
+      end do
+   end function plain_name
 
    !> True if a column that an event depends on depends on the attitude.
    pure logical function events_need_attitude(groups)
@@ -139,15 +194,14 @@ contains
       end if
    end subroutine take_kind
 
-   !> The name; that of the first column where none is given.
-   subroutine take_name(group, event, error)
+   !> The name.
+   subroutine take_name(group, name, event, error)
       type(group_t), intent(in) :: group
+      character(len=*), intent(in) :: name
       type(column_event_t), intent(inout) :: event
       type(scene_error_t), intent(inout) :: error
-      character(len=:), allocatable :: name
-      name = trim(group%text('name', trim(event%columns(1))))
-      if (len(name) > len(event%name)) call error%raise(group%line_of('name'), 'name is too long', &
-                                                        expected='at most 24 characters')
+      if (len_trim(group%text('name', '')) > len(event%name)) &
+         call error%raise(group%line_of('name'), 'name is too long', expected='at most 24 characters')
       if (name == '') call error%raise(group%line_of('name'), 'name is blank', expected='a name for the event')
       event%name = name
    end subroutine take_name

@@ -13,7 +13,7 @@ module nutate_scene_table
    implicit none
    private
 
-   public :: read_table, read_torque_table, parse_table, path_beside, count_lines, next_field, read_row
+   public :: read_table, read_torque_table, parse_table, path_beside, begin_of, count_lines, next_field, read_row
 
    !> Units of the columns: a time and the components of a torque.
    character(len=3), parameter, public :: torque_units(4) = ['s  ', 'N m', 'N m', 'N m'], time_units(1) = ['s  ']
@@ -98,10 +98,7 @@ contains
       integer :: position, line
 
       allocate (table%numbers(size(units), count_lines(text) - 1))
-      position = 1
-      if (len(text) >= len(mark)) then
-         if (text(1:len(mark)) == mark) position = len(mark) + 1
-      end if
+      position = begin_of(text)
       call read_header(text, position, units, problem)
       line = 1
       do while (problem == '' .and. line <= size(table%numbers, 2))
@@ -110,6 +107,14 @@ contains
       end do
       if (problem /= '') call error%raise_in(path, line, problem)
    end subroutine parse_table
+
+   !> Where a text begins: behind its mark, if it has one.
+   pure integer function begin_of(text)
+      character(len=*), intent(in) :: text
+      begin_of = 1
+      if (len(text) < len(mark)) return
+      if (text(:len(mark)) == mark) begin_of = len(mark) + 1
+   end function begin_of
 
    !> Lines of a text, the last of which need not be ended; 1 at least.
    pure integer function count_lines(text) result(n)
@@ -193,7 +198,8 @@ contains
       end do
    end subroutine read_row
 
-   !> The next field of a line, without the blanks and the quotes around it.
+   !> The next field of a line, without the blanks and the quotes around it. In quotes a comma is a letter like others,
+   !> and a doubled quote is one quote; line breaks are not admitted there.
    pure subroutine next_field(text, position, first, last, ends, problem)
       character(len=*), intent(in) :: text
       !> Behind the field and what ends it, on exit.
@@ -204,7 +210,7 @@ contains
       logical, intent(out) :: ends
       !> What is wrong with it; left as it is on success.
       character(len=:), allocatable, intent(inout) :: problem
-      integer :: n
+      integer :: n, behind
 
       n = len(text)
       first = position
@@ -212,7 +218,8 @@ contains
          if (text(first:first) /= ' ' .and. text(first:first) /= tab) exit
          first = first + 1
       end do
-      position = first
+      behind = behind_quotes(text, first)
+      position = max(first, behind)
       do while (position <= n)
          if (text(position:position) == ',' .or. text(position:position) == line_feed) exit
          position = position + 1
@@ -230,7 +237,7 @@ contains
       position = position + 1
       if (last < first) return
       if (text(first:first) /= quote) return
-      if (last == first .or. text(last:last) /= quote) then
+      if (last /= behind - 1) then
          problem = quoted(text(first:last))//' has a quote that is not closed in its field (expected a number '// &
                    'or a name)'
          return
@@ -238,5 +245,27 @@ contains
       first = first + 1
       last = last - 1
    end subroutine next_field
+
+   !> The place behind the quotes of a field; 0 where it has none, or they are not closed in its line.
+   pure integer function behind_quotes(text, first) result(behind)
+      character(len=*), intent(in) :: text
+      !> Where the field begins.
+      integer, intent(in) :: first
+      integer :: step
+      behind = 0
+      if (first > len(text)) return
+      if (text(first:first) /= quote) return
+      behind = first + 1
+      do
+         step = scan(text(behind:), quote//line_feed)
+         behind = behind + step
+         if (step == 0) exit
+         if (text(behind - 1:behind - 1) /= quote) exit
+         if (behind > len(text)) return
+         if (text(behind:behind) /= quote) return
+         behind = behind + 1
+      end do
+      behind = 0
+   end function behind_quotes
 
 end module nutate_scene_table
