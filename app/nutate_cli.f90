@@ -1,5 +1,6 @@
 !> The command line: which commands and options there are, and what the arguments ask for.
 module nutate_cli
+   use nutate_file_hint, only: did_you_mean
    use nutate_gnuplot, only: is_picture
    use nutate_kinds, only: wp, long
    use nutate_number_text, only: read_real
@@ -46,7 +47,7 @@ module nutate_cli
    !> All options.
    type(option_t), parameter :: options(*) = [ &
       option_t('--output', 'FILE', 'run,plot,view,sweep', &
-               'where to write: history (- is standard output), picture, page, rows'), &
+               'or -o: where to write history (- is standard output), picture, page, rows'), &
       option_t('--members', 'A:B', 'sweep', 'run members A to B only, to a file of their own'), &
       option_t('--member', 'K', 'sweep', 'run member K alone, with its whole history; its row to standard output'), &
       option_t('--threads', 'N', 'sweep', 'run so many members at once; 1 unless given'), &
@@ -190,6 +191,7 @@ contains
       if (has_value) value = name(equals + 1:)
       if (has_value) name = name(1:equals - 1)
       if (name == '-h') name = '--help'
+      if (name == '-o') name = '--output'
       n = option_number(name, arguments(1)%text)
       if (n == 0) then
          command%error = 'unknown option '//quoted(name)//hint(nearest_name(name, options%name))
@@ -334,6 +336,8 @@ contains
             first = 2
          else if (.not. looks_like_scene(words(1)%text)) then
             command%error = 'unknown command '//quoted(words(1)%text)//hint(nearest_name(words(1)%text, verbs%name))
+            if (did_you_mean(words(1)%text, '.nml') /= '') command%error = 'unknown command '// &
+               quoted(words(1)%text)//' ('//did_you_mean(words(1)%text, '.nml')//')'
             return
          end if
       end if

@@ -1,6 +1,7 @@
 !> Reads histories: the CSV files that runs write.
 module nutate_history_reading
    use nutate_console, only: count_text
+   use nutate_file_hint, only: did_you_mean
    use nutate_kinds, only: wp, long
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
@@ -65,6 +66,7 @@ contains
       open (newunit=unit, file=path, status='old', action='read', iostat=iostat, iomsg=why)
       if (iostat == 0) read (unit, '(a)', iostat=iostat, iomsg=why) line
       if (iostat /= 0) then
+         if (did_you_mean(path, '.csv') /= '') why = 'there is no such file; '//did_you_mean(path, '.csv')
          problem = printable_path(path)//': cannot be read ('//trim(why)//')'
          return
       end if

@@ -2,16 +2,32 @@
 module nutate_scene_loading
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, EXIT_INPUT, EXIT_SUCCESS
+   use nutate_file_hint, only: did_you_mean
    use nutate_printable, only: printable_path
    use nutate_scene, only: scene_t, read_scene
+   use nutate_scene_error, only: PLACE_OF_SET, PLACE_OF_UNSET
    use nutate_scene_output, only: format_fault
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, NUTATE_IO
    implicit none
    private
 
-   public :: load_scene
+   public :: load_scene, read_scene_of
 
 contains
+
+   !> Reads the scene of a command with its overrides, and does nothing else. Errors: those of `read_scene`.
+   subroutine read_scene_of(command, scene, status, message)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(out) :: scene
+      type(status_t), intent(out) :: status
+      !> What is wrong, one printable line that names the options of the command line; empty on success.
+      character(len=:), allocatable, intent(out) :: message
+      call read_scene(command%scene, scene, status, message, command%overrides)
+      if (status%code == NUTATE_IO .and. did_you_mean(command%scene, '.nml') /= '') &
+         message = message(:len(message) - 1)//'; '//did_you_mean(command%scene, '.nml')//')'
+      if (index(message, PLACE_OF_SET) == 1) message = '--set: '//message(len(PLACE_OF_SET) + 1:)
+      if (index(message, PLACE_OF_UNSET) == 1) message = '--unset: '//message(len(PLACE_OF_UNSET) + 1:)
+   end subroutine read_scene_of
 
    !> Reads the scene; what is wrong with it is said in one line.
    subroutine load_scene(command, scene, exit_code)
@@ -22,7 +38,7 @@ contains
       character(len=:), allocatable :: message
 
       exit_code = EXIT_SUCCESS
-      call read_scene(command%scene, scene, status, message, command%overrides)
+      call read_scene_of(command, scene, status, message)
       if (.not. status%ok()) then
          call say_error(message)
          exit_code = EXIT_INPUT

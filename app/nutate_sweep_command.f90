@@ -12,7 +12,8 @@ module nutate_sweep_command
    use nutate_printable, only: printable_path
    use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run_signals, only: caught_signal, signal_name, watch_signals
-   use nutate_scene, only: scene_t, read_scene
+   use nutate_scene, only: scene_t
+   use nutate_scene_loading, only: read_scene_of
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep, only: sweep_t
    use nutate_sweep_crew, only: sweep_crew_t
@@ -68,7 +69,7 @@ contains
       !> What is wrong with it, in a line; blank if nothing is.
       character(len=:), allocatable, intent(out) :: message
       type(status_t) :: status
-      call read_scene(command%scene, scene, status, message, command%overrides)
+      call read_scene_of(command, scene, status, message)
       if (.not. status%ok()) return
       message = ''
       if (.not. scene%ensemble%active()) message = printable_path(scene%file)//': there is no group &ensemble '// &

@@ -26,7 +26,7 @@ contains
    !> The length that a query gives will do, one less will not, and nothing is touched beyond it.
    subroutine length_is_told(error)
       type(error_type), allocatable, intent(out) :: error
-      type(twin_t) :: twin
+      type(twin_t) :: twin, empty
       real(wp) :: work(most), t, q(4), p(4)
       integer :: info, isolv, iorder, n
       do isolv = 1, 2
@@ -35,6 +35,16 @@ contains
             call start(twin, work, -1, t, q, p, info)
             n = nint(work(1))
             call check(error, info == 0 .and. n > 100 .and. n < most)
+            if (allocated(error)) return
+            empty = twin
+            empty%aj = 0.0_wp
+            empty%g = ieee_value(0.0_wp, ieee_quiet_nan)
+            call start(empty, work, -1, t, q, p, info)
+            call check(error, info == 0 .and. nint(work(1)) == n, 'a query before there is a body')
+            if (allocated(error)) return
+            empty%iorder = 3
+            call start(empty, work, -1, t, q, p, info)
+            call check(error, info == -9 .and. work(1) == 0.0_wp, 'a query for an order that there is not')
             if (allocated(error)) return
             call start(twin, work, n - 1, t, q, p, info)
             call check(error, info, -12)

@@ -83,6 +83,8 @@ contains
                 'a.nml:4: series_order with the method nielsen_krenk'), &
          case_t(body//initial//"&integrator method = 'taylor', time_step = 0.1, end_time = 2,"//lf// &
                 "linear_solver = 'reduced' /", '', 'a.nml:4: taylor has no linear_solver reduced'), &
+         case_t(body//initial//"&integrator method = 'exact', time_step = 0.1, end_time = 2,"//lf//'order = 4 /', '', &
+                'a.nml:4: order with the method exact (expected no order with it)'), &
          case_t(body//initial//integrator//'&output'//lf//'interval = 0.15 /', '', &
                 'a.nml:5: interval is 1.50000 steps (expected a whole number of steps)'), &
          case_t(body//initial//integrator//"&output file = 'a.nml' /", '', &
@@ -104,25 +106,31 @@ contains
    subroutine settings(error)
       type(error_type), allocatable, intent(out) :: error
       call check_cases([ &
-         case_t(body//initial//integrator, 'mass=1', "--set: 'mass=1' is not a setting (expected GROUP.KEY=VALUE)"), &
-         case_t(body//initial//integrator, 'body.mass', "--set: 'body.mass' is not a setting"), &
-         case_t(body//initial//integrator, '=', "--set: '=' is not a setting"), &
-         case_t(body//initial//integrator, '.=', "--set: unknown group ''"), &
-         case_t(body//initial//integrator, 'bodi.mass=1', "--set: unknown group 'bodi'"), &
-         case_t(body//initial//integrator, 'body.mas=1', "--set: unknown key 'mas' in &body"), &
-         case_t(body//initial//integrator, 'body.inertia=1,2', '--set: inertia has 2 values (expected 3 numbers)'), &
-         case_t(body//initial//integrator, 'body.mass=-1', "--set: '-1' is out of range"), &
-         case_t(body//initial//integrator, 'body.mass=1 /', "--set: '/' follows the value of mass"), &
-         case_t(body//initial//integrator, "scene.title='x", '--set: a text is not closed'), &
+         case_t(body//initial//integrator, 'mass=1', &
+                "override: 'mass=1' is not a setting (expected GROUP.KEY=VALUE)"), &
+         case_t(body//initial//integrator, 'body.mass', "override: 'body.mass' is not a setting"), &
+         case_t(body//initial//integrator, '=', "override: '=' is not a setting"), &
+         case_t(body//initial//integrator, '.=', "override: unknown group ''"), &
+         case_t(body//initial//integrator, 'bodi.mass=1', "override: unknown group 'bodi'"), &
+         case_t(body//initial//integrator, 'body.mas=1', "override: unknown key 'mas' in &body"), &
+         case_t(body//initial//integrator, 'body.inertia=1,2', 'override: inertia has 2 values (expected 3 numbers)'), &
+         case_t(body//initial//integrator, 'body.mass=-1', "override: '-1' is out of range"), &
+         case_t(body//initial//integrator, 'body.mass=1 /', "override: '/' follows the value of mass"), &
+         case_t(body//initial//integrator, "scene.title='x", 'override: a text is not closed'), &
          case_t(body//initial//integrator, "body.shape='box'", &
-                '--set: inertia and shape in &body say the same thing'), &
+                'override: inertia and shape in &body say the same thing'), &
          case_t(body//initial//integrator, 'initial.euler_rates=1,2,3', &
-                '--set: angular_velocity and euler_rates in &initial say the same thing'), &
-         case_t(body//initial//integrator, '-body', "--unset: 'body' is not a setting (expected GROUP.KEY)"), &
-         case_t(body//initial//integrator, '-body.mas', "--unset: unknown key 'mas' in &body"), &
+                'override: angular_velocity and euler_rates in &initial say the same thing'), &
+         case_t(body//initial//integrator, '-body', &
+                "override with '-': 'body' is not a setting (expected GROUP.KEY)"), &
+         case_t(body//initial//integrator, '-body.mas', "override with '-': unknown key 'mas' in &body"), &
+         case_t(body//initial//integrator, 'body.2.mass=1', 'override: the scene has no group &body number 2'), &
+         case_t(body//initial//integrator, '-wheel.2.friction', "override with '-': the scene has no group &wheel"), &
+         case_t(body//initial//integrator, 'body.0.mass=1', "override: unknown key '0.mass' in &body"), &
          case_t(body//initial//integrator, '-integrator.end_time', 'a.nml:3: &integrator lacks end_time'), &
-         case_t(body//initial//integrator, 'integrator.end_time=-1', '--set: end_time has not the sign of time_step'), &
-         case_t(body//initial, 'integrator.end_time=1', '--set: &integrator is incomplete'), &
+         case_t(body//initial//integrator, 'integrator.end_time=-1', &
+                'override: end_time has not the sign of time_step'), &
+         case_t(body//initial, 'integrator.end_time=1', 'override: &integrator is incomplete'), &
          case_t(body//initial, 'body.mass=1', 'a.nml:2: the group &integrator is missing'), &
          case_t(body//initial//'&integrator end_time = x /', 'integrator.end_time=1', &
                 "a.nml:3: 'x' is not a number")], &

@@ -5,7 +5,7 @@ module test_scene_notation
    use nutate_number_text, only: read_real
    use nutate_scene, only: scene_t, parse_scene
    use nutate_spelling, only: edit_distance, nearest_name
-   use nutate_status, only: status_t, NUTATE_BAD_SCENE
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
    use test_support, only: check_close, is_slow_build, random_unit
    use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
    implicit none
@@ -28,6 +28,7 @@ contains
          new_unittest("numbers are read as Fortran writes them", numbers), &
          new_unittest("numbers are the nearest to what is written", nearest_numbers), &
          new_unittest("misspelt names are recognised", spelling), &
+         new_unittest("long messages are cut between words", long_messages), &
          new_unittest("lines of 10 MB are read in a moment", long_lines), &
          new_unittest("any damage gives a scene or one line", mutations)]
    end subroutine collect_scene_notation
@@ -163,7 +164,28 @@ contains
       if (allocated(error)) return
       call check(error, nearest_name('CENTRE_OF_MASS', known) == 'center_of_mass' .and. &
                  nearest_name('masss', known) == 'mass' .and. nearest_name('spring', known) == '', 'nearest names')
+      if (allocated(error)) return
+      call check(error, nearest_name('dens', known) == 'density' .and. nearest_name('d', known) == '' .and. &
+                 nearest_name('--out', ['--set   ', '--output']) == '--output' .and. &
+                 nearest_name('--re', [character(len=8) :: '--resume', '--resume']) == '--resume' .and. &
+                 nearest_name('--', ['--set   ', '--output']) /= '--output', 'names that are cut short')
    end subroutine spelling
+
+   subroutine long_messages(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(status_t) :: status
+      character(len=*), parameter :: words = repeat('abc, wheel, ', 40)
+      integer :: gap
+      status = fail(NUTATE_BAD_ARGUMENT, words//'the end')
+      gap = index(status%message, ' ... ')
+      call check(error, gap > 100 .and. len_trim(status%message) > 190, 'most of it is there')
+      if (allocated(error)) return
+      call check(error, status%message(gap - 1:gap - 1) == ',' .and. &
+                 index(words//'the end', ' '//trim(status%message(gap + 5:))) > 0, 'within a word: '//status%message)
+      if (allocated(error)) return
+      status = fail(NUTATE_BAD_ARGUMENT, repeat('x', 1000))
+      call check(error, len_trim(status%message), len(status%message))
+   end subroutine long_messages
 
    subroutine long_lines(error)
       type(error_type), allocatable, intent(out) :: error

@@ -77,7 +77,7 @@ contains
       if (len_trim(name) <= name_length) is_listed = any(split_list(list) == name)
    end function is_listed
 
-   !> The known name that a misspelt one probably means; blank where none is near.
+   !> The known name that a misspelt or shortened one probably means; blank where none is near.
    pure function nearest_name(name, known) result(nearest)
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: known(:)
@@ -89,6 +89,11 @@ contains
       nearest = ''
       if (len_trim(name) > 2*name_length) return
       word = lower_case(trim(name))
+      i = only_beginning(word, known)
+      if (i > 0) then
+         nearest = trim(known(i))
+         return
+      end if
       ! A third of the letters may be wrong, and always one.
       least = max(2, (len(word) + 2)/3 + 1)
       do i = 1, size(known)
@@ -98,6 +103,25 @@ contains
          nearest = trim(known(i))
       end do
    end function nearest_name
+
+   !> Place of the only known name that begins with a word of two letters or more, hyphens apart; 0 where there is none,
+   !> or more than one.
+   pure integer function only_beginning(word, known) result(place)
+      character(len=*), intent(in) :: word
+      character(len=*), intent(in) :: known(:)
+      integer :: i
+      place = 0
+      if (len(word) - verify(word//'.', '-') + 1 < 2) return
+      do i = 1, size(known)
+         if (index(known(i), word) /= 1) cycle
+         if (place > 0) then
+            if (known(i) == known(place)) cycle
+            place = 0
+            return
+         end if
+         place = i
+      end do
+   end function only_beginning
 
    !> Letters to insert, delete, replace or swap with their neighbour to turn one word into another (optimal string
    !> alignment).

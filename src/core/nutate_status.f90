@@ -81,16 +81,21 @@ contains
       if (present(subject)) status%subject = subject
    end function fail
 
-   !> A long text without its middle: its end often says what is meant.
+   !> A long text without its middle, cut between words: its end often says what is meant.
    pure function shortened(text, length) result(short)
       character(len=*), intent(in) :: text
       integer, intent(in) :: length
       character(len=length) :: short
       character(len=*), parameter :: gap = ' ... '
-      integer :: n, tail
+      integer :: n, head, tail, blank
       n = len_trim(text)
       tail = length/3
-      short = text(1:length - len(gap) - tail)//gap//text(n - tail + 1:n)
+      head = length - len(gap) - tail
+      blank = index(text(1:head + 1), ' ', back=.true.)
+      if (blank > head/2) head = blank - 1
+      blank = index(text(n - tail:n), ' ')
+      if (blank > 0 .and. blank < tail/2) tail = tail + 1 - blank
+      short = text(1:head)//gap//text(n - tail + 1:n)
    end function shortened
 
 end module nutate_status

@@ -1,7 +1,8 @@
 """nutate check, --help and --version."""
+import re
 import unittest
 
-from support import COLUMNS, ORBIT_COLUMNS, SUN_COLUMNS, TOP, WHEEL_COLUMNS, CommandLineTest
+from support import BOX, COLUMNS, ORBIT_COLUMNS, SUN_COLUMNS, TOP, WHEEL_COLUMNS, CommandLineTest
 
 
 class Check(CommandLineTest):
@@ -60,6 +61,19 @@ class Check(CommandLineTest):
         self.fail_with(2, "check", "top.nml", "--unset", "body.mas", says=("--unset: unknown key 'mas'", "nearest: mass"))
         self.fail_with(2, "check", "top.nml", "--unset", "mass", says=("--unset: 'mass' is not a setting",))
         self.fail_with(2, "check", "top.nml", "--set=-body.mass", says=("--set '-body.mass' is not a setting",))
+
+    def test_a_later_group_of_a_name_can_be_set(self):
+        self.write("wheels.nml", BOX + "&wheel axis = 1,0,0, inertia = 0.1, friction = 0.25 /\n"
+                   "&wheel axis = 0,1,0, inertia = 0.1, friction = 0.5 /\n")
+        for override, expected in (("wheel.2.friction=0.375", ["0.25", "0.375"]), ("wheel.1.friction=0.375", ["0.375", "0.5"]),
+                                   ("wheel.friction=0.375", ["0.375", "0.5"])):
+            text = self.succeed("check", "wheels.nml", "--set", override).stdout
+            self.assertEqual(re.findall(r"^  wheel .* friction = ([0-9.]+);", text, re.MULTILINE), expected)
+        text = self.succeed("check", "wheels.nml", "--unset", "wheel.2.friction").stdout
+        self.assertEqual(re.findall(r"^  wheel .* friction = ([0-9.]+)[; ]", text, re.MULTILINE), ["0.25", "0"])
+        for option, value in (("--set", "=0.375"), ("--unset", "")):
+            self.fail_with(2, "check", "wheels.nml", option, "wheel.3.friction" + value,
+                           says=(f"{option}: the scene has no group &wheel number 3",))
 
     def test_texts_need_no_quotes_on_the_command_line(self):
         text = self.succeed("check", "box.nml", "--set", "output.file=it's here!.csv", "--set", "scene.title=a = b, c",

@@ -13,6 +13,18 @@ class BadArguments(CommandLineTest):
     def test_unknown_option_names_the_nearest(self):
         self.fail_with(2, "run", "box.nml", "--quite", says=["--quite", "nearest: --quiet"])
 
+    def test_option_cut_short_names_the_whole(self):
+        self.fail_with(2, "run", "box.nml", "--out", "x.csv", says=["--out", "nearest: --output"])
+        self.fail_with(2, "run", "box.nml", "--res", "x.csv", says=["nearest: --resume"])
+        self.fail_with(2, "run", "box.nml", "--set", "integrator.time=0.1", says=["nearest: time_step"])
+
+    def test_output_has_a_short_name(self):
+        self.succeed("run", "box.nml", "--quiet", "-o", "short.csv")
+        self.succeed("run", "box.nml", "--quiet", "--output", "long.csv")
+        self.assertEqual(self.read("short.csv"), self.read("long.csv"))
+        self.fail_with(2, "run", "box.nml", "-o", "a.csv", "--output", "b.csv", says=["--output is given twice"])
+        self.assertIn("-o", self.succeed("run", "--help").stdout)
+
     def test_unknown_option_without_near_name_points_to_help(self):
         self.fail_with(2, "run", "box.nml", "--frobnicate", says=["--frobnicate", "nutate --help"])
 
@@ -63,6 +75,14 @@ class BadScenes(CommandLineTest):
     def test_no_such_file(self):
         self.fail_with(2, "run", "nowhere.nml", says=["nowhere.nml"])
         self.fail_with(2, "nowhere.nml", says=["nowhere.nml"])
+
+    def test_a_name_without_its_ending_names_the_file(self):
+        self.fail_with(2, "run", "box", says=["box: cannot be read (there is no such file; did you mean box.nml?)"])
+        self.fail_with(2, "sweep", "box", says=["did you mean box.nml?"])
+        self.fail_with(2, "box", says=["unknown command 'box' (did you mean box.nml?)"])
+        self.fail_with(2, "run", "boxes", says=["boxes: cannot be read (there is no such file)"])
+        self.succeed("run", "box.nml", "--quiet")
+        self.fail_with(2, "plot", "box", says=["did you mean box.csv?"])
 
     def test_folder_as_scene(self):
         os.mkdir(self.path("folder"))

@@ -139,7 +139,7 @@ contains
 
    !> The events of a text. Errors: `NUTATE_BAD_ARGUMENT`, `NUTATE_BAD_SCENE`.
    subroutine read_events(handle, groups, with_columns, events, status)
-      type(stepper_handle_t), intent(in) :: handle
+      type(stepper_handle_t), intent(inout) :: handle
       type(c_ptr), intent(in) :: groups
       !> They name columns.
       logical, intent(in) :: with_columns
@@ -152,7 +152,8 @@ contains
       end if
       call take_text(groups, text)
       call lock_texts()
-      call parse_events(text, with_columns, handle%system%effects, handle%plan%goal%accuracy, events, status)
+      call parse_events(text, with_columns, handle%system%effects, handle%plan%goal%accuracy, events, status, &
+                        handle%text)
       call unlock_texts()
    end subroutine read_events
 

@@ -2,7 +2,7 @@
 !> `include/nutate.h`.
 module nutate_c_general
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr, c_size_t
-   use nutate_c_handles, only: find_handle, find_system, handle_t, system_handle_t
+   use nutate_c_handles, only: find_handle, find_system, handle_t, system_handle_t, whole_message
    use nutate_c_text, only: text_to_c
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: make_state
@@ -61,9 +61,7 @@ contains
       code = NUTATE_BAD_HANDLE
       found => find_handle(handle)
       if (.not. associated(found)) return
-      code = text_to_c(trim(found%status%message), buffer, size)
-      if (found%status%code == NUTATE_OK .or. .not. allocated(found%text)) return
-      if (index(found%text, trim(found%status%message)) == 1) code = text_to_c(found%text, buffer, size)
+      code = text_to_c(whole_message(found%status, found%text), buffer, size)
    end function nutate_last_message
 
    integer(c_int) function nutate_exact_free_body(system, q0, omega0, n, t, q, omega) result(code) bind(C)

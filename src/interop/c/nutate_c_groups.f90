@@ -97,23 +97,27 @@ contains
    end subroutine add_effect_of
 
    !> Adds the effects that a text describes as a scene would. Errors: `NUTATE_BAD_SCENE`; no effect is added then.
-   subroutine add_groups(text, system, status)
+   subroutine add_groups(text, system, status, whole)
       character(len=*), intent(in) :: text
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
-      call build_system(text, .false., system, status)
+      !> On failure the message, however long.
+      character(len=:), allocatable, intent(inout) :: whole
+      call build_system(text, .false., system, status, whole)
    end subroutine add_groups
 
    !> Body and effects that a text describes as a scene would. Errors: `NUTATE_BAD_SCENE`.
-   subroutine parse_system(text, system, status)
+   subroutine parse_system(text, system, status, whole)
       character(len=*), intent(in) :: text
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
-      call build_system(text, .true., system, status)
+      !> On failure the message, however long.
+      character(len=:), allocatable, intent(inout) :: whole
+      call build_system(text, .true., system, status, whole)
    end subroutine parse_system
 
    !> The events that a text describes as a scene would, with columns or without. Errors: `NUTATE_BAD_SCENE`.
-   subroutine parse_events(text, with_columns, effects, accuracy, events, status)
+   subroutine parse_events(text, with_columns, effects, accuracy, events, status, whole)
       character(len=*), intent(in) :: text
       !> Each names its columns; else none does.
       logical, intent(in) :: with_columns
@@ -123,6 +127,8 @@ contains
       real(wp), intent(in) :: accuracy
       type(event_list_t), intent(inout) :: events
       type(status_t), intent(out) :: status
+      !> On failure the message, however long.
+      character(len=:), allocatable, intent(inout) :: whole
       type(group_kind_t) :: kinds(1)
       type(group_t), allocatable :: groups(:)
       type(scene_error_t) :: error
@@ -145,7 +151,9 @@ contains
          end do
       end if
       if (.not. error%raised) call build_events(groups, effects, accuracy, events, error)
-      if (error%raised) status = fail(NUTATE_BAD_SCENE, error%text)
+      if (.not. error%raised) return
+      status = fail(NUTATE_BAD_SCENE, error%text)
+      whole = error%text
    end subroutine parse_events
 
    !> A torque by a table in memory, with the keys of `&torque` that go with one. Errors: `NUTATE_BAD_SCENE`; those of
@@ -264,12 +272,13 @@ contains
    end subroutine check_alone
 
    !> Adds what a text describes. Errors: `NUTATE_BAD_SCENE`, with no effect added.
-   subroutine build_system(text, with_body, system, status)
+   subroutine build_system(text, with_body, system, status, whole)
       character(len=*), intent(in) :: text
       !> The text begins the system with a body; else it has effects only.
       logical, intent(in) :: with_body
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status
+      character(len=:), allocatable, intent(inout) :: whole
       type(group_t), allocatable :: groups(:)
       type(scene_error_t) :: error
       type(system_t) :: built, grown
@@ -289,6 +298,7 @@ contains
       if (.not. error%raised .and. .not. with_body) call check_once(groups, system, error)
       if (error%raised) then
          status = fail(NUTATE_BAD_SCENE, error%text)
+         whole = error%text
          return
       end if
       grown = system

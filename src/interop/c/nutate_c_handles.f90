@@ -26,7 +26,7 @@ module nutate_c_handles
    public :: handle_t, system_handle_t, scene_handle_t, stepper_handle_t, history_handle_t
    public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK
    public :: find_system, find_scene, find_stepper, find_history, find_handle
-   public :: open_slot, erase_mark, copy_system, null_argument, report, conclude, make_room
+   public :: open_slot, erase_mark, copy_system, null_argument, report, whole_message, conclude, make_room
 
    !> Marks of the four kinds.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
@@ -40,7 +40,7 @@ module nutate_c_handles
       integer(c_int64_t) :: mark = 0
       !> What the last call came to.
       type(status_t) :: status
-      !> The whole text of an error whose beginning is the message of a status.
+      !> The whole text of an error whose status may have lost the middle.
       character(len=:), allocatable :: text
    end type handle_t
 
@@ -246,12 +246,30 @@ contains
    end function conclude
 
    !> Writes the message of a status into a buffer and gives its code.
-   integer(c_int) function report(status, buffer, size) result(code)
+   integer(c_int) function report(status, buffer, size, whole) result(code)
       type(status_t), intent(in) :: status
       type(c_ptr), intent(in) :: buffer
       integer(c_size_t), intent(in) :: size
-      call message_to_c(status%message, buffer, size)
+      !> A text that may be that of the status, whole.
+      character(len=:), allocatable, intent(in), optional :: whole
+      if (present(whole)) then
+         call message_to_c(whole_message(status, whole), buffer, size)
+      else
+         call message_to_c(status%message, buffer, size)
+      end if
       code = status%code
    end function report
+
+   !> The message of a status: a text in whose place it stands, if it does so for one.
+   pure function whole_message(status, whole) result(message)
+      type(status_t), intent(in) :: status
+      character(len=:), allocatable, intent(in) :: whole
+      character(len=:), allocatable :: message
+      type(status_t) :: short
+      message = trim(status%message)
+      if (status%ok() .or. .not. allocated(whole)) return
+      short = fail(status%code, whole)
+      if (short%message == status%message) message = whole
+   end function whole_message
 
 end module nutate_c_handles

@@ -56,6 +56,7 @@ contains
       integer(c_size_t), intent(in), value :: n_names, lines, size
       type(scene_handle_t), pointer :: handle
       type(status_t) :: status
+      character(len=:), allocatable :: whole
       handle => find_scene(scene)
       if (.not. associated(handle)) then
          status = fail(NUTATE_BAD_HANDLE, no_scene)
@@ -65,10 +66,10 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the table has no line, or not 1 to 200 columns', 'n_names')
       else
          call lock_texts()
-         call take_table(handle%scene, names, int(n_names), numbers, lines, status)
+         call take_table(handle%scene, names, int(n_names), numbers, lines, status, whole)
          call unlock_texts()
       end if
-      code = report(status, message, size)
+      code = report(status, message, size, whole)
    end function nutate_sweep_table
 
    integer(c_int) function nutate_sweep_members(scene, first, last, threads, rows, bytes, message, size) &
@@ -149,13 +150,15 @@ contains
    end subroutine check_members
 
    !> Adds a table of cases to a scene. Errors: `NUTATE_BAD_SCENE`; the scene is as it was then.
-   subroutine take_table(scene, names, n_names, numbers, lines, status)
+   subroutine take_table(scene, names, n_names, numbers, lines, status, whole)
       type(scene_t), intent(inout) :: scene
       !> `char *[n_names]`, `double[lines][n_names]`.
       type(c_ptr), intent(in) :: names, numbers
       integer, intent(in) :: n_names
       integer(c_size_t), intent(in) :: lines
       type(status_t), intent(out) :: status
+      !> On failure the message, however long.
+      character(len=:), allocatable, intent(out) :: whole
       type(c_ptr), pointer :: list(:)
       real(c_double), pointer :: values(:, :)
       character(len=field_length) :: texts(n_names)
@@ -172,7 +175,9 @@ contains
       end do
       if (.not. status%ok()) return
       call add_table(texts, values, scene%groups, scene_kinds(), scene%ensemble, error)
-      if (error%raised) status = fail(NUTATE_BAD_SCENE, error%text)
+      if (.not. error%raised) return
+      status = fail(NUTATE_BAD_SCENE, error%text)
+      whole = error%text
    end subroutine take_table
 
 end module nutate_c_sweep

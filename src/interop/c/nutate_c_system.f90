@@ -84,7 +84,7 @@ contains
    integer(c_int) function nutate_system_parse(text, system, message, size) result(code) bind(C)
       type(c_ptr), intent(in), value :: text, system, message
       integer(c_size_t), intent(in), value :: size
-      character(len=:), allocatable :: content
+      character(len=:), allocatable :: content, whole
       type(c_ptr), pointer :: slot
       type(system_t) :: built
       type(status_t) :: status
@@ -96,11 +96,11 @@ contains
       else
          call take_text(text, content)
          call lock_texts()
-         call parse_system(content, built, status)
+         call parse_system(content, built, status, whole)
          call unlock_texts()
          if (status%ok()) call keep_system(built, slot, status)
       end if
-      code = report(status, message, size)
+      code = report(status, message, size, whole)
    end function nutate_system_parse
 
    integer(c_int) function nutate_system_destroy(system) result(code) bind(C)
@@ -150,7 +150,7 @@ contains
       if (c_associated(text)) then
          call take_text(text, content)
          call lock_texts()
-         call add_groups(content, handle%system, status)
+         call add_groups(content, handle%system, status, handle%text)
          call unlock_texts()
       else
          status = null_argument('text')

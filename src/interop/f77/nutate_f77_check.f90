@@ -17,7 +17,7 @@ module nutate_f77_check
    implicit none
    private
 
-   public :: is_attitude, is_rotation, is_motion, check_setup, find_bad_bound, find_bad_step, is_ready
+   public :: is_attitude, is_rotation, is_motion, check_setup, find_bad_bound, find_bad_form, find_bad_step, is_ready
 
 contains
 
@@ -91,12 +91,8 @@ contains
          bad = 6
       else if (.not. admits(merge(ANY_DIRECTION, ANY_VALUE, mod(setup%callbacks, 2) == 1), setup%direction)) then
          bad = 7
-      else if (all(setup%solver /= [1, 2])) then
-         bad = 8
-      else if (all(setup%order /= [2, 4, 6, 8])) then
-         bad = 9
-      else if (setup%callbacks < 0 .or. setup%callbacks > 3) then
-         bad = 10
+      else
+         bad = find_bad_form(setup)
       end if
       if (bad /= 0) return
       if (.not. is_moderate_weight(setup)) then
@@ -107,6 +103,19 @@ contains
       call make_body(tensor, setup%body, status, check_triangle=.false.)
       if (.not. status%ok()) bad = 1
    end subroutine check_setup
+
+   !> The number of the first of ISOLV, IORDER and ICALL that is wrong, 0 if none is.
+   pure integer function find_bad_form(setup) result(bad)
+      type(setup_t), intent(in) :: setup
+      bad = 0
+      if (all(setup%solver /= [1, 2])) then
+         bad = 8
+      else if (all(setup%order /= [2, 4, 6, 8])) then
+         bad = 9
+      else if (setup%callbacks < 0 .or. setup%callbacks > 3) then
+         bad = 10
+      end if
+   end function find_bad_form
 
    !> The number of the first bound that is wrong, 0 if none is.
    pure integer function find_bad_bound(bounds) result(bad)

@@ -1,5 +1,6 @@
 !> Steps for FORTRAN 77: what NUINIT, NUSTEP and NURUN do once their arguments have been tested.
 module nutate_f77_stepping
+   use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_effect_list, only: effect_list_t
    use nutate_f77_callback, only: f77_potential, f77_potential_t, f77_torque, f77_torque_t
@@ -110,12 +111,12 @@ contains
 
    !> Numbers that WORK must hold.
    integer function needed_size(setup) result(n)
-      !> Body, solver and order count.
+      !> Solver and order count: the size is that for any body.
       type(setup_t), intent(in) :: setup
       class(stepper_t), allocatable :: stepper
       type(system_t) :: system
       type(status_t) :: status
-      system%body = setup%body
+      call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), system%body, status)
       call make_stepper(system, settings_of(setup), stepper, status)
       n = count_work(stepper)
    end function needed_size

@@ -9,7 +9,7 @@
 !> INFO = -1 also for a tensor that is not symmetric and positive definite; moments of an idealised top, that break the
 !> triangle rule, are taken.
 subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, info)
-   use nutate_f77_check, only: check_setup
+   use nutate_f77_check, only: check_setup, find_bad_form
    use nutate_f77_stepping, only: needed_size, start_work
    use nutate_f77_work, only: setup_t
    use nutate_kinds, only: wp
@@ -36,7 +36,7 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, i
    integer, intent(in) :: icall
    !> (output) Dimension (LWORK). WORK(1): how long it must be.
    real(wp), intent(inout) :: work(*)
-   !> (input) Length of WORK; -1: only WORK(1) is set.
+   !> (input) Length of WORK; -1: only WORK(1) is set, for which ISOLV, IORDER and ICALL count alone.
    integer, intent(in) :: lwork
    !> (output) 0, or -i: argument i is wrong, for LWORK: WORK is too short.
    integer, intent(out) :: info
@@ -50,14 +50,17 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, i
    setup%gravity = g
    setup%damping = d
    setup%direction = dn
+   if (lwork == -1) then
+      info = -find_bad_form(setup)
+      if (info == 0) work(1) = real(needed_size(setup), wp)
+      return
+   end if
    call check_setup(setup, aj, aj0, info)
    info = -info
    if (info /= 0) return
    n = needed_size(setup)
-   if (lwork /= -1 .and. lwork < n) then
+   if (lwork < n) then
       info = -12
-   else if (lwork == -1) then
-      work(1) = real(n, wp)
    else
       call start_work(setup, work(1:n))
    end if

@@ -10,7 +10,7 @@ module nutate_columns
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
-   use nutate_spelling, only: nearest_name
+   use nutate_spelling, only: comma_list, nearest_name
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -158,8 +158,8 @@ contains
             if (.not. status%ok()) return
             cycle
          end if
-         status = fail(NUTATE_BAD_ARGUMENT, "no set of columns is called '"//trim(names(i))//"' (nearest: "// &
-                       nearest_name(names(i), column_sets%name)//')', 'columns')
+         status = fail(NUTATE_BAD_ARGUMENT, "no set of columns is called '"//trim(names(i))//"' ("// &
+                       hint(nearest_name(names(i), column_sets%name))//')', 'columns')
          return
       end do
       if (present(effects) .and. any(names == 'roll_pitch_yaw') .and. any(names == 'orbit_attitude')) then
@@ -174,6 +174,15 @@ contains
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
       self%follows_steps = any(column_sets(self%chosen)%sequence /= '')
    end subroutine choose
+
+   !> What to write in the place of an unknown name.
+   pure function hint(nearest) result(text)
+      !> Blank if there is none.
+      character(len=*), intent(in) :: nearest
+      character(len=:), allocatable :: text
+      text = 'nearest: '//nearest
+      if (nearest == '') text = 'expected a set such as '//comma_list(column_sets(1:3)%name)
+   end function hint
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, an orbit or a sun that there is not.
    subroutine check_shown(set, effects, status)

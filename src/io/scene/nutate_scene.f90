@@ -76,8 +76,8 @@ contains
       character(len=*), intent(in) :: path
       type(scene_t), intent(out) :: scene
       type(status_t), intent(out) :: status
-      !> What is wrong, one printable line: `FILE:LINE: ...`, `--set: ...`, `--unset: ...` or `FILE: cannot be read
-      !> (...)`; empty on success.
+      !> What is wrong, one printable line: `FILE:LINE: ...`, `override: ...`, `override with '-': ...` or
+      !> `FILE: cannot be read (...)`; empty on success.
       character(len=:), allocatable, intent(out) :: message
       !> `GROUP.KEY=VALUE` or `-GROUP.KEY`, applied in order after the file.
       character(len=*), intent(in), optional :: overrides(:)

@@ -7,10 +7,12 @@ module nutate_scene_error
    private
 
    public :: scene_error_t, error_line, allow_one_of, demand_one_of, demand_with
-   public :: LINE_OF_SET, LINE_OF_UNSET
+   public :: LINE_OF_SET, LINE_OF_UNSET, PLACE_OF_SET, PLACE_OF_UNSET
 
-   !> In the place of a line of the file: what the command line sets, and what it takes out.
+   !> In the place of a line of the file: an override that sets a key, and one that takes a key out.
    integer, parameter :: LINE_OF_SET = 0, LINE_OF_UNSET = -1
+   !> How messages about them begin.
+   character(len=*), parameter :: PLACE_OF_SET = 'override: ', PLACE_OF_UNSET = "override with '-': "
 
    !> What is wrong and where. The first error stays; what is raised after it is not heard.
    type :: scene_error_t
@@ -79,7 +81,7 @@ contains
       self%code = status%code
    end subroutine take
 
-   !> The error as a line for a person: `FILE:LINE: text`, `--set: text` or `--unset: text`.
+   !> The error as a line for a person: `FILE:LINE: text`, or `PLACE_OF_...` and the text.
    pure function error_line(path, error) result(line)
       character(len=*), intent(in) :: path
       type(scene_error_t), intent(in) :: error
@@ -87,9 +89,9 @@ contains
       if (error%elsewhere) then
          line = error%text
       else if (error%line == LINE_OF_SET) then
-         line = '--set: '//error%text
+         line = PLACE_OF_SET//error%text
       else if (error%line == LINE_OF_UNSET) then
-         line = '--unset: '//error%text
+         line = PLACE_OF_UNSET//error%text
       else
          line = place_of(path, error%line)//error%text
       end if

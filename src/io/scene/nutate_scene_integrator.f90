@@ -154,6 +154,9 @@ contains
       if (.not. any(fits)) then
          call error%raise(group%line_of('linear_solver'), trim(settings%method)//' has no linear_solver '// &
                           trim(settings%linear_solver), expected=solvers_text(settings%method))
+      else if (.not. any(fits .and. orders > 0)) then
+         if (group%whole('order', 0) /= 0) call error%raise( &
+            group%line_of('order'), 'order with the method '//trim(settings%method), expected='no order with it')
       else if (.not. any(fits .and. orders == settings%order)) then
          write (order, '(i0)') settings%order
          write (numbers, '(i0)') orders

@@ -7,7 +7,7 @@ module nutate_scene_names
    implicit none
    private
 
-   public :: find_kind, find_key
+   public :: find_kind, find_key, number_of
 
 contains
 
@@ -51,6 +51,14 @@ contains
                           nearest=nearest_name(name, key_names(kinds(kind))))
       end if
    end subroutine find_key
+
+   !> A positive whole number; 0 for what is none.
+   pure integer function number_of(word)
+      character(len=*), intent(in) :: word
+      number_of = 0
+      if (verify(word, '0123456789') /= 0 .or. len(word) < 1 .or. len(word) > 8) return
+      read (word, *) number_of
+   end function number_of
 
    !> `, a key of &group` for a name that another group knows.
    pure function elsewhere(name, kinds) result(hint)

@@ -1,11 +1,12 @@
-!> What the command line changes in the groups of a scene: `GROUP.KEY=VALUE` sets a key, `-GROUP.KEY` takes it out.
+!> What overrides change in the groups of a scene: `GROUP.KEY=VALUE` sets a key, `-GROUP.KEY` takes it out. `GROUP.N`
+!> in the place of GROUP is the N-th group of this name.
 module nutate_scene_override
    use nutate_keys, only: group_t, group_kind_t, key_t, setting_t, KEY_TEXT
    use nutate_printable, only: quoted
    use nutate_scene_check, only: resize
    use nutate_scene_error, only: scene_error_t, LINE_OF_SET, LINE_OF_UNSET
    use nutate_scene_lexer, only: lexer_t, token_t, TOKEN_END
-   use nutate_scene_names, only: find_key, find_kind
+   use nutate_scene_names, only: find_key, find_kind, number_of
    use nutate_scene_values, only: read_values
    use nutate_spelling, only: is_listed
    implicit none
@@ -13,70 +14,107 @@ module nutate_scene_override
 
    public :: apply_override
 
+   !> What an override changes: places of the kind of group and of its key in the tables, and of the group in the scene,
+   !> 0 if it is not there.
+   type :: place_t
+      integer :: kind = 0, key = 0, group = 0
+      !> Of the groups of this name, counted from 1.
+      integer :: number = 1
+   end type place_t
+
 contains
 
-   !> Applies a change to the first group of the name, which `GROUP.KEY=VALUE` makes if there is none.
+   !> Applies a change to the first group of the name, which `GROUP.KEY=VALUE` makes if there is none, or to the N-th.
    subroutine apply_override(override, kinds, groups, error)
       !> `GROUP.KEY=VALUE`, or `-GROUP.KEY`.
       character(len=*), intent(in) :: override
       type(group_kind_t), intent(in) :: kinds(:)
       type(group_t), allocatable, intent(inout) :: groups(:)
       type(scene_error_t), intent(inout) :: error
-      integer :: equals, kind, key
+      type(place_t) :: at
+      integer :: equals
 
       if (error%raised) return
       if (index(override, '-') == 1) then
-         call find_name(override(2:), 'GROUP.KEY', LINE_OF_UNSET, kinds, kind, key, error)
-         if (.not. error%raised) call take_out(kinds(kind)%name, kinds(kind)%keys(key)%name, groups)
+         call find_name(override(2:), 'GROUP.KEY', LINE_OF_UNSET, kinds, groups, at, error)
+         if (.not. error%raised) call take_out(at, kinds(at%kind)%keys(at%key)%name, groups)
          return
       end if
       equals = index(override, '=')
       if (equals == 0) then
          call error%raise(LINE_OF_SET, quoted(override)//' is not a setting', expected='GROUP.KEY=VALUE')
       else
-         call find_name(override, 'GROUP.KEY=VALUE', LINE_OF_SET, kinds, kind, key, error)
-         if (.not. error%raised) call set(override(equals + 1:), kinds(kind)%name, kinds(kind)%keys(key), groups, error)
+         call find_name(override, 'GROUP.KEY=VALUE', LINE_OF_SET, kinds, groups, at, error)
+         if (.not. error%raised) call set(override(equals + 1:), kinds, at, groups, error)
       end if
    end subroutine apply_override
 
-   !> Finds group and key of `GROUP.KEY`, or of `GROUP.KEY=VALUE`.
-   subroutine find_name(name, form, line, kinds, kind, key, error)
+   !> Finds group and key of `GROUP.KEY`, `GROUP.N.KEY`, or of those with `=VALUE` behind them.
+   subroutine find_name(name, form, line, kinds, groups, at, error)
       character(len=*), intent(in) :: name
       !> How it is written.
       character(len=*), intent(in) :: form
       !> `LINE_OF_...`
       integer, intent(in) :: line
       type(group_kind_t), intent(in) :: kinds(:)
-      !> Their places in the tables.
-      integer, intent(out) :: kind, key
+      type(group_t), intent(in) :: groups(:)
+      type(place_t), intent(out) :: at
       type(scene_error_t), intent(inout) :: error
-      integer :: dot, last
-      kind = 0
-      key = 0
+      integer :: dot, last, second
       last = index(name//'=', '=') - 1
       dot = index(name(:last), '.')
       if (dot == 0) then
          call error%raise(line, quoted(name)//' is not a setting', expected=form)
          return
       end if
-      call find_kind(trim(adjustl(name(:dot - 1))), kinds, line, kind, error)
-      if (.not. error%raised) call find_key(trim(adjustl(name(dot + 1:last))), kinds, kind, line, key, error)
+      call find_kind(trim(adjustl(name(:dot - 1))), kinds, line, at%kind, error)
+      if (error%raised) return
+      second = index(name(dot + 1:last), '.')
+      if (second > 0) then
+         at%number = max(1, number_of(name(dot + 1:dot + second - 1)))
+         if (number_of(name(dot + 1:dot + second - 1)) > 0) dot = dot + second
+      end if
+      call find_key(trim(adjustl(name(dot + 1:last))), kinds, at%kind, line, at%key, error)
+      if (.not. error%raised) call find_group(trim(kinds(at%kind)%name), line, groups, at, error)
    end subroutine find_name
 
+   !> Finds the group. Raises an error for a second one, or a later one, that there is not.
+   subroutine find_group(name, line, groups, at, error)
+      character(len=*), intent(in) :: name
+      !> `LINE_OF_...`
+      integer, intent(in) :: line
+      type(group_t), intent(in) :: groups(:)
+      type(place_t), intent(inout) :: at
+      type(scene_error_t), intent(inout) :: error
+      integer :: i, n
+      character(len=12) :: number
+      n = 0
+      do i = 1, size(groups)
+         if (groups(i)%name /= name) cycle
+         n = n + 1
+         if (n == at%number) at%group = i
+      end do
+      if (at%group > 0 .or. at%number == 1) return
+      write (number, '(i0)') at%number
+      call error%raise(line, 'the scene has no group &'//name//' number '//trim(number), &
+                       expected='groups of the scene, counted from 1 by their name')
+   end subroutine find_group
+
    !> Reads the value of a key and puts it into the groups.
-   subroutine set(value, group, key, groups, error)
+   subroutine set(value, kinds, at, groups, error)
       character(len=*), intent(in) :: value
-      !> Name of the group.
-      character(len=*), intent(in) :: group
-      type(key_t), intent(in) :: key
+      type(group_kind_t), intent(in) :: kinds(:)
+      type(place_t), intent(in) :: at
       type(group_t), allocatable, intent(inout) :: groups(:)
       type(scene_error_t), intent(inout) :: error
       type(scene_error_t) :: mistake
+      type(key_t) :: key
       type(setting_t) :: setting
       type(lexer_t) :: lexer
       type(token_t) :: token
       character(len=:), allocatable :: text
 
+      key = kinds(at%kind)%keys(at%key)
       text = value
       if (key%kind == KEY_TEXT) text = with_quotes(value, is_list=key%most > 1)
       setting%name = key%name
@@ -87,7 +125,7 @@ contains
       if (mistake%raised) then
          call error%raise(LINE_OF_SET, mistake%text)
       else
-         call put(group, key, setting, groups)
+         call put(kinds(at%kind)%name, at%group, key, setting, groups)
       end if
    end subroutine set
 
@@ -115,16 +153,19 @@ contains
       if (in_word) text = text//"'"
    end function with_quotes
 
-   !> Puts a setting into the first group of a name, in place of what the file has for it.
-   subroutine put(name, key, setting, groups)
+   !> Puts a setting into a group, in place of what the file has for it.
+   subroutine put(name, place, key, setting, groups)
+      !> Of the group.
       character(len=*), intent(in) :: name
+      !> 0: a new one.
+      integer, intent(in) :: place
       type(key_t), intent(in) :: key
       type(setting_t), intent(in) :: setting
       type(group_t), allocatable, intent(inout) :: groups(:)
       type(setting_t), allocatable :: settings(:)
       integer :: i, j, n
 
-      i = findloc(groups%name == name, .true., dim=1)
+      i = place
       if (i == 0) then
          i = size(groups) + 1
          call resize(groups, i, i - 1)
@@ -146,13 +187,14 @@ contains
       groups(i)%settings = settings(1:n + 1)
    end subroutine put
 
-   !> Takes a key out of the first group of a name, if it is there.
-   subroutine take_out(name, key, groups)
-      character(len=*), intent(in) :: name, key
+   !> Takes a key out of a group, if both are there.
+   subroutine take_out(at, key, groups)
+      type(place_t), intent(in) :: at
+      character(len=*), intent(in) :: key
       type(group_t), intent(inout) :: groups(:)
       type(setting_t), allocatable :: settings(:)
       integer :: i, j, n
-      i = findloc(groups%name == name, .true., dim=1)
+      i = at%group
       if (i == 0) return
       allocate (settings(size(groups(i)%settings)))
       n = 0

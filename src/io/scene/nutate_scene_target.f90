@@ -4,7 +4,7 @@ module nutate_scene_target
    use nutate_keys, only: group_kind_t, key_t, setting_t, KEY_INTEGER, KEY_REAL
    use nutate_printable, only: quoted
    use nutate_scene_error, only: scene_error_t
-   use nutate_scene_names, only: find_key, find_kind
+   use nutate_scene_names, only: find_key, find_kind, number_of
    use nutate_spelling, only: lower_case
    implicit none
    private
@@ -93,14 +93,6 @@ contains
       word = rest(:dot - 1)
       rest = rest(min(dot + 1, len(rest) + 1):)
    end subroutine take
-
-   !> A positive whole number; 0 for what is none.
-   pure integer function number_of(word)
-      character(len=*), intent(in) :: word
-      number_of = 0
-      if (verify(word, '0123456789') /= 0 .or. len(word) < 1 .or. len(word) > 8) return
-      read (word, *) number_of
-   end function number_of
 
    !> Place of the group that a name means.
    subroutine find_group(name, line, parts, kind, plan, target, error)
