@@ -18,18 +18,18 @@ module nutate_check_command
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: equations_of, make_stepper
-   use nutate_notes, only: note_t, scene_notes
+   use nutate_methods, only: equations_of
+   use nutate_notes, only: note_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_printable, only: printable_path
    use nutate_fixed_steps, only: count_steps
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_slips, only: add_slips
+   use nutate_slips, only: collect_notes
    use nutate_spelling, only: split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    use nutate_run_summary, only: kept_momentum
    implicit none
@@ -55,25 +55,26 @@ contains
       type(command_t), intent(in) :: command
       integer, intent(out) :: exit_code
       type(scene_t) :: scene
-      class(stepper_t), allocatable :: stepper
+      type(run_t) :: run
       type(status_t) :: status
       type(page_t) :: page
       character(len=:), allocatable :: refusal
 
       call load_scene(command, scene, exit_code)
       if (exit_code /= EXIT_SUCCESS) return
-      call make_stepper(scene%system, scene%integrator, stepper, status)
+      call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, status)
       if (.not. status%ok()) then
          call say_error(printable_path(scene%file)//': '//trim(status%message))
          exit_code = EXIT_INPUT
          return
       end if
+      scene%integrator = run%summary%settings
       call page%line(printable_path(scene%file)//': '//scene%title)
       call add_body(page, scene)
       call add_start(page, scene)
       call add_effects(page, scene)
       if (scene%events%count() > 0) call add_events(page, scene)
-      call add_method(page, scene)
+      call add_method(page, scene, trim(run%summary%choice))
       call add_invariants(page, scene)
       call add_output(page, scene, refusal)
       if (scene%ensemble%active()) call add_ensemble(page, scene%ensemble)
@@ -212,14 +213,17 @@ contains
       end associate
    end function takes_default
 
-   subroutine add_method(page, scene)
+   subroutine add_method(page, scene, choice)
       type(page_t), intent(inout) :: page
+      !> Its settings complete.
       type(scene_t), intent(in) :: scene
+      !> Why this method was chosen; blank where the scene names it.
+      character(len=*), intent(in) :: choice
       real(wp) :: turn
       call page%line('integration')
       associate (settings => scene%integrator, plan => scene%plan)
          call page%item('method', method_text(settings))
-         if (scene%choice /= '') call page%item('  chosen by auto', scene%choice)
+         if (choice /= '') call page%item('  chosen by auto', choice)
          call page%item('in each step', equations_of(settings))
          if (settings%inverse_auxiliary_inertia > 0.0_wp) then
             call page%item('auxiliary inertia', rounded_text(1/settings%inverse_auxiliary_inertia)//' kg m^2')
@@ -402,8 +406,7 @@ contains
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable :: notes(:)
       integer :: i
-      call scene_notes(scene, notes)
-      call add_slips(scene, notes)
+      call collect_notes(scene, notes)
       if (size(notes) > 0) call page%line('notes')
       do i = 1, size(notes)
          call page%line('  '//notes(i)%text)

@@ -8,7 +8,7 @@ module nutate_notes
    implicit none
    private
 
-   public :: note_t, add_note, body_notes, scene_notes
+   public :: note_t, add_note, scene_notes
 
    !> Moments that differ by less than this of their size, but do differ, are worth a note: rounded input does so.
    real(wp), parameter :: nearly_equal = 1e-6_wp

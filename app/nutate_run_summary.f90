@@ -1,18 +1,17 @@
 !> What a run came to, for people.
 module nutate_run_summary
-   use nutate_body, only: whole_body
    use nutate_console, only: count_text, page_t, plural, vector_text
    use nutate_decimal, only: rounded_text
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: invariants_t, ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp, long
-   use nutate_notes, only: body_notes, note_t
+   use nutate_notes, only: note_t
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
-   use nutate_slips, only: add_slips
+   use nutate_slips, only: collect_notes
    implicit none
    private
 
@@ -30,10 +29,10 @@ contains
       integer :: i
 
       call page%line(printable_path(scene%file)//': '//scene%title)
-      if (scene%choice /= '') &
-         call page%item('method', trim(scene%integrator%method)//', chosen by auto: '//scene%choice)
+      if (run%summary%choice /= '') call page%item('method', trim(run%summary%settings%method)// &
+                                                   ', chosen by auto: '//trim(run%summary%choice))
       call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
-      if (scene%integrator%conserve) call page%item('projection', 'onto the invariants')
+      if (run%summary%settings%conserve) call page%item('projection', 'onto the invariants')
       call add_invariants(page, watcher%invariants, scene%system%effects%frame_turns)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(run%summary%work)
@@ -42,8 +41,7 @@ contains
       if (allocated(run%events)) call add_events(page, watcher, run)
       call page%item('history', plural(watcher%history%rows, 'row')//' of '// &
                      count_text(int(watcher%history%columns%width, long))//' columns in '//output_name(scene))
-      call body_notes(whole_body(scene%system%body), notes)
-      call add_slips(scene, notes)
+      call collect_notes(scene, notes)
       do i = 1, size(notes)
          call page%item('note', notes(i)%text)
       end do
@@ -58,7 +56,7 @@ contains
       real(wp), intent(in) :: seconds, output_seconds
       real(wp) :: n
       n = max(real(run%summary%steps, wp), 1.0_wp)
-      if (scene%plan%goal%active() .and. scene%integrator%order < 1) then
+      if (scene%plan%goal%active() .and. run%summary%settings%order < 1) then
          call page%item('steps', count_text(run%summary%steps)//' of the closed solution, to t = '// &
                         rounded_text(run%state%t)//' s')
       else if (scene%plan%goal%active()) then
@@ -76,8 +74,9 @@ contains
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
                      ' s for the rows')
       call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')
-      call page%item('Newton iterations', rounded_text(real(run%summary%iterations, wp)/n, 3)//' per step, '// &
-                     count_text(int(run%summary%most_iterations, long))//' at most')
+      if (run%summary%iterations > 0) call page%item( &
+         'Newton iterations', rounded_text(real(run%summary%iterations, wp)/n, 3)//' per step, '// &
+         count_text(int(run%summary%most_iterations, long))//' at most')
    end subroutine add_effort
 
    !> Steps that were chosen by their error.

@@ -4,12 +4,12 @@ module nutate_slips
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_keys, only: group_t, setting_t
    use nutate_kinds, only: wp, pi
-   use nutate_notes, only: add_note, note_t
+   use nutate_notes, only: add_note, note_t, scene_notes
    use nutate_scene, only: scene_t
    implicit none
    private
 
-   public :: add_slips
+   public :: collect_notes
 
    !> The direction to the centre of attraction turns by more than this on a circular orbit while a run lasts, rad.
    real(wp), parameter :: visible_turn = 0.1_wp
@@ -17,6 +17,14 @@ module nutate_slips
    character(len=14), parameter :: angles(3) = [character(len=14) :: 'angle', 'euler', 'roll_pitch_yaw']
 
 contains
+
+   !> Every note on a scene: what `check` and the summary of a run show.
+   subroutine collect_notes(scene, notes)
+      type(scene_t), intent(in) :: scene
+      type(note_t), allocatable, intent(out) :: notes(:)
+      call scene_notes(scene, notes)
+      call add_slips(scene, notes)
+   end subroutine collect_notes
 
    !> Adds notes on likely slips to others.
    subroutine add_slips(scene, notes)

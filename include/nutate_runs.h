@@ -21,8 +21,9 @@ int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t
                                const double *times, size_t n_times, nutate_history **history);
 
 /* What is in force, once a method is chosen: prepares it.
- *   ==>  key     method, linear_solver, order, series_order (0: as the tolerance asks for), conserve, time_step,
- *                accuracy, or local_tolerance: with an accuracy that which pilot runs of the last run have found
+ *   ==>  key     method, choice (why it was chosen; empty where it was named), linear_solver, order, series_order (0: as the
+ *                tolerance asks for), conserve, time_step, accuracy, or local_tolerance: with an accuracy that which pilot
+ *                runs of the last run have found
  *   <==  buffer  the value as a scene file has it, a text without quotes   ==>  size */
 int nutate_stepper_get(nutate_stepper *stepper, const char *key, char *buffer, size_t size);
 

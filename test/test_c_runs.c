@@ -25,18 +25,19 @@ static int same_state(nutate_stepper *a, nutate_stepper *b)
     return !memcmp(&t, &tb, sizeof t) && !memcmp(q, qb, sizeof q) && !memcmp(p, pb, sizeof p) && !memcmp(e, eb, sizeof e);
 }
 
-/* The rows of nutate_stepper_run_to, with nominal steps and with an accuracy; rows at times of one's own. */
+/* The rows of nutate_stepper_run_to, with nominal steps, an accuracy and a tolerance; rows at times of one's own. */
 int test_c_run_histories(void)
 {
-    static const char *const ways[2][2] = {{"time_step", "0.01"}, {"accuracy", "1e-6"}};
+    static const char *const ways[3][2] = {
+        {"time_step", "0.01"}, {"accuracy", "1e-6"}, {"local_tolerance", "1e-6"}};
     static const double times[4] = {0.0, 0.123, 0.5, 1.0};
     double rows[2000], kept[2000], t[4];
     nutate_stepper *a = NULL, *b = NULL;
     nutate_history *history = NULL;
     size_t n, m, width;
-    char method[32];
+    char method[128];
     int way;
-    for (way = 0; way < 2; ++way) {
+    for (way = 0; way < 3; ++way) {
         EXPECT(NUTATE_OK, make_stepper(&a));
         EXPECT(NUTATE_OK, make_stepper(&b));
         EXPECT(NUTATE_OK, nutate_stepper_set_columns(a, "quaternion,energy"));
@@ -59,6 +60,8 @@ int test_c_run_histories(void)
         EXPECT(NUTATE_OK, nutate_history_destroy(&history));
         EXPECT(NUTATE_OK, nutate_stepper_get(b, "method", method, sizeof method));
         CHECK(!strcmp(method, way == 0 ? "nielsen_krenk" : "exact"));
+        EXPECT(NUTATE_OK, nutate_stepper_get(b, "choice", method, sizeof method));
+        CHECK(!strcmp(method, way == 0 ? "" : "the motion of a free body has a closed solution"));
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&a));
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&b));
     }

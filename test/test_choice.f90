@@ -16,7 +16,7 @@ module test_choice
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, forced_body, free_body, problem_t
@@ -58,6 +58,10 @@ contains
                   new_unittest("strong damping takes the implicit step", strong_damping_takes_implicit_step), &
                   new_unittest("what is not the method's is kept", other_settings_are_kept), &
                   new_unittest("extreme input is judged without a trap", extreme_input), &
+                  new_unittest("a run chooses where no method is named", run_chooses_method), &
+                  new_unittest("a run chooses the order where it is open", run_chooses_order), &
+                  new_unittest("auto needs a goal, and nothing beside it", auto_is_refused), &
+                  new_unittest("fixed steps take order 2 where nothing is named", fixed_steps_take_order_2), &
                   new_unittest("closed solution with accuracy and rows at intervals", closed_solution_with_accuracy), &
                   new_unittest("pilots that nothing tells apart keep their difference", pilots_alike), &
                   new_unittest("a chaotic motion is not called solved", chaos_is_not_called_solved)]
@@ -237,6 +241,115 @@ contains
       call expect(error, free_body([1.0_wp, 2.0_wp, 2.5_wp], [0.0_wp, 0.0_wp, 0.0_wp]), 0.0_wp, 1e-16_wp, 'exact', &
                   'closed solution')
    end subroutine extreme_input
+
+   !> With an accuracy and with a tolerance of steps, by no name and by `auto`: what `choose_method` says.
+   subroutine run_chooses_method(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=4), parameter :: names(2) = [character(len=4) :: '', AUTOMATIC_METHOD]
+      real(wp), parameter :: accuracies(3) = [1e-3_wp, 1e-7_wp, 1e-10_wp]
+      type(problem_t) :: problems(3)
+      type(integrator_settings_t) :: wanted
+      type(run_plan_t) :: plan
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      character(len=:), allocatable :: reason
+      integer :: i, j, k
+      problems = [box(), bruls_top(), forced_body()]
+      do i = 1, size(problems)
+         do j = 1, size(accuracies)
+            do k = 1, 4
+               plan = run_plan_t(end_time=0.2_wp)
+               if (k <= 2) plan%goal%accuracy = accuracies(j)
+               if (k > 2) plan%goal%local_tolerance = accuracies(j)
+               call choose_method(problems(i)%system, problems(i)%start, 0.2_wp, accuracies(j), wanted, reason, k <= 2)
+               call run_unseen(problems(i), integrator_settings_t(method=names(1 + mod(k, 2))), plan, summary, status)
+               call check(error, status%ok(), trim(status%message))
+               if (.not. allocated(error)) call check(error, summary%settings%method == wanted%method .and. &
+                                              (summary%settings%conserve .eqv. wanted%conserve), wanted%method)
+               if (.not. allocated(error)) call check(error, summary%choice == reason .and. reason /= '', reason)
+               if (allocated(error)) return
+            end do
+         end do
+      end do
+   end subroutine run_chooses_method
+
+   !> What belongs to one method rules the choice of the method out; the order of the implicit step stays to be chosen.
+   subroutine run_chooses_order(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(integrator_settings_t) :: settings(6)
+      integer, parameter :: orders(6) = [8, 4, 8, 2, 4, 2]
+      type(run_plan_t) :: plan
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      integer :: i
+      settings = [integrator_settings_t(linear_solver='reduced'), integrator_settings_t(order=4), &
+                  integrator_settings_t(method='nielsen_krenk'), integrator_settings_t(method='nielsen_krenk', order=2), &
+                  integrator_settings_t(linear_solver='reduced'), integrator_settings_t(linear_solver='reduced')]
+      do i = 1, size(settings)
+         plan = run_plan_t(end_time=0.02_wp, goal=run_goal_t(accuracy=1e-5_wp))
+         if (i == 5) plan%goal%accuracy = 1e-2_wp
+         if (i == 6) plan%goal = run_goal_t(local_tolerance=1e-5_wp)
+         call run_unseen(box(), settings(i), plan, summary, status)
+         call check(error, status%ok(), trim(status%message))
+         if (.not. allocated(error)) call check(error, summary%settings%method == 'nielsen_krenk' .and. &
+                                                summary%choice == '', summary%settings%method)
+         if (.not. allocated(error)) call check(error, summary%settings%order, orders(i), "order")
+         if (allocated(error)) return
+      end do
+   end subroutine run_chooses_order
+
+   !> As scenes refuse it.
+   subroutine auto_is_refused(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(integrator_settings_t) :: settings(5)
+      type(run_plan_t) :: plan
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      integer :: i
+      settings = integrator_settings_t(method=AUTOMATIC_METHOD)
+      settings(1)%order = 8
+      settings(2)%linear_solver = 'reduced'
+      settings(3)%series_order = 12
+      settings(4)%conserve = .true.
+      plan = run_plan_t(end_time=0.1_wp, goal=run_goal_t(accuracy=1e-5_wp))
+      do i = 1, size(settings)
+         if (i == 5) plan = run_plan_t(end_time=0.1_wp, time_step=0.01_wp)
+         call run_unseen(box(), settings(i), plan, summary, status)
+         call check(error, status%code, NUTATE_BAD_ARGUMENT, trim(status%message))
+         if (allocated(error)) return
+      end do
+   end subroutine auto_is_refused
+
+   subroutine fixed_steps_take_order_2(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: states(2)
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      type(run_plan_t) :: plan
+      problem = box()
+      states = problem%start
+      plan = run_plan_t(end_time=0.5_wp, time_step=0.01_wp)
+      call integrate(problem%system, integrator_settings_t(), states(1), plan, status, summary=summary)
+      call check(error, status%ok() .and. summary%settings%method == 'nielsen_krenk' .and. summary%choice == '')
+      if (.not. allocated(error)) call check(error, summary%settings%order, 2)
+      if (allocated(error)) return
+      call integrate(problem%system, integrator_settings_t(method='nielsen_krenk', order=2, linear_solver='lapack'), &
+                     states(2), plan, status)
+      call check_close(error, states(1)%p, states(2)%p, 0.0_wp, "the same bits")
+   end subroutine fixed_steps_take_order_2
+
+   !> Runs a problem by settings, for nobody to see.
+   subroutine run_unseen(problem, settings, plan, summary, status)
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      type(run_plan_t), intent(in) :: plan
+      type(run_summary_t), intent(out) :: summary
+      type(status_t), intent(out) :: status
+      type(state_t) :: state
+      state = problem%start
+      call integrate(problem%system, settings, state, plan, status, summary=summary)
+   end subroutine run_unseen
 
    !> Rows where they are asked for, each as exact as the last, by steps of 64 of them; nobody to see them: one step.
    !> Steps that are rows turn by a radian.

@@ -426,7 +426,7 @@ contains
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps of one length for steps by their error")
       if (allocated(error)) return
       chosen%max_steps = 5
-      call run(forced_body(), integrator_settings_t(), chosen, recorder, outcome, status)
+      call run(forced_body(), integrator_settings_t(order=2), chosen, recorder, outcome, status)
       call run(forced_body(), integrator_settings_t(), plan, recorder, outcome, status, recorder%archive)
       call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps by their error for steps of one length")
    end subroutine another_run_is_refused

@@ -239,7 +239,7 @@ def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[dict[s
 def branch_of(stepper: Stepper) -> Stepper:
     """A stepper that takes steps as good as those of a run that another one has done."""
     branch = copy.copy(stepper)
-    if float(stepper.get("accuracy")) > 0:
+    if float(stepper.get("local_tolerance")) > 0:
         method = stepper.get("method")
         keys = {"nielsen_krenk": ("order", "linear_solver"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
         branch.set(method=method, local_tolerance=stepper.get("local_tolerance"), **{key: stepper.get(key) for key in keys})

@@ -74,8 +74,8 @@ class Stepper(SatelliteState):
 
     def get(self, key: str) -> str:
         """What is in force for a key of &integrator, as a scene file says it: what was set, or what was chosen for it. One of
-        method, linear_solver, order, series_order, conserve, time_step, accuracy, local_tolerance (with an accuracy: the one
-        that the last run found)."""
+        method, choice (why the method was chosen; empty where it was named), linear_solver, order, series_order, conserve,
+        time_step, accuracy, local_tolerance (with an accuracy: the one that the last run found)."""
         self._call("nutate_stepper_get", encoded(key), ctypes.create_string_buffer(MESSAGE_SIZE), MESSAGE_SIZE)
         return text_of(library.nutate_stepper_get, self._handle, encoded(key))
 

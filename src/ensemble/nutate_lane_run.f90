@@ -120,7 +120,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer(long) :: n
       associate (plan => scene%plan)
-         steps_suit = scene%choice == '' .and. .not. plan%goal%active() .and. plan%interval <= 0.0_wp .and. &
+         steps_suit = .not. plan%goal%active() .and. plan%interval <= 0.0_wp .and. &
                       .not. allocated(plan%times) .and. plan%steps < 0 .and. plan%time_step > 0.0_wp
          if (.not. steps_suit) return
          steps_suit = all(scene%ensemble%groups(scene%ensemble%targets%group)%name /= 'integrator')

@@ -26,7 +26,7 @@ module nutate_member
       real(wp), allocatable :: values(:)
       !> Places of `&initial` and `&integrator` among the groups.
       integer, private :: initial = 0, integrator = 0
-      !> Nothing but the start differs, and nothing was chosen by it.
+      !> Nothing but the start differs.
       logical, private :: only_start = .false.
       !> Targets, each the first of its key, and the values of that key.
       integer, allocatable, private :: keys(:)
@@ -51,7 +51,7 @@ contains
          allocate (self%values(size(targets)))
          self%initial = findloc(self%scene%groups%name == 'initial', .true., dim=1)
          self%integrator = findloc(self%scene%groups%name == 'integrator', .true., dim=1)
-         self%only_start = all(targets%group == self%initial) .and. scene%choice == ''
+         self%only_start = all(targets%group == self%initial)
          self%keys = pack([(i, i=1, size(targets))], [(is_first(targets, i), i=1, size(targets))])
       end associate
    end subroutine prepare

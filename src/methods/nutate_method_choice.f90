@@ -1,4 +1,4 @@
-!> `method = 'auto'`: which method an accuracy costs least with, and why.
+!> What a run chooses where its settings leave it open: method and order, and why. Every interface chooses here.
 !>
 !> The rules are those of the tables in docs/accuracy.md, which `bench_choice` measures.
 module nutate_method_choice
@@ -10,18 +10,18 @@ module nutate_method_choice
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
-   use nutate_methods, only: default_settings
+   use nutate_methods, only: default_settings, with_defaults
    use nutate_quaternion, only: quat_norm
    use nutate_state, only: state_t
-   use nutate_status, only: status_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: choose_method, choose_order, effect_without_series, AUTOMATIC_METHOD
+   public :: choose_settings, choose_method, effect_without_series, AUTOMATIC_METHOD
 
-   !> What scenes call the choice.
+   !> What asks for the choice by name.
    character(len=*), parameter :: AUTOMATIC_METHOD = 'auto'
 
    !> Accuracy from which on the series is the cheapest, rad: in general; where torques alone act, whose series cost
@@ -43,6 +43,49 @@ module nutate_method_choice
    real(wp), parameter :: order_8_pays = 1e-5_wp, order_6_pays = 1e-3_wp, order_4_pays = 1e-1_wp
 
 contains
+
+   !> Puts in what settings leave open, for a run: the method, where there is an accuracy or a tolerance of steps and
+   !> nothing is set that belongs to one method or another; the order, for an accuracy; else the defaults.
+   !>
+   !> Errors: `NUTATE_BAD_ARGUMENT` for `auto` without an accuracy or a tolerance, or beside what it chooses.
+   subroutine choose_settings(system, state, duration, accuracy, local_tolerance, settings, choice, status)
+      type(system_t), intent(in) :: system
+      !> The start.
+      type(state_t), intent(in) :: state
+      !> Time from start to end, s, of either sign.
+      real(wp), intent(in) :: duration
+      !> Of the attitude at the end, and of each step, rad; 0 where none is asked for.
+      real(wp), intent(in) :: accuracy, local_tolerance
+      type(integrator_settings_t), intent(inout) :: settings
+      !> Why this method, in a few words; blank where it was not chosen.
+      character(len=*), intent(out) :: choice
+      type(status_t), intent(out) :: status
+      character(len=:), allocatable :: reason
+      real(wp) :: asked
+      choice = ''
+      asked = max(accuracy, local_tolerance)
+      if (settings%method == '' .and. asked > 0.0_wp .and. .not. names_parts(settings)) settings%method = AUTOMATIC_METHOD
+      if (settings%method /= AUTOMATIC_METHOD) then
+         if (settings%method == '') settings%method = 'nielsen_krenk'
+         if (accuracy > 0.0_wp) call choose_order(system, duration, accuracy, settings)
+         settings = with_defaults(settings)
+      else if (.not. asked > 0.0_wp) then
+         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' needs an accuracy or a local_tolerance to choose by", 'method')
+      else if (names_parts(settings)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' chooses order, series_order, linear_solver, conserve and "// &
+                       'projection (expected a method by name with them)', 'method')
+      else
+         call choose_method(system, state, duration, asked, settings, reason, at_end=accuracy > 0.0_wp)
+         choice = reason
+      end if
+   end subroutine choose_settings
+
+   !> Something is set that belongs to one method or another.
+   pure logical function names_parts(settings)
+      type(integrator_settings_t), intent(in) :: settings
+      names_parts = settings%order /= 0 .or. settings%series_order /= 0 .or. settings%linear_solver /= '' .or. &
+                    settings%conserve .or. .not. settings%projection
+   end function names_parts
 
    !> The order of the implicit step for an accuracy, where it is open: 0. It stays 2 where damping is strong: the
    !> stages of higher orders that go back in time would drive.

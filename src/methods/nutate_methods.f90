@@ -19,7 +19,7 @@ module nutate_methods
    private
 
    public :: method_t, methods, make_stepper, get_stepper, compose_stepper, default_settings, equations_of, family_of, &
-      method_of
+      method_of, with_defaults
 
    !> One method: how scene files and messages speak of it, and what it can do.
    type :: method_t
@@ -98,9 +98,22 @@ contains
       end do
    end function default_settings
 
+   !> Settings with what they leave open put in: without a method it is `nielsen_krenk`; order and solver are those of the
+   !> method's first row.
+   pure type(integrator_settings_t) function with_defaults(settings) result(complete)
+      type(integrator_settings_t), intent(in) :: settings
+      type(integrator_settings_t) :: usual
+      complete = settings
+      if (complete%method == '') complete%method = 'nielsen_krenk'
+      usual = default_settings(complete%method)
+      if (complete%order == 0) complete%order = usual%order
+      if (complete%linear_solver == '') complete%linear_solver = usual%linear_solver
+   end function with_defaults
+
    !> Row of the table that the settings mean; 0 where there is none. Order and solver count where the method has
    !> several.
    pure integer function row_of(settings)
+      !> With their defaults.
       type(integrator_settings_t), intent(in) :: settings
       integer :: i
       row_of = 0
@@ -116,7 +129,7 @@ contains
    pure type(method_t) function method_of(settings) result(method)
       type(integrator_settings_t), intent(in) :: settings
       integer :: row
-      row = row_of(settings)
+      row = row_of(with_defaults(settings))
       method = method_t('', '', 0, 0, '')
       if (row > 0) method = methods(row)
       if (settings%method == 'taylor' .and. settings%series_order > 0) method%order = settings%series_order
@@ -133,7 +146,7 @@ contains
       write (stages, '(i0)') method%stages
       if (method%stages > 1) text = text//', '//trim(stages)//' stages'
       if (method%projected) text = text//', projection onto the invariants'
-      if (leaves_attitude_out(settings)) &
+      if (leaves_attitude_out(with_defaults(settings))) &
          text = '3 equations for the body momentum; nothing depends on the attitude, which is left out'
    end function equations_of
 
@@ -152,14 +165,16 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       class(stepper_t), allocatable, intent(out) :: stepper
       type(status_t), intent(out) :: status
+      type(integrator_settings_t) :: complete
       integer :: row
-      row = row_of(settings)
+      complete = with_defaults(settings)
+      row = row_of(complete)
       if (row == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
                        "' of this order and solver, with or without conserve as asked for", 'method')
          return
       end if
-      select case (settings%method)
+      select case (complete%method)
       case ('rk4')
          allocate (rk4_t :: stepper)
       case ('rk8')
@@ -171,17 +186,17 @@ contains
       case ('exact')
          allocate (exact_t :: stepper)
       case default
-         if (settings%linear_solver == 'reduced' .or. leaves_attitude_out(settings)) then
+         if (complete%linear_solver == 'reduced' .or. leaves_attitude_out(complete)) then
             allocate (reduced_t :: stepper)
          else
             allocate (nielsen_krenk_t :: stepper)
          end if
-         if (settings%order > 2) call compose_stepper(settings%order, stepper, status)
+         if (complete%order > 2) call compose_stepper(complete%order, stepper, status)
       end select
-      if (settings%method == 'nielsen_krenk' .and. settings%attitude .and. follows_turning_axes(system%effects)) &
+      if (complete%method == 'nielsen_krenk' .and. complete%attitude .and. follows_turning_axes(system%effects)) &
          call turn_stepper(stepper)
-      if (settings%conserve .and. settings%method /= 'taylor') call project_stepper(methods(row)%spacing, stepper)
-      if (status%ok()) call stepper%prepare(system, settings, status)
+      if (complete%conserve .and. complete%method /= 'taylor') call project_stepper(methods(row)%spacing, stepper)
+      if (status%ok()) call stepper%prepare(system, complete, status)
    end subroutine make_stepper
 
    !> A stepper of these settings, prepared for a system: the one that is there, or a new one. Errors: those of

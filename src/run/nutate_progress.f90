@@ -8,7 +8,7 @@ module nutate_progress
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: stepper_t
+   use nutate_stepper, only: integrator_settings_t, stepper_t
    implicit none
    private
 
@@ -36,6 +36,10 @@ module nutate_progress
       !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
       !> steps.
       real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
+      !> What a run by settings was done with: those given, with what they left open. And why this method, in a few
+      !> words, where it was chosen.
+      type(integrator_settings_t) :: settings
+      character(len=112) :: choice = ''
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_summary

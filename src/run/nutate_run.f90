@@ -12,6 +12,7 @@ module nutate_run
    use nutate_fixed_steps, only: fixed_steps_t
    use nutate_event_tracker, only: event_list_t
    use nutate_kinds, only: wp
+   use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t
    use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run, total_work
@@ -29,7 +30,6 @@ module nutate_run
 
    !> A run: what it is to do, how far it is, and its way to step.
    type, extends(progress_t) :: run_t
-      type(integrator_settings_t), private :: settings
       class(step_policy_t), allocatable, private :: policy
    contains
       !> Takes a plan and the first state; prepares the steppers, or takes one that is prepared.
@@ -104,7 +104,7 @@ contains
       call conclude_run(progress, state, summary)
    end subroutine integrate_by_stepper
 
-   !> Takes a plan and the first state, and prepares steppers. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away
+   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away
    !> from the end, and for settings that a method cannot honour.
    subroutine begin_by_settings(self, system, settings, state, plan, status)
       class(run_t), intent(inout) :: self
@@ -117,14 +117,17 @@ contains
       type(fixed_steps_t), allocatable :: fixed
       call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
-      self%settings = settings
+      self%summary%settings = settings
+      call choose_settings(system, state, plan%end_time - state%t, plan%goal%accuracy, plan%goal%local_tolerance, &
+                           self%summary%settings, self%summary%choice, status)
+      if (.not. status%ok()) return
       if (plan%goal%active()) then
          allocate (control)
-         call control%begin(system, settings, self%progress_t, status)
+         call control%begin(system, self%summary%settings, self%progress_t, status)
          call move_alloc(control, self%policy)
       else
          allocate (fixed)
-         call make_stepper(system, settings, fixed%own, status)
+         call make_stepper(system, self%summary%settings, fixed%own, status)
          if (status%ok()) call fixed%begin(self%progress_t, status)
          call move_alloc(fixed, self%policy)
       end if
@@ -230,8 +233,8 @@ contains
       if (.not. lacks_steps(self)) return
       select type (control => self%policy)
       class is (error_control_t)
-         call find_tolerance(system, self%settings, self%progress_t, control, status, observer)
-         if (status%ok()) call control%begin(system, self%settings, self%progress_t, status)
+         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer)
+         if (status%ok()) call control%begin(system, self%summary%settings, self%progress_t, status)
       end select
    end subroutine find_steps
 
@@ -280,23 +283,21 @@ contains
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       type(progress_t) :: last
-      type(run_plan_t) :: plan
-      real(wp) :: bounds(2)
       select type (control => self%policy)
       class is (error_control_t)
-         call find_tolerance(system, self%settings, self%progress_t, control, status, last=last)
+         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, last=last)
       end select
       if (.not. status%ok()) return
       if (.not. allocated(last%summary%work)) then
          call drive(self%progress_t, self%policy, system, status)
          return
       end if
-      plan = self%plan
-      bounds = [self%summary%estimate, self%summary%round_off]
+      last%plan = self%plan
+      last%summary%estimate = self%summary%estimate
+      last%summary%round_off = self%summary%round_off
+      last%summary%settings = self%summary%settings
+      last%summary%choice = self%summary%choice
       self%progress_t = last
-      self%plan = plan
-      self%summary%estimate = bounds(1)
-      self%summary%round_off = bounds(2)
    end subroutine go_unseen
 
 end module nutate_run

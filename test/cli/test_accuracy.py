@@ -132,6 +132,15 @@ class Accuracy(CommandLineTest):
             for row in rows:
                 self.assertLess(abs(row["energy_residual"]), 1e-13 * 5436)
 
+    def test_a_tolerance_of_steps_alone_is_auto(self):
+        self.write("alone.nml", BRUELS.replace("order = 8, linear_solver = 'reduced', accuracy", "local_tolerance"))
+        chosen = self.succeed("check", "alone.nml").stdout
+        self.assertRegex(chosen, "  method +taylor.*\n    chosen by auto +a symmetric body under linear effects")
+        self.assertRegex(self.succeed("run", "alone.nml").stderr, "  method +taylor, chosen by auto: a symmetric body")
+        named = self.succeed("check", "alone.nml", "--set", "integrator.linear_solver='reduced'").stdout
+        self.assertIn("nielsen_krenk of order 2\n", named)
+        self.assertNotIn("chosen by auto", named)
+
     def test_auto_solves_a_free_body(self):
         self.write("free.nml", FREE)
         text = self.succeed("check", "free.nml").stdout

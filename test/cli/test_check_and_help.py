@@ -103,6 +103,18 @@ class Check(CommandLineTest):
         near = self.succeed("check", "top.nml", "--set", "body.inertia=5,5.0000001,1").stdout
         self.assertIn("nearly symmetric", near)
 
+    def test_run_gives_the_notes_of_check(self):
+        for scene, *settings in (("box.nml",), ("box.nml", "integrator.time_step=0.1"), ("top.nml", "integrator.time_step=0.05"),
+                                 ("top.nml", "integrator.time_step=0.1"), ("top.nml", "body.inertia=5,5.0000001,1"),
+                                 ("top.nml", "initial.angle=30"), ("top.nml",), ("box.nml", "body.size=4,0,2")):
+            overrides = [word for setting in settings for word in ("--set", setting)]
+            checked = self.succeed("check", scene, *overrides).stdout
+            summary = self.succeed("run", scene, *overrides).stderr
+            wanted = [line.strip() for line in checked.split("\nnotes\n")[1].splitlines()] if "\nnotes\n" in checked else []
+            self.assertEqual([line[22:].strip() for line in summary.splitlines() if line.startswith("  note ")], wanted, settings)
+        self.assertIn("the invariants will hold, the phase will not",
+                      self.succeed("run", "box.nml", "--set", "integrator.time_step=0.1").stderr)
+
     def slips(self, scene, *settings):
         """What check and the summary of a run note: the same slips."""
         overrides = [word for setting in settings for word in ("--set", setting)]

@@ -98,7 +98,7 @@ class Rows(CommandLineTest):
         for steps in ("integrator.time_step=0.005", "integrator.local_tolerance=1e-6"):
             scene = FORCED if "step" in steps else FORCED.replace("time_step = 0.005, ", "")
             self.write("forced.nml", scene)
-            settings = ["--set", steps, "--set", "output.times_file='when.csv'", "--set", f"output.columns={all_columns()}"]
+            settings = ["--set", steps, "--set", "integrator.order=2", "--set", "output.times_file='when.csv'", "--set", f"output.columns={all_columns()}"]
             self.succeed("run", "forced.nml", "--quiet", "--output", "whole.csv", *settings)
             self.fail_with(3, "run", "forced.nml", "--quiet", "--output", "part.csv", "--checkpoint", "ck", "--max-steps",
                            "37", *settings)

@@ -184,12 +184,14 @@ contains
       logical, intent(in) :: ready
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
-      character(len=:), allocatable :: method, solver
+      character(len=:), allocatable :: method, solver, choice
       associate (settings => handle%settings)
          method = settings%method
          solver = settings%linear_solver
+         choice = trim(handle%choice)
          call archive%transfer(method)
          call archive%transfer(solver)
+         call archive%transfer(choice)
          call archive%transfer(settings%order)
          call archive%transfer(settings%series_order)
          call archive%transfer(settings%conserve)
@@ -198,6 +200,7 @@ contains
             settings%method = method
             settings%linear_solver = solver
             call prepare(handle, status)
+            handle%choice = choice
          end if
       end associate
       if (ready .and. status%ok() .and. archive%is_whole()) call handle%stepper%transfer(archive)
@@ -212,7 +215,6 @@ contains
       call archive%transfer(handle%work_compensation)
       call archive%transfer(handle%unproved_steps)
       call archive%transfer(handle%error)
-      call archive%transfer(handle%duration)
       call archive%transfer(handle%found_tolerance)
       call archive%transfer(handle%t_reached)
       call archive%transfer(handle%under_way)

@@ -4,6 +4,7 @@ module nutate_c_event_runs
    use nutate_c_handles, only: stepper_handle_t
    use nutate_c_polls, only: find_steps_asking
    use nutate_c_rows, only: row_taker_t, write_row
+   use nutate_c_settings, only: settings_of_run, take_choice
    use nutate_c_stepping, only: take_back
    use nutate_control, only: needs_control
    use nutate_kinds, only: wp
@@ -50,7 +51,8 @@ contains
       if (taker%every > 0) taker%end_time = plan%end_time
       allocate (run)
       if (plan%goal%active()) then
-         call run%begin(handle%system, handle%settings, first, plan, status)
+         call run%begin(handle%system, settings_of_run(handle), first, plan, status)
+         call take_choice(handle, run%summary)
       else
          call run%begin(handle%system, handle%stepper, first, plan, status)
       end if

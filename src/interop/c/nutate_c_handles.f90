@@ -102,7 +102,11 @@ module nutate_c_handles
       logical :: attitude_if_needed = .false.
       !> What was set, as a scene's `&integrator`.
       type(group_t) :: group
-      type(integrator_settings_t) :: settings
+      !> The settings that were asked for; and what they are where the choice has been made, for the stepper or by the last
+      !> run to an accuracy or a tolerance.
+      type(integrator_settings_t) :: asked, settings
+      !> Why the method was chosen; blank where it was named.
+      character(len=112) :: choice = ''
       type(run_plan_t) :: plan
       !> Work of all torques from before the run under way, J, and the digits that its sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
@@ -110,11 +114,8 @@ module nutate_c_handles
       integer(long) :: unproved_steps = 0
       !> `estimate` and `round_off` of the last run with an accuracy, rad.
       real(wp) :: error(2) = 0.0_wp
-      !> Method, order are open, and chosen for each run to a time.
-      logical :: chooses_method = .false., chooses_order = .false.
-      !> Time of the run that `auto` has chosen a method for, s; and the error of a step that pilot runs of the last run
-      !> with an accuracy have found, rad.
-      real(wp) :: duration = 0.0_wp, found_tolerance = 0.0_wp
+      !> Error of a step that pilot runs of the last run with an accuracy have found, rad.
+      real(wp) :: found_tolerance = 0.0_wp
       !> Whom runs ask whether to go on.
       type(poll_t) :: poll
       !> The state that was set: energy and work count from there. Its total energy, J.

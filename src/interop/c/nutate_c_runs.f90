@@ -6,7 +6,7 @@ module nutate_c_runs
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t
    use nutate_c_polls, only: integrate_asking, steps_between_looks
    use nutate_c_rows, only: row_taker_t, write_row
-   use nutate_c_settings, only: choose_for, prepare_if_needed
+   use nutate_c_settings, only: prepare_if_needed, settings_of_run, take_choice
    use nutate_c_stepping, only: take_back, test_step
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps, take_nominal_step
@@ -108,7 +108,6 @@ contains
       if (.not. status%ok()) return
       if (handle%plan%goal%active()) then
          plan%goal = handle%plan%goal
-         call choose_for(handle, plan%end_time)
          call run_by_plan(handle, plan, taker, status)
       else if (allocated(plan%times)) then
          call get_going(handle, status)
@@ -310,8 +309,9 @@ contains
       call keep_work(handle)
       handle%under_way = .false.
       if (abs(plan%end_time - state%t) > 0.0_wp) then
-         call integrate_asking(handle%poll, handle%failure, handle%system, handle%settings, state, plan, status, &
-                               taker, summary)
+         call integrate_asking(handle%poll, handle%failure, handle%system, settings_of_run(handle), state, plan, &
+                               status, taker, summary)
+         call take_choice(handle, summary)
          handle%found_tolerance = plan%goal%local_tolerance
       else if (.not. allocated(plan%times)) then
          call write_row(handle, taker, status)

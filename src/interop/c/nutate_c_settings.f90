@@ -3,20 +3,22 @@ module nutate_c_settings
    use nutate_c_effects, only: add_failure, has_callbacks
    use nutate_c_handles, only: stepper_handle_t
    use nutate_c_text, only: lock_texts, unlock_texts
-   use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
+   use nutate_method_choice, only: choose_settings
    use nutate_columns, only: need_attitude
    use nutate_hamiltonian, only: conserved_energy
    use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
+   use nutate_progress, only: run_summary_t
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_integrator, only: build_integrator, integrator_keys
    use nutate_scene_override, only: apply_override
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
+   use nutate_stepper, only: integrator_settings_t
    implicit none
    private
 
-   public :: set_key, get_key, prepare, prepare_if_needed, choose_for
+   public :: set_key, get_key, prepare, prepare_if_needed, settings_of_run, take_choice
 
 contains
 
@@ -91,6 +93,8 @@ contains
          select case (key)
          case ('method')
             value = settings%method
+         case ('choice')
+            value = handle%choice
          case ('linear_solver')
             value = settings%linear_solver
          case ('order')
@@ -107,21 +111,26 @@ contains
             write (value, '(es24.16e3)') merge(handle%found_tolerance, plan%goal%local_tolerance, &
                                                plan%goal%accuracy > 0.0_wp)
          case default
-            status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, linear_solver, order, series_order, '// &
+            status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, choice, linear_solver, order, series_order, '// &
                           'conserve, time_step, accuracy, local_tolerance', 'key')
          end select
       end associate
       value = adjustl(value)
    end subroutine get_key
 
-   !> Prepares the method that the settings ask for. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Prepares the method that the settings ask for, or that is chosen for them. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine prepare(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
+      character(len=len(handle%choice)) :: choice
       handle%ready = .false.
       handle%plain = .false.
       handle%under_way = handle%under_way .and. .not. handle%stale
       if (handle%stale) call read_settings(handle, status)
+      if (status%ok()) call choose_settings(handle%system, handle%run%state, handle%plan%end_time - handle%run%state%t, &
+                                            handle%plan%goal%accuracy, handle%plan%goal%local_tolerance, &
+                                            handle%settings, choice, status)
+      if (choice /= '') handle%choice = choice
       if (status%ok()) call make_stepper(handle%system, handle%settings, handle%stepper, status)
       if (.not. status%ok()) return
       if (handle%keeps_steps) call handle%stepper%keep_steps()
@@ -155,14 +164,17 @@ contains
       if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
       call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
       call lock_texts()
-      call build_integrator(group, handle%settings, handle%plan, error)
+      call build_integrator(group, handle%asked, handle%plan, error)
       call unlock_texts()
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text)
          return
       end if
       if (.not. has_length) handle%plan%time_step = 0.0_wp
-      call choose(handle)
+      ! How far runs will go is not known yet.
+      handle%plan%end_time = handle%run%state%t
+      handle%settings = handle%asked
+      handle%choice = ''
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
       handle%first_energy = conserved_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
@@ -175,39 +187,22 @@ contains
                                                      need_attitude(handle%sets)
    end subroutine read_settings
 
-   !> Chooses method and order where they are open, for a run of the duration that the handle says.
-   subroutine choose(handle)
-      !> Its settings as they were read.
-      type(stepper_handle_t), intent(inout) :: handle
-      character(len=:), allocatable :: reason
-      associate (goal => handle%plan%goal)
-         handle%chooses_method = handle%settings%method == AUTOMATIC_METHOD
-         handle%chooses_order = handle%settings%order == 0
-         if (handle%chooses_method) call choose_method(handle%system, handle%run%state, handle%duration, &
-                                                       max(goal%accuracy, goal%local_tolerance), handle%settings, &
-                                                       reason, at_end=goal%accuracy > 0.0_wp)
-         call choose_order(handle%system, handle%duration, goal%accuracy, handle%settings)
-      end associate
-   end subroutine choose
-
-   !> Chooses again where a run to a time has another duration than the choice was made for: fast tops and strong
-   !> damping are told by it.
-   subroutine choose_for(handle, end_time)
+   !> What a run of its own choice is done with: what was asked for, and the attitude where something looks at it.
+   pure type(integrator_settings_t) function settings_of_run(handle) result(settings)
       !> Prepared.
+      type(stepper_handle_t), intent(in) :: handle
+      settings = handle%asked
+      settings%attitude = handle%settings%attitude
+   end function settings_of_run
+
+   !> Takes what a run has chosen, if it has begun.
+   pure subroutine take_choice(handle, summary)
       type(stepper_handle_t), intent(inout) :: handle
-      !> s.
-      real(wp), intent(in) :: end_time
-      if (.not. (handle%chooses_method .or. handle%chooses_order)) return
-      handle%duration = end_time - handle%run%state%t
-      if (handle%chooses_method) then
-         handle%settings%method = AUTOMATIC_METHOD
-      else
-         handle%settings%order = 0
-      end if
-      call choose(handle)
-      handle%ready = .false.
-      handle%plain = .false.
-   end subroutine choose_for
+      type(run_summary_t), intent(in) :: summary
+      if (summary%settings%method == '') return
+      handle%settings = summary%settings
+      handle%choice = summary%choice
+   end subroutine take_choice
 
    !> Appends a key of one number.
    subroutine put_number(group, name, number)

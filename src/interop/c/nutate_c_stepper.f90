@@ -118,7 +118,7 @@ contains
       type(c_ptr), intent(in), value :: stepper, key, buffer
       integer(c_size_t), intent(in), value :: size
       character(len=:), allocatable :: name
-      character(len=32) :: value
+      character(len=len(handle%choice)) :: value
       type(stepper_handle_t), pointer :: handle
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
@@ -260,7 +260,8 @@ contains
       type(status_t), intent(out) :: status
       integer :: i
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
-      handle%settings = from%scene%integrator
+      handle%asked = from%scene%integrator
+      handle%settings = handle%asked
       handle%plan = from%scene%plan
       handle%events = from%scene%events
       handle%attitude_if_needed = handle%events%count() == 0

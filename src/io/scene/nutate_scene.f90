@@ -5,7 +5,6 @@
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
    use nutate_control, only: needs_control
-   use nutate_method_choice, only: choose_method, choose_order, AUTOMATIC_METHOD
    use nutate_columns, only: columns_t, need_attitude
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
@@ -52,10 +51,8 @@ module nutate_scene
       type(system_t) :: system
       !> The state at t = 0.
       type(state_t) :: initial
-      !> The method is one of the table: what `auto` came to.
+      !> With a goal the method may be `auto`, and the order open, which a run chooses.
       type(integrator_settings_t) :: integrator
-      !> Why `auto` chose the method; blank where the scene names one.
-      character(len=:), allocatable :: choice
       !> Steps, or what they must keep to; end; rows.
       type(run_plan_t) :: plan
       type(output_settings_t) :: output
@@ -213,12 +210,6 @@ contains
       call check_columns(first_group(scene%groups, 'output'), scene%output%columns, scene%system%effects, error)
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
       if (error%raised) return
-      scene%choice = ''
-      if (scene%integrator%method == AUTOMATIC_METHOD) call choose_method( &
-         scene%system, scene%initial, scene%plan%end_time, max(scene%plan%goal%accuracy, &
-         scene%plan%goal%local_tolerance), scene%integrator, scene%choice, &
-         at_end=scene%plan%goal%accuracy > 0.0_wp)
-      call choose_order(scene%system, scene%plan%end_time, scene%plan%goal%accuracy, scene%integrator)
       ! An accuracy is one of the attitude.
       scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
                                   need_attitude(scene%output%columns) .or. events_need_attitude(scene%groups)

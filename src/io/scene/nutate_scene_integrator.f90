@@ -45,8 +45,8 @@ contains
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
 
-   !> Integrator settings, and of the plan the end and either step or goal. The automatic method stays to be chosen
-   !> (`choose_method`), and so does order 0 of `nielsen_krenk` (`choose_order`).
+   !> Integrator settings, and of the plan the end and either step or goal. What is open with a goal, the automatic method
+   !> or order 0 of `nielsen_krenk`, stays for the run to choose (`choose_settings`).
    subroutine build_integrator(group, settings, plan, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(out) :: settings
@@ -54,8 +54,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       real(wp) :: j0
 
-      if (leaves_method_open(group)) settings%method = AUTOMATIC_METHOD
-      settings = default_settings(trim(group%text('method', settings%method)))
+      settings = default_settings(trim(group%text('method', merge(AUTOMATIC_METHOD//'         ', 'nielsen_krenk', &
+                                                                leaves_method_open(group)))))
       settings%order = group%whole('order', settings%order)
       settings%series_order = group%whole('series_order', settings%series_order)
       settings%linear_solver = group%text('linear_solver', settings%linear_solver)
@@ -80,11 +80,12 @@ contains
       if (.not. error%raised) call build_times(group, plan, error)
    end subroutine build_integrator
 
-   !> True for an accuracy without a method, and without a key that belongs to one.
+   !> True for an accuracy or a tolerance of steps without a method, and without a key that belongs to one.
    pure logical function leaves_method_open(group)
       type(group_t), intent(in) :: group
       integer :: i
-      leaves_method_open = group%has('accuracy') .and. .not. (group%has('method') .or. group%has('time_step'))
+      leaves_method_open = (group%has('accuracy') .or. group%has('local_tolerance')) .and. &
+                           .not. (group%has('method') .or. group%has('time_step'))
       do i = 1, size(of_a_method)
          if (group%has(trim(of_a_method(i)))) leaves_method_open = .false.
       end do
