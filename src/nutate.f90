@@ -25,7 +25,8 @@
 !>     call integrate(system, integrator_settings_t(), state, &
 !>                    run_plan_t(end_time=20.0_wp, goal=run_goal_t(accuracy=1e-9_wp)), status, observer, summary)
 !>
-!> With a goal the method is chosen where the settings name none; `summary%settings` and `summary%choice` say which and why.
+!> With a goal the method is chosen where the settings name none; `summary%settings` and `summary%choice` say which and
+!> why.
 !> An extension of `observer_t` is shown the rows that the plan asks for; a `run_summary_t` says what it took. `run_t`
 !> is the same run in parts: begun, its steps found, resumed from an archive, gone to its end. `read_scene` takes all of
 !> this from a file. `free_body_t` and `lagrange_top_t` are exact solutions.

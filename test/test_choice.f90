@@ -282,9 +282,10 @@ contains
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: i
-      settings = [integrator_settings_t(linear_solver='reduced'), integrator_settings_t(order=4), &
-                  integrator_settings_t(method='nielsen_krenk'), integrator_settings_t(method='nielsen_krenk', order=2), &
-                  integrator_settings_t(linear_solver='reduced'), integrator_settings_t(linear_solver='reduced')]
+      settings(:) = integrator_settings_t(linear_solver='reduced')
+      settings(2) = integrator_settings_t(order=4)
+      settings(3) = integrator_settings_t(method='nielsen_krenk')
+      settings(4) = integrator_settings_t(method='nielsen_krenk', order=2)
       do i = 1, size(settings)
          plan = run_plan_t(end_time=0.02_wp, goal=run_goal_t(accuracy=1e-5_wp))
          if (i == 5) plan%goal%accuracy = 1e-2_wp

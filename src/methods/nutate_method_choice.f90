@@ -64,16 +64,18 @@ contains
       real(wp) :: asked
       choice = ''
       asked = max(accuracy, local_tolerance)
-      if (settings%method == '' .and. asked > 0.0_wp .and. .not. names_parts(settings)) settings%method = AUTOMATIC_METHOD
+      if (settings%method == '' .and. asked > 0.0_wp .and. .not. names_parts(settings)) &
+         settings%method = AUTOMATIC_METHOD
       if (settings%method /= AUTOMATIC_METHOD) then
          if (settings%method == '') settings%method = 'nielsen_krenk'
          if (accuracy > 0.0_wp) call choose_order(system, duration, accuracy, settings)
          settings = with_defaults(settings)
       else if (.not. asked > 0.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' needs an accuracy or a local_tolerance to choose by", 'method')
+         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' needs an accuracy or a local_tolerance to choose by", &
+                       'method')
       else if (names_parts(settings)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' chooses order, series_order, linear_solver, conserve and "// &
-                       'projection (expected a method by name with them)', 'method')
+         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' chooses order, series_order, linear_solver, conserve "// &
+                       'and projection (expected a method by name with them)', 'method')
       else
          call choose_method(system, state, duration, asked, settings, reason, at_end=accuracy > 0.0_wp)
          choice = reason

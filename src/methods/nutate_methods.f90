@@ -98,8 +98,8 @@ contains
       end do
    end function default_settings
 
-   !> Settings with what they leave open put in: without a method it is `nielsen_krenk`; order and solver are those of the
-   !> method's first row.
+   !> Settings with what they leave open put in: without a method it is `nielsen_krenk`; order and solver are those of
+   !> the method's first row.
    pure type(integrator_settings_t) function with_defaults(settings) result(complete)
       type(integrator_settings_t), intent(in) :: settings
       type(integrator_settings_t) :: usual

@@ -104,8 +104,8 @@ contains
       call conclude_run(progress, state, summary)
    end subroutine integrate_by_stepper
 
-   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away
-   !> from the end, and for settings that a method cannot honour.
+   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a method cannot honour.
    subroutine begin_by_settings(self, system, settings, state, plan, status)
       class(run_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -87,11 +87,10 @@ contains
    !> highest order of another one as it is, without correction; another order of the same, if nothing better is there.
    pure subroutine reference_methods(first, second)
       integer, intent(out) :: first, second
-      type(integrator_settings_t) :: default
       integer :: i, rank, best
       first = 1
       do i = 1, size(methods)
-         if (methods(i)%name /= default%method) cycle
+         if (methods(i)%name /= methods(1)%name) cycle
          if (methods(i)%order >= methods(first)%order) first = i
       end do
       second = first

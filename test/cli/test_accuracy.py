@@ -133,7 +133,8 @@ class Accuracy(CommandLineTest):
                 self.assertLess(abs(row["energy_residual"]), 1e-13 * 5436)
 
     def test_a_tolerance_of_steps_alone_is_auto(self):
-        self.write("alone.nml", BRUELS.replace("order = 8, linear_solver = 'reduced', accuracy", "local_tolerance"))
+        self.write("alone.nml", BRUELS.replace("accuracy = 1e-8, order = 8, linear_solver = 'reduced'",
+                                                "local_tolerance = 1e-8"))
         chosen = self.succeed("check", "alone.nml").stdout
         self.assertRegex(chosen, "  method +taylor.*\n    chosen by auto +a symmetric body under linear effects")
         self.assertRegex(self.succeed("run", "alone.nml").stderr, "  method +taylor, chosen by auto: a symmetric body")

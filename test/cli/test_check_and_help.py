@@ -106,7 +106,8 @@ class Check(CommandLineTest):
     def test_run_gives_the_notes_of_check(self):
         for scene, *settings in (("box.nml",), ("box.nml", "integrator.time_step=0.1"), ("top.nml", "integrator.time_step=0.05"),
                                  ("top.nml", "integrator.time_step=0.1"), ("top.nml", "body.inertia=5,5.0000001,1"),
-                                 ("top.nml", "initial.angle=30"), ("top.nml",), ("box.nml", "body.size=4,0,2")):
+                                 ("top.nml", "initial.angle=30"), ("top.nml",), 
+                                 ("top.nml", "body.inertia=5,5,20", "body.check_triangle=.false.")):
             overrides = [word for setting in settings for word in ("--set", setting)]
             checked = self.succeed("check", scene, *overrides).stdout
             summary = self.succeed("run", scene, *overrides).stderr

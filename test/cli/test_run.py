@@ -203,6 +203,8 @@ class Summary(CommandLineTest):
             self.assertIn(words, text)
         self.assertNotIn("cut steps", text)
         self.assertNotIn("work of", text)
+        self.assertIn("Newton iterations", text)
+        self.assertNotIn("Newton", self.succeed("run", "top.nml", "--set", "integrator.method='rk8'").stderr)
 
     def test_momentum_of_a_free_body_is_kept_whole(self):
         self.assertIn("all components", self.succeed("run", "box.nml").stderr)

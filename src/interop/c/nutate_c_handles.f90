@@ -102,8 +102,8 @@ module nutate_c_handles
       logical :: attitude_if_needed = .false.
       !> What was set, as a scene's `&integrator`.
       type(group_t) :: group
-      !> The settings that were asked for; and what they are where the choice has been made, for the stepper or by the last
-      !> run to an accuracy or a tolerance.
+      !> The settings that were asked for; and what they are where the choice has been made, for the stepper or by the
+      !> last run to an accuracy or a tolerance.
       type(integrator_settings_t) :: asked, settings
       !> Why the method was chosen; blank where it was named.
       character(len=112) :: choice = ''

@@ -127,9 +127,10 @@ contains
       handle%plain = .false.
       handle%under_way = handle%under_way .and. .not. handle%stale
       if (handle%stale) call read_settings(handle, status)
-      if (status%ok()) call choose_settings(handle%system, handle%run%state, handle%plan%end_time - handle%run%state%t, &
-                                            handle%plan%goal%accuracy, handle%plan%goal%local_tolerance, &
-                                            handle%settings, choice, status)
+      associate (plan => handle%plan, state => handle%run%state)
+         if (status%ok()) call choose_settings(handle%system, state, plan%end_time - state%t, plan%goal%accuracy, &
+                                               plan%goal%local_tolerance, handle%settings, choice, status)
+      end associate
       if (choice /= '') handle%choice = choice
       if (status%ok()) call make_stepper(handle%system, handle%settings, handle%stepper, status)
       if (.not. status%ok()) return

@@ -118,8 +118,8 @@ contains
       type(c_ptr), intent(in), value :: stepper, key, buffer
       integer(c_size_t), intent(in), value :: size
       character(len=:), allocatable :: name
-      character(len=len(handle%choice)) :: value
       type(stepper_handle_t), pointer :: handle
+      character(len=len(handle%choice)) :: value
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)

@@ -45,8 +45,8 @@ contains
               key_t(name='max_iterations', kind=KEY_INTEGER, range=POSITIVE)]
    end function integrator_keys
 
-   !> Integrator settings, and of the plan the end and either step or goal. What is open with a goal, the automatic method
-   !> or order 0 of `nielsen_krenk`, stays for the run to choose (`choose_settings`).
+   !> Integrator settings, and of the plan the end and either step or goal. What is open with a goal, the automatic
+   !> method or order 0 of `nielsen_krenk`, stays for the run to choose (`choose_settings`).
    subroutine build_integrator(group, settings, plan, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(out) :: settings
