@@ -10,7 +10,7 @@ STRESS ?=
 FUZZ ?=
 ATTACK ?=
 CASE ?=
-# 1: with threads, which run the members of an ensemble: make OPENMP=1
+# 0: without threads, which run the members of an ensemble and which the build has where the compiler has OpenMP
 OPENMP ?=
 # native: the members of an ensemble are moved by all vector instructions of this machine, with the same results
 LANES ?=

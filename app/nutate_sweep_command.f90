@@ -108,7 +108,7 @@ contains
          problem = 'there is no member '//count_text(max(last, command%member))//' (expected 1 to '// &
                    count_text(scene%ensemble%members)//')'
       else if (command%threads > 1 .and. .not. has_threads()) then
-         problem = 'this program was built without threads (expected --threads 1, or make OPENMP=1)'
+         problem = 'this program was built without threads (expected --threads 1, or a build by make or CMake)'
       else if (name == '-') then
          problem = 'rows need a file (expected --output FILE.npy)'
       else if (.not. scene%ensemble%keeps_rows .and. (command%merges .or. command%first > 0 .or. &

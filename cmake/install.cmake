@@ -9,10 +9,12 @@ foreach(name IN LISTS CMAKE_Fortran_IMPLICIT_LINK_LIBRARIES)
 endforeach()
 list(JOIN fortran_runtime " " fortran_runtime)
 
+# Libraries, not the flag of the compiler, by which what is compiled in the same command would be for threads too.
 set(openmp_flags "")
 set(openmp_static_flags "")
 if(NUTATE_OPENMP)
-   set(openmp_flags " ${OpenMP_Fortran_FLAGS}")
+   list(TRANSFORM OpenMP_Fortran_LIB_NAMES PREPEND " -l" OUTPUT_VARIABLE openmp_flags)
+   list(JOIN openmp_flags "" openmp_flags)
    # The runtime of gfortran calls these if there are threads, but does not ask for them: an archive would leave them out.
    set(openmp_static_flags "${openmp_flags} -Wl,-u,pthread_mutex_destroy -Wl,-u,pthread_cond_destroy")
 endif()

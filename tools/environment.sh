@@ -20,8 +20,11 @@ unfused=-ffp-contract=off
 case ${FPM_FC:-gfortran}-$(uname -m) in
    *gfortran*-x86_64) unfused="$unfused -mno-fma -mno-avx512f" ;;
 esac
-# OPENMP=1 builds with threads, which run the members of an ensemble.
-if [ "${OPENMP:-0}" = 1 ]; then unfused="$unfused -fopenmp" cmake_folder=$cmake_folder-threads; fi
+# CMake builds with threads, which run the members of an ensemble, where the compiler has OpenMP, and with OPENMP=0 without.
+# fpm builds with them by OPENMP=1 alone.
+openmp=${OPENMP:-AUTO}
+if [ "$openmp" = 1 ]; then unfused="$unfused -fopenmp"; fi
+if [ "$openmp" = 0 ]; then cmake_folder=$cmake_folder-serial; fi
 # LANES=native moves the members of ensembles by all vector instructions of this machine, with the same results; avx2 and
 # avx512 name them.
 lanes=${LANES-}
@@ -86,7 +89,7 @@ cmake_build() {
    shift
    quietly "$name-configure" cmake -S "$top" -B "$cmake_folder" -DCMAKE_BUILD_TYPE=None \
       -DCMAKE_Fortran_COMPILER="${FPM_FC:-gfortran}" -DCMAKE_Fortran_FLAGS="$FFLAGS" -DCMAKE_C_FLAGS=-O2 \
-      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="${OPENMP:-0}" -DNUTATE_MPI="${NUTATE_MPI:-0}" -DNUTATE_LANES="$lanes" &&
+      -DCMAKE_INSTALL_LIBDIR=lib -DNUTATE_OPENMP="$openmp" -DNUTATE_MPI="${NUTATE_MPI:-0}" -DNUTATE_LANES="$lanes" &&
       quietly "$name" cmake --build "$cmake_folder" --parallel "$jobs" "$@"
 }
 

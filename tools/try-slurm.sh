@@ -41,7 +41,7 @@ requeue_while_running() {
 
 bash tools/setup.sh mpi || exit 1
 prefix=$folder/prefix
-OPENMP=1 NUTATE_MPI=1 bash tools/install.sh "$prefix" || exit 1
+NUTATE_MPI=1 bash tools/install.sh "$prefix" || exit 1
 quietly slurm-venv python3 -m venv "$folder/venv" || exit 1
 quietly slurm-pip "$folder/venv/bin/pip" install --disable-pip-version-check "$prefix/share/nutate/python" dask distributed \
    dask-jobqueue || exit 1

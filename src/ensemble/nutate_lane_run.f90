@@ -8,19 +8,21 @@ module nutate_lane_run
    use nutate_kinds, only: wp, long
    use nutate_lane_bodies, only: lane_bodies_t
    use nutate_limits, only: same_time
+   use nutate_member_watcher, only: look_stride
    use nutate_observer, only: run_record_t
    use nutate_reduced_lanes, only: can_be_lanes, lanes, reduced_lanes_t
    use nutate_row_layout, only: bits_of, row_layout_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_OK, NUTATE_STOPPED
+   use nutate_stepper, only: integrator_settings_t
    use nutate_sweep_watcher, only: sweep_watcher_t
    use nutate_system, only: system_t
    use nutate_taylor_lanes, only: can_be_series_lanes, taylor_lanes_t
    implicit none
    private
 
-   public :: lane_run_t, lanes
+   public :: lane_run_t, lanes, batch_obstacle
 
    !> Iterations of a step that a lane may need, steps between two questions whether to go on.
    integer, parameter :: fewest_iterations = 8
@@ -46,6 +48,8 @@ module nutate_lane_run
       type(lane_member_t), allocatable, private :: members(:)
       class(lane_bodies_t), allocatable, private :: bodies
       integer(long), private :: steps = 0
+      !> Steps after which members are looked at.
+      integer(long), private :: stride = 1
    contains
       !> Takes a scene with an ensemble.
       procedure :: prepare
@@ -71,10 +75,10 @@ contains
       type(columns_t), intent(in) :: columns
       type(reduced_lanes_t), allocatable :: reduced
       type(taylor_lanes_t), allocatable :: series
-      self%possible = method_suits(scene) .and. steps_suit(scene) .and. .not. columns%follows_steps .and. &
-                      scene%events%count() == 0 .and. .not. any(scene%output%columns == 'solver')
+      self%possible = batch_obstacle(scene, columns) == ''
       if (.not. self%possible) return
       self%steps = count_steps(scene%initial%t, scene%plan)
+      self%stride = max(scene%plan%every, look_stride(scene))
       if (.not. allocated(self%members)) allocate (self%members(lanes))
       if (scene%integrator%method == 'taylor') then
          allocate (series)
@@ -85,24 +89,49 @@ contains
       end if
    end subroutine prepare
 
-   !> True if lanes know a method and its settings, and may know the system.
-   pure logical function method_suits(scene)
+   !> What keeps all members of a scene out of batches, in words; empty if nothing does.
+   function batch_obstacle(scene, columns) result(words)
+      !> With an ensemble.
       type(scene_t), intent(in) :: scene
-      associate (settings => scene%integrator)
-         select case (settings%method)
-         case ('nielsen_krenk')
-            method_suits = settings%linear_solver == 'reduced' .and. settings%projection .and. &
-                           .not. settings%conserve .and. settings%tolerance <= 0.0_wp .and. &
-                           settings%max_iterations >= fewest_iterations
-         case ('taylor')
-            method_suits = settings%conserve
-         case default
-            method_suits = .false.
-         end select
-         method_suits = method_suits .and. settings%attitude
-      end associate
-      if (method_suits) method_suits = system_suits(scene%integrator%method, scene%system)
-   end function method_suits
+      !> Chosen.
+      type(columns_t), intent(in) :: columns
+      character(len=:), allocatable :: words
+      words = method_obstacle(scene%integrator)
+      if (words == '') words = steps_obstacle(scene)
+      if (words /= '') return
+      if (.not. system_suits(scene%integrator%method, scene%system)) then
+         words = 'an effect that batches do not know'
+      else if (scene%events%count() > 0) then
+         words = 'there are events'
+      else if (columns%follows_steps) then
+         words = 'there are Euler angles among the columns'
+      else if (any(scene%output%columns == 'solver')) then
+         words = "'solver' is among the columns"
+      end if
+   end function batch_obstacle
+
+   !> What of a method and its settings lanes do not know.
+   pure function method_obstacle(settings) result(words)
+      type(integrator_settings_t), intent(in) :: settings
+      character(len=:), allocatable :: words
+      words = ''
+      select case (settings%method)
+      case ('nielsen_krenk')
+         if (settings%linear_solver /= 'reduced') then
+            words = "linear_solver is '"//trim(settings%linear_solver)//"'"
+         else if (settings%conserve) then
+            words = 'conserve is set'
+         else if (.not. settings%projection .or. settings%tolerance > 0.0_wp .or. &
+                  settings%max_iterations < fewest_iterations) then
+            words = 'projection, tolerance or max_iterations is set'
+         end if
+      case ('taylor')
+         if (.not. settings%conserve) words = 'conserve is off'
+      case default
+         words = "method is '"//trim(settings%method)//"'"
+      end select
+      if (words == '' .and. .not. settings%attitude) words = 'no column depends on the attitude'
+   end function method_obstacle
 
    !> True if lanes may know what acts in a system.
    pure logical function system_suits(method, system)
@@ -115,21 +144,33 @@ contains
       end if
    end function system_suits
 
-   !> True if all members take the same steps of one length, the last one as long as the others.
-   pure logical function steps_suit(scene)
+   !> Why not all members take the same steps of one length, the last one as long as the others; empty if they do.
+   pure function steps_obstacle(scene) result(words)
       type(scene_t), intent(in) :: scene
+      character(len=:), allocatable :: words
       integer(long) :: n
+      words = ''
       associate (plan => scene%plan)
-         steps_suit = .not. plan%goal%active() .and. plan%interval <= 0.0_wp .and. &
-                      .not. allocated(plan%times) .and. plan%steps < 0 .and. plan%time_step > 0.0_wp
-         if (.not. steps_suit) return
-         steps_suit = all(scene%ensemble%groups(scene%ensemble%targets%group)%name /= 'integrator')
-         if (.not. steps_suit) return
+         if (plan%goal%active()) then
+            words = 'steps are adaptive'
+         else if (allocated(plan%times) .or. plan%interval > 0.0_wp) then
+            words = 'rows are at times between steps'
+         else if (plan%steps >= 0) then
+            words = 'the number of steps is given'
+         else if (.not. plan%time_step > 0.0_wp) then
+            words = 'time goes back'
+         else if (any(scene%ensemble%groups(scene%ensemble%targets%group)%name == 'integrator')) then
+            words = 'a number of &integrator varies'
+         end if
+         if (words /= '') return
          n = count_steps(scene%initial%t, plan)
-         steps_suit = n >= 1 .and. n <= min(plan%max_steps, most_steps)
-         if (steps_suit) steps_suit = abs(plan%end_time - real(n, wp)*plan%time_step) <= same_time*plan%time_step
+         if (n < 1 .or. n > min(plan%max_steps, most_steps)) then
+            words = 'there are more than 10000000 steps'
+         else if (abs(plan%end_time - real(n, wp)*plan%time_step) > same_time*plan%time_step) then
+            words = 'the last step is shorter than the others'
+         end if
       end associate
-   end function steps_suit
+   end function steps_obstacle
 
    !> Empties all lanes.
    subroutine begin(self, scene)
@@ -170,9 +211,8 @@ contains
    end subroutine join
 
    !> Runs all to their end. Errors: `NUTATE_STOPPED` where the watcher wants the end.
-   subroutine run(self, scene, sweep, status)
+   subroutine run(self, sweep, status)
       class(lane_run_t), intent(inout) :: self
-      type(scene_t), intent(in) :: scene
       !> Asked whether to go on, where there is one.
       class(sweep_watcher_t), pointer, intent(in) :: sweep
       type(status_t), intent(out) :: status
@@ -181,7 +221,7 @@ contains
       do k = 1, self%steps
          call self%bodies%step()
          if (.not. any(self%bodies%taken)) return
-         if (mod(k, scene%plan%every) == 0 .or. k == self%steps) then
+         if (mod(k, self%stride) == 0 .or. k == self%steps) then
             call self%bodies%look()
             do i = 1, lanes
                if (self%bodies%taken(i)) call measure(self%members(i), self%bodies, i)

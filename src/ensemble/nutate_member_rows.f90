@@ -189,7 +189,7 @@ contains
             call unlock_texts()
             if (outcome%ok()) call together%join(i, member%scene, member%values, runner%watcher%columns)
          end do
-         call together%run(scene, runner%watcher%sweep, status)
+         call together%run(runner%watcher%sweep, status)
          if (.not. status%ok()) return
          do i = 1, int(last - first) + 1
             arrived(i) = together%arrived(i)

@@ -6,14 +6,16 @@ module nutate_member_run
    use nutate_kinds, only: wp, long
    use nutate_lane_run, only: lane_run_t
    use nutate_member, only: member_t
-   use nutate_member_watcher, only: member_watcher_t, sweep_asker_t
+   use nutate_member_watcher, only: look_stride, member_watcher_t, sweep_asker_t
    use nutate_observer, only: run_record_t
    use nutate_progress, only: total_work
    use nutate_row_layout, only: bits_of, row_layout_t
    use nutate_run, only: run_t
+   use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, NUTATE_IO, NUTATE_STOPPED
    use nutate_sweep_watcher, only: sweep_watcher_t
+   use nutate_system, only: system_t
    use nutate_text_lock, only: lock_texts, unlock_texts
    implicit none
    private
@@ -100,8 +102,12 @@ contains
       integer(long), intent(inout) :: fields(:)
       type(status_t), intent(out) :: outcome
       type(sweep_asker_t) :: asker
+      type(run_plan_t) :: plan
       associate (scene => self%member%scene, watcher => self%watcher)
-         call run%begin(scene%system, scene%integrator, scene%initial, scene%plan, outcome)
+         watcher%stride = look_stride(scene)
+         plan = scene%plan
+         if (.not. associated(watcher%history)) plan%every = max(plan%every, watcher%stride)
+         call run%begin(scene%system, scene%integrator, scene%initial, plan, outcome)
          if (outcome%ok()) call run%expect(scene%events, scene%system, outcome)
          if (.not. outcome%ok()) return
          associate (j0 => scene%integrator%inverse_auxiliary_inertia)
@@ -114,13 +120,15 @@ contains
          call run%find_steps(scene%system, outcome, asker)
          if (outcome%ok()) call run%go(scene%system, outcome, watcher)
       end associate
-      call note_end(self, run, fields)
+      call note_end(self, run, outcome%ok(), fields)
    end subroutine go
 
    !> Puts where a run ended into the row.
-   subroutine note_end(self, run, fields)
+   subroutine note_end(self, run, arrived, fields)
       class(member_run_t), intent(inout) :: self
       type(run_t), intent(in) :: run
+      !> It came to its end, which is looked at whatever the stride is.
+      logical, intent(in) :: arrived
       integer(long), intent(inout) :: fields(:)
       type(run_record_t) :: record
       real(wp) :: columns(self%layout%columns - self%layout%values)
@@ -128,9 +136,9 @@ contains
       record = run%record
       record%work = total_work(run%summary)
       if (allocated(run%events)) then
-         call self%watcher%columns%evaluate(run%events%system, run%state, record, columns)
+         call look_at_end(run%events%system)
       else
-         call self%watcher%columns%evaluate(self%member%scene%system, run%state, record, columns)
+         call look_at_end(self%member%scene%system)
       end if
       fields(self%layout%values + 1:self%layout%columns) = bits_of(columns)
       fields(self%layout%columns + 1) = bits_of(self%watcher%invariants%energy_error())
@@ -141,6 +149,14 @@ contains
          fields(at) = run%events%watched(i)%number
          if (fields(at) > 0) fields(at + 1) = bits_of(run%events%watched(i)%first_time)
       end do
+   contains
+      !> Evaluates the columns, and measures the invariants where the last row was not among those that are looked at.
+      subroutine look_at_end(system)
+         type(system_t), intent(in) :: system
+         call self%watcher%columns%evaluate(system, run%state, record, columns)
+         if (arrived .and. self%watcher%stride > 1) &
+            call self%watcher%invariants%measure(system, run%state, record%work)
+      end subroutine look_at_end
    end subroutine note_end
 
 end module nutate_member_run

@@ -4,10 +4,12 @@ module nutate_member_watcher
    use nutate_columns, only: columns_t
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t
+   use nutate_fixed_steps, only: count_steps
    use nutate_history, only: history_t
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
+   use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_sweep_watcher, only: sweep_watcher_t
@@ -15,7 +17,11 @@ module nutate_member_watcher
    implicit none
    private
 
-   public :: member_watcher_t, sweep_asker_t
+   public :: look_stride, member_watcher_t, sweep_asker_t
+
+   !> Times at which the invariants of a member are measured, where the scene asks for no rows: so many that a walk of round-off
+   !> is seen, so few that they cost little beside the steps.
+   integer(long), parameter :: usual_looks = 100
 
    !> Ends runs, pilot runs too, when the sweep is to end.
    type, extends(observer_t) :: sweep_asker_t
@@ -29,6 +35,8 @@ module nutate_member_watcher
    type, extends(sweep_asker_t) :: member_watcher_t
       type(columns_t) :: columns
       type(invariants_t) :: invariants
+      !> Steps between two measurements of the invariants.
+      integer(long) :: stride = 1
       !> Where rows and events go, where they go anywhere.
       type(history_t), pointer :: history => null()
       type(event_history_t), pointer :: events => null()
@@ -39,6 +47,15 @@ module nutate_member_watcher
    end type member_watcher_t
 
 contains
+
+   !> Steps after which a member is looked at, beside its last one, though a history has more rows; 1 where the scene
+   !> says when rows are due, or steps are adaptive.
+   pure integer(long) function look_stride(scene)
+      type(scene_t), intent(in) :: scene
+      look_stride = 1
+      if (scene%output%by_default .and. .not. scene%plan%goal%active()) &
+         look_stride = max(1_long, count_steps(scene%initial%t, scene%plan)/usual_looks)
+   end function look_stride
 
    subroutine ignore_row(self, system, state, record, status)
       class(sweep_asker_t), intent(inout) :: self
@@ -54,7 +71,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      call self%invariants%measure(system, state, record%work)
+      if (mod(record%step, self%stride) == 0) call self%invariants%measure(system, state, record%work)
       if (associated(self%history)) call self%history%observe(system, state, record, status)
    end subroutine take_row
 

@@ -369,63 +369,6 @@ class Tables(SweepTest):
         self.fail_with(2, "sweep", "tumble.nml", "--set", "ensemble.members=3", says=["more members than lines"])
 
 
-class Together(SweepTest):
-    """Free bodies, which are run several at once: nothing shows of it."""
-
-    SCENE = """&body inertia = 5.0, 20.0, 17.0 /
-&initial angular_velocity = 0.1, 0.0, 10.0 /
-&integrator linear_solver = 'reduced', order = 4, time_step = 0.01, end_time = 0.5 /
-&output columns = 'quaternion', 'angular_velocity', 'energy', every = 10 /
-&ensemble members = 203, seed = 1, file = 'tumble.npy' /
-&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.01, 15.0, 0.5 /
-&vary key = 'body.inertia', distribution = 'uniform', low = 4.9, 16.0, 16.7, high = 5.1, 24.0, 17.3 /
-"""
-    # Some bodies are none.
-    STATUSES = {0, 6}
-
-    def setUp(self):
-        super().setUp()
-        self.write("tumble.nml", self.SCENE)
-
-    def test_rows_are_those_of_members_alone(self):
-        rows = self.sweep()
-        for chunk in (1, 2, 3, 9, 50):
-            self.assertEqual(self.sweep("--set", f"ensemble.chunk={chunk}"), rows)
-        if self.has_threads():
-            for threads in (2, 3):
-                self.assertEqual(self.sweep("--threads", str(threads)), rows)
-        statuses = [row[1] for row in read_npy(rows)[1]]
-        self.assertEqual(set(statuses), self.STATUSES)
-
-    def test_a_member_again_with_its_history_is_its_row(self):
-        names, rows = read_npy(self.sweep())
-        first = 2 + sum(name.startswith(("initial", "body")) for name in names)
-        for member in (1, 57, 203):
-            if rows[member - 1][1] != 0:
-                continue
-            self.succeed("sweep", "tumble.nml", "--member", str(member))
-            last = [float(text) for text in self.read(f"tumble.member{member}.csv").splitlines()[-1].split(",")]
-            self.assertEqual(last, list(rows[member - 1][first:first + len(last)]))
-
-    def test_ctrl_c_and_resume(self):
-        whole = self.sweep("--set", "integrator.end_time=5.0", output="whole.npy")
-        run = subprocess.Popen([self.program, "sweep", "tumble.nml", "--quiet", "--set", "integrator.end_time=5.0", "--set",
-                                "ensemble.chunk=8"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        time.sleep(0.02)
-        run.send_signal(signal.SIGINT)
-        run.communicate()
-        self.assertEqual(self.sweep("--set", "integrator.end_time=5.0", "--resume"), whole)
-
-
-class TogetherBySeries(Together):
-    """The same by Taylor series, with steps that some bodies are too fast for."""
-
-    SCENE = (Together.SCENE.replace("linear_solver = 'reduced', order = 4, time_step = 0.01", "method = 'taylor', time_step = 0.1")
-             .replace("end_time = 0.5", "end_time = 5.0"))
-    # Of some the energy is lost.
-    STATUSES = {0, 2, 6}
-
-
 class Scenes(SweepTest):
     def rows_of(self, scene, *settings):
         """Members of a scene that comes along, as dictionaries."""

@@ -28,7 +28,7 @@ module nutate_scene_output
       character(len=:), allocatable :: events
       !> Names of the sets of columns, as asked for; shape (number of sets).
       character(len=name_length), allocatable :: columns(:)
-      !> Steps are adaptive, and the scene does not say when rows are due: the run is divided into equal intervals.
+      !> The scene does not say when rows are due: at each step, or at equal intervals where steps are adaptive.
       logical :: by_default = .false.
       !> Significant digits of the numbers; 0: as many as read back exactly.
       integer :: digits = 0
@@ -95,9 +95,9 @@ contains
       call build_times(group, plan, path, error)
       if (error%raised) return
       plan%every = group%whole('every', 1)
+      output%by_default = .not. (group%has('interval') .or. group%has('every') .or. allocated(plan%times))
       if (plan%goal%active()) then
          plan%interval = group%number('interval', 0.0_wp)
-         output%by_default = .not. (group%has('interval') .or. group%has('every') .or. allocated(plan%times))
          if (output%by_default) plan%interval = abs(plan%end_time)/usual_intervals
          if (group%has('interval') .and. .not. is_countable(plan%end_time, plan%interval)) call error%raise( &
             group%line_of('interval'), 'interval is too small for end_time', expected='less than 9e15 rows')
