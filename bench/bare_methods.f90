@@ -4,7 +4,7 @@
 !> A body with diagonal inertia and one uniform field along the third space axis. The coefficients are those of DOP853.
 module bare_methods
    use nutate, only: wp
-   use nutate_dop853, only: a, b, b3, e5
+   use nutate_order_eight, only: a, b, b3, e5
    implicit none
    private
 

@@ -5,7 +5,8 @@ module test_baselines
    use nutate_body, only: make_body
    use nutate_composition, only: composition_t
    use nutate_damping, only: damping_t
-   use nutate_dop853, only: dop853_t, matrix => a, nodes => c, third => b3, fifth => e5, weights => b
+   use nutate_dop853, only: dop853_t
+   use nutate_order_eight, only: matrix => a, nodes => c, third => b3, fifth => e5, weights => b
    use nutate_hamiltonian, only: body_momentum, make_state, total_energy
    use nutate_kinds, only: wp, eps
    use nutate_quaternion, only: attitude_distance

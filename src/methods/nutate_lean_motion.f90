@@ -334,7 +334,7 @@ contains
       inverse = 1/sqrt(square)
       axis = inverse*y(5:7)
       along = self%back*(inverse*axis)
-      call free_stages(self%rates%kappa, w, axis, along, change, angle, followed)
+      call free_stages(self%rates, w, axis, along, change, angle, followed)
       if (.not. followed) return
       y(5:7) = y(5:7) + self%back*change(1:3)
       last = inverse*y(5:7)

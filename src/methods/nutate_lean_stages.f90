@@ -3,10 +3,10 @@
 !>
 !> A stage waits for the one before. Its newest rates therefore go into the next stage as they are, numbers in
 !> registers; the sum over the older ones, for which nobody waits, is taken beforehand, from columns of even length that
-!> vector instructions take as a whole. They are written out one by one: in a loop gfortran leaves them scalar.
+!> vector instructions take as a whole.
 module nutate_lean_stages
-   use nutate_dop853, only: a, b
    use nutate_kinds, only: wp
+   use nutate_order_eight, only: a, b, n_stages
    use nutate_quaternion, only: quat_vector_product
    implicit none
    private
@@ -14,8 +14,6 @@ module nutate_lean_stages
    public :: lean_rates_t, free_stages, heavy_stages, take_upright_stage, take_field_stage, take_turning_stage, &
       take_turning_field_stage
 
-   !> Stages.
-   integer, parameter :: n_stages = 12
    !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
    real(wp), parameter :: least_cosine = 0.1_wp
 
@@ -30,59 +28,40 @@ module nutate_lean_stages
    end type lean_rates_t
 
    abstract interface
-      !> The rates of a stage, and with them the next one: `sum + factor*rate`.
-      pure subroutine stage_taker(self, sum, factor, rate, y)
+      !> The rates of a stage, and with them the argument of the next one: `sum + factor*rate`.
+      pure subroutine stage_taker(self, y, sum, factor, rate, next)
          import :: lean_rates_t, wp
          type(lean_rates_t), intent(in) :: self
+         !> [q, w, 0]; shape (8).
+         real(wp), intent(in) :: y(8)
          !> Shape (8).
          real(wp), intent(in) :: sum(8), factor
-         real(wp), intent(out) :: rate(8)
-         !> [q, w, 0]; shape (8).
-         real(wp), intent(inout) :: y(8)
+         real(wp), intent(out) :: rate(8), next(8)
       end subroutine stage_taker
    end interface
+
+   !> The stage of free bodies, under the name that the text of the stages calls.
+   interface take_stage
+      module procedure take_free_stage
+   end interface take_stage
 
 contains
 
    !> Increments of w and of φ/2 in a step of a free body.
-   pure subroutine free_stages(kappa, start, axis, along, change, turn, followed)
-      !> κ, w at the start, u₀, and what makes u₀·u from w; shape (3).
-      real(wp), intent(in) :: kappa(3), start(3), axis(3), along(3)
+   pure subroutine free_stages(rates, start, axis, along, change, turn, followed)
+      type(lean_rates_t), intent(in) :: rates
+      !> w at the start, u₀, and what makes u₀·u from w; shape (3).
+      real(wp), intent(in) :: start(3), axis(3), along(3)
       real(wp), intent(out) :: change(4), turn
       !> False where u comes near to -u₀.
       logical, intent(out) :: followed
-      real(wp) :: y(4), sum(4), k(4, n_stages), x(4, n_stages), rate(5:n_stages), cosine(5:n_stages), constant
+      real(wp) :: y(4), sum(4), k(4, n_stages), x(4, n_stages + 1), rate(5:n_stages), cosine(5:n_stages), constant
       integer :: i
       y(1:3) = start
       y(4) = 0.0_wp
       x(:, 1) = y
-      call take_free_stage(kappa, x(:, 1), y, a(1, 2), k(:, 1), x(:, 2))
-      sum = y + a(1, 3)*k(:, 1)
-      call take_free_stage(kappa, x(:, 2), sum, a(2, 3), k(:, 2), x(:, 3))
-      sum = y + a(1, 4)*k(:, 1)
-      call take_free_stage(kappa, x(:, 3), sum, a(3, 4), k(:, 3), x(:, 4))
-      sum = y + a(1, 5)*k(:, 1) + a(3, 5)*k(:, 3)
-      call take_free_stage(kappa, x(:, 4), sum, a(4, 5), k(:, 4), x(:, 5))
-      sum = y + a(1, 6)*k(:, 1) + a(4, 6)*k(:, 4)
-      call take_free_stage(kappa, x(:, 5), sum, a(5, 6), k(:, 5), x(:, 6))
-      sum = y + a(1, 7)*k(:, 1) + a(4, 7)*k(:, 4) + a(5, 7)*k(:, 5)
-      call take_free_stage(kappa, x(:, 6), sum, a(6, 7), k(:, 6), x(:, 7))
-      sum = y + a(1, 8)*k(:, 1) + a(4, 8)*k(:, 4) + a(5, 8)*k(:, 5) + a(6, 8)*k(:, 6)
-      call take_free_stage(kappa, x(:, 7), sum, a(7, 8), k(:, 7), x(:, 8))
-      sum = y + a(1, 9)*k(:, 1) + a(4, 9)*k(:, 4) + a(5, 9)*k(:, 5) + a(6, 9)*k(:, 6) + a(7, 9)*k(:, 7)
-      call take_free_stage(kappa, x(:, 8), sum, a(8, 9), k(:, 8), x(:, 9))
-      sum = y + a(1, 10)*k(:, 1) + a(4, 10)*k(:, 4) + a(5, 10)*k(:, 5) + a(6, 10)*k(:, 6) + a(7, 10)*k(:, 7) &
-                + a(8, 10)*k(:, 8)
-      call take_free_stage(kappa, x(:, 9), sum, a(9, 10), k(:, 9), x(:, 10))
-      sum = y + a(1, 11)*k(:, 1) + a(4, 11)*k(:, 4) + a(5, 11)*k(:, 5) + a(6, 11)*k(:, 6) + a(7, 11)*k(:, 7) &
-                + a(8, 11)*k(:, 8) + a(9, 11)*k(:, 9)
-      call take_free_stage(kappa, x(:, 10), sum, a(10, 11), k(:, 10), x(:, 11))
-      sum = y + a(1, 12)*k(:, 1) + a(4, 12)*k(:, 4) + a(5, 12)*k(:, 5) + a(6, 12)*k(:, 6) + a(7, 12)*k(:, 7) &
-                + a(8, 12)*k(:, 8) + a(9, 12)*k(:, 9) + a(10, 12)*k(:, 10)
-      call take_free_stage(kappa, x(:, 11), sum, a(11, 12), k(:, 11), x(:, 12))
-      sum = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
-                + b(11)*k(:, 11)
-      call take_free_stage(kappa, x(:, 12), sum, b(12), k(:, 12), change)
+      include 'order_eight_stages.inc'
+      change = x(:, n_stages + 1)
       constant = start(1)*axis(1) + start(2)*axis(2) + start(3)*axis(3)
       ! Stages 2 to 5 have no weight: the first takes the place of the fifth, so that divisions go in pairs.
       x(:, 5) = x(:, 1)
@@ -99,16 +78,15 @@ contains
    end subroutine free_stages
 
    !> The rates of a stage, wᵢ' = κᵢ wⱼwₖ, and with them the next one: `sum + factor*rate`.
-   pure subroutine take_free_stage(kappa, w, sum, factor, rate, next)
-      !> Shape (3).
-      real(wp), intent(in) :: kappa(3)
+   pure subroutine take_free_stage(self, w, sum, factor, rate, next)
+      type(lean_rates_t), intent(in) :: self
       !> Padded by a zero; shape (4).
       real(wp), intent(in) :: w(4), sum(4), factor
       real(wp), intent(out) :: rate(4), next(4)
       real(wp) :: r1, r2, r3
-      r1 = kappa(1)*w(2)*w(3)
-      r2 = kappa(2)*w(3)*w(1)
-      r3 = kappa(3)*w(1)*w(2)
+      r1 = self%kappa(1)*w(2)*w(3)
+      r2 = self%kappa(2)*w(3)*w(1)
+      r3 = self%kappa(3)*w(1)*w(2)
       next(1) = sum(1) + factor*r1
       next(2) = sum(2) + factor*r2
       next(3) = sum(3) + factor*r3
@@ -120,53 +98,29 @@ contains
    end subroutine take_free_stage
 
    !> Increments of q and w in a step of a body in uniform fields.
-   pure subroutine heavy_stages(take_stage, rates, y, x)
+   pure subroutine heavy_stages(take_stage, rates, y, change)
       procedure(stage_taker) :: take_stage
       type(lean_rates_t), intent(in) :: rates
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
       !> Shape (8).
-      real(wp), intent(out) :: x(8)
-      real(wp) :: k(8, n_stages), sum(8)
-      x = y
-      call take_stage(rates, y, a(1, 2), k(:, 1), x)
-      sum = y + a(1, 3)*k(:, 1)
-      call take_stage(rates, sum, a(2, 3), k(:, 2), x)
-      sum = y + a(1, 4)*k(:, 1)
-      call take_stage(rates, sum, a(3, 4), k(:, 3), x)
-      sum = y + a(1, 5)*k(:, 1) + a(3, 5)*k(:, 3)
-      call take_stage(rates, sum, a(4, 5), k(:, 4), x)
-      sum = y + a(1, 6)*k(:, 1) + a(4, 6)*k(:, 4)
-      call take_stage(rates, sum, a(5, 6), k(:, 5), x)
-      sum = y + a(1, 7)*k(:, 1) + a(4, 7)*k(:, 4) + a(5, 7)*k(:, 5)
-      call take_stage(rates, sum, a(6, 7), k(:, 6), x)
-      sum = y + a(1, 8)*k(:, 1) + a(4, 8)*k(:, 4) + a(5, 8)*k(:, 5) + a(6, 8)*k(:, 6)
-      call take_stage(rates, sum, a(7, 8), k(:, 7), x)
-      sum = y + a(1, 9)*k(:, 1) + a(4, 9)*k(:, 4) + a(5, 9)*k(:, 5) + a(6, 9)*k(:, 6) + a(7, 9)*k(:, 7)
-      call take_stage(rates, sum, a(8, 9), k(:, 8), x)
-      sum = y + a(1, 10)*k(:, 1) + a(4, 10)*k(:, 4) + a(5, 10)*k(:, 5) + a(6, 10)*k(:, 6) + a(7, 10)*k(:, 7) &
-                + a(8, 10)*k(:, 8)
-      call take_stage(rates, sum, a(9, 10), k(:, 9), x)
-      sum = y + a(1, 11)*k(:, 1) + a(4, 11)*k(:, 4) + a(5, 11)*k(:, 5) + a(6, 11)*k(:, 6) + a(7, 11)*k(:, 7) &
-                + a(8, 11)*k(:, 8) + a(9, 11)*k(:, 9)
-      call take_stage(rates, sum, a(10, 11), k(:, 10), x)
-      sum = y + a(1, 12)*k(:, 1) + a(4, 12)*k(:, 4) + a(5, 12)*k(:, 5) + a(6, 12)*k(:, 6) + a(7, 12)*k(:, 7) &
-                + a(8, 12)*k(:, 8) + a(9, 12)*k(:, 9) + a(10, 12)*k(:, 10)
-      call take_stage(rates, sum, a(11, 12), k(:, 11), x)
-      sum = b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
-                + b(11)*k(:, 11)
-      call take_stage(rates, sum, b(12), k(:, 12), x)
+      real(wp), intent(out) :: change(8)
+      real(wp) :: k(8, n_stages), x(8, n_stages + 1), sum(8)
+      x(:, 1) = y
+      include 'order_eight_stages.inc'
+      change(1:7) = x(1:7, n_stages + 1)
+      change(8) = 0.0_wp
    end subroutine heavy_stages
 
    !> The rates of a stage, and with them the next one: `sum + factor*rate`. γ is the third row of R(q), homogeneous in
    !> q: nothing is normalised.
-   pure subroutine take_upright_stage(self, sum, factor, rate, y)
+   pure subroutine take_upright_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(in) :: y(8)
       !> Shape (8).
       real(wp), intent(in) :: sum(8), factor
-      real(wp), intent(out) :: rate(8)
-      !> [q, w, 0]; shape (8).
-      real(wp), intent(inout) :: y(8)
+      real(wp), intent(out) :: rate(8), next(8)
       real(wp) :: r1, r2, r3, r4, r5, r6, r7, g1, g2, g3
       r1 = -(y(2)*y(5) + y(3)*y(6) + y(4)*y(7))
       r2 = y(1)*y(5) + y(3)*y(7) - y(4)*y(6)
@@ -188,23 +142,23 @@ contains
       rate(6) = r6
       rate(7) = r7
       rate(8) = 0.0_wp
-      y(1) = sum(1) + factor*r1
-      y(2) = sum(2) + factor*r2
-      y(3) = sum(3) + factor*r3
-      y(4) = sum(4) + factor*r4
-      y(5) = sum(5) + factor*r5
-      y(6) = sum(6) + factor*r6
-      y(7) = sum(7) + factor*r7
+      next(1) = sum(1) + factor*r1
+      next(2) = sum(2) + factor*r2
+      next(3) = sum(3) + factor*r3
+      next(4) = sum(4) + factor*r4
+      next(5) = sum(5) + factor*r5
+      next(6) = sum(6) + factor*r6
+      next(7) = sum(7) + factor*r7
    end subroutine take_upright_stage
 
    !> The same in space axes that turn, q' = q∘w - φ∘q: in the sums and differences of w and φ, with no products more.
-   pure subroutine take_turning_stage(self, sum, factor, rate, y)
+   pure subroutine take_turning_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(in) :: y(8)
       !> Shape (8).
       real(wp), intent(in) :: sum(8), factor
-      real(wp), intent(out) :: rate(8)
-      !> [q, w, 0]; shape (8).
-      real(wp), intent(inout) :: y(8)
+      real(wp), intent(out) :: rate(8), next(8)
       real(wp) :: r1, r2, r3, r4, r5, r6, r7, g1, g2, g3, less(3), more(3)
       associate (phi => self%frame_turn)
          less = [y(5) - phi(1), y(6) - phi(2), y(7) - phi(3)]
@@ -223,23 +177,23 @@ contains
          r7 = kappa(3)*(y(5)*y(6)) + (c(3, 1, 3)*g1 + c(3, 2, 3)*g2)
       end associate
       rate = [r1, r2, r3, r4, r5, r6, r7, 0.0_wp]
-      y(1) = sum(1) + factor*r1
-      y(2) = sum(2) + factor*r2
-      y(3) = sum(3) + factor*r3
-      y(4) = sum(4) + factor*r4
-      y(5) = sum(5) + factor*r5
-      y(6) = sum(6) + factor*r6
-      y(7) = sum(7) + factor*r7
+      next(1) = sum(1) + factor*r1
+      next(2) = sum(2) + factor*r2
+      next(3) = sum(3) + factor*r3
+      next(4) = sum(4) + factor*r4
+      next(5) = sum(5) + factor*r5
+      next(6) = sum(6) + factor*r6
+      next(7) = sum(7) + factor*r7
    end subroutine take_turning_stage
 
    !> As `take_upright_stage`, under fields of several directions: all rows of R(q) count.
-   pure subroutine take_field_stage(self, sum, factor, rate, y)
+   pure subroutine take_field_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(in) :: y(8)
       !> Shape (8).
       real(wp), intent(in) :: sum(8), factor
-      real(wp), intent(out) :: rate(8)
-      !> [q, w, 0]; shape (8).
-      real(wp), intent(inout) :: y(8)
+      real(wp), intent(out) :: rate(8), next(8)
       real(wp) :: row(3, 3)
       integer :: k
       associate (q => y(1:4), w => y(5:7))
@@ -265,17 +219,17 @@ contains
             rate(7) = rate(7) + (c(3, 1, k)*row(1, k) + c(3, 2, k)*row(2, k))
          end associate
       end do
-      y = sum + factor*rate
+      next = sum + factor*rate
    end subroutine take_field_stage
 
    !> The same in space axes that turn.
-   pure subroutine take_turning_field_stage(self, sum, factor, rate, y)
+   pure subroutine take_turning_field_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
+      !> [q, w, 0]; shape (8).
+      real(wp), intent(in) :: y(8)
       !> Shape (8).
       real(wp), intent(in) :: sum(8), factor
-      real(wp), intent(out) :: rate(8)
-      !> [q, w, 0]; shape (8).
-      real(wp), intent(inout) :: y(8)
+      real(wp), intent(out) :: rate(8), next(8)
       real(wp) :: q(4), turn(4)
       q = y(1:4)
       associate (phi => self%frame_turn)
@@ -284,9 +238,9 @@ contains
          turn(3) = phi(2)*q(1) + phi(3)*q(2) - phi(1)*q(4)
          turn(4) = phi(3)*q(1) + phi(1)*q(3) - phi(2)*q(2)
       end associate
-      call take_field_stage(self, sum, factor, rate, y)
+      call take_field_stage(self, y, sum, factor, rate, next)
       rate(1:4) = rate(1:4) - turn
-      y(1:4) = y(1:4) - factor*turn
+      next(1:4) = next(1:4) - factor*turn
    end subroutine take_turning_field_stage
 
 end module nutate_lean_stages

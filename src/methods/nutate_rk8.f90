@@ -5,9 +5,10 @@
 !> others by the evaluation that DOP853 uses. Which it is, is decided once, in `prepare`.
 module nutate_rk8
    use nutate_archive, only: archive_t
-   use nutate_dop853, only: a, b, e5, estimate_of_fifth, get_stages
+   use nutate_dop853, only: estimate_of_fifth, get_stages
    use nutate_kinds, only: wp
    use nutate_lean_motion, only: lean_motion_t
+   use nutate_order_eight, only: a, e5, n_stages
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, get_error, n_rates, prepare_rates, read_state, &
       rigid_rates_t
    use nutate_state, only: state_t
@@ -70,16 +71,15 @@ contains
    end subroutine advance
 
    !> A step by the general equations.
-   pure subroutine take_stages(rates, system, y, error)
+   subroutine take_stages(rates, system, y, error)
       type(rigid_rates_t), intent(inout) :: rates
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: y(n_rates)
       !> Estimated, where there are works.
       type(step_error_t), intent(inout) :: error
-      real(wp) :: k(n_rates, size(b))
-      call get_stages(rates, system, y, k)
-      y = y + (b(1)*k(:, 1) + b(6)*k(:, 6) + b(7)*k(:, 7) + b(8)*k(:, 8) + b(9)*k(:, 9) + b(10)*k(:, 10) &
-               + b(11)*k(:, 11) + b(12)*k(:, 12))
+      real(wp) :: k(n_rates, n_stages), change(n_rates)
+      call get_stages(rates, system, y, k, change)
+      y = y + change
       if (rates%estimates) call get_error(rates, y, estimate_of_fifth(k), e5, error)
    end subroutine take_stages
 
