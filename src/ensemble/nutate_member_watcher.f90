@@ -19,8 +19,8 @@ module nutate_member_watcher
 
    public :: look_stride, member_watcher_t, sweep_asker_t
 
-   !> Times at which the invariants of a member are measured, where the scene asks for no rows: so many that a walk of round-off
-   !> is seen, so few that they cost little beside the steps.
+   !> Times at which the invariants of a member are measured, where the scene asks for no rows: so many that a walk of
+   !> round-off is seen, so few that they cost little beside the steps.
    integer(long), parameter :: usual_looks = 100
 
    !> Ends runs, pilot runs too, when the sweep is to end.
