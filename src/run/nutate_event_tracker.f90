@@ -4,7 +4,7 @@ module nutate_event_tracker
    use nutate_archive, only: archive_t
    use nutate_control, only: limit_events, take_limits
    use nutate_effect_list, only: effect_list_t
-   use nutate_event, only: CROSSING, event_t, second_rate
+   use nutate_event, only: CROSSING, event_t, most_parts, part_t, second_rate
    use nutate_event_roots, only: node_t
    use nutate_kinds, only: wp, eps, long
    use nutate_limit_event, only: limit_slot_t
@@ -16,7 +16,7 @@ module nutate_event_tracker
    implicit none
    private
 
-   public :: event_list_t, event_slot_t, event_tracker_t, watched_t
+   public :: event_list_t, event_slot_t, event_tracker_t, watched_t, bring_near
 
    !> Steps in which the variation of a function is not known yet.
    integer, parameter :: young = 32
@@ -49,13 +49,19 @@ module nutate_event_tracker
       real(wp) :: first_time = 0.0_wp, last_time = 0.0_wp
       !> Largest last increment of an iteration for a time, s.
       real(wp) :: worst = 0.0_wp
-      !> The side of zero at the end of the last step, 1 or -1; 0: not known.
+      !> The side of zero at the end of the last step, 1 or -1; 0: not known. With a period, if it is known, the function
+      !> is from `cell` periods on, up to one more; and of how many the last event was.
       integer :: side = 0
+      real(wp) :: cell = 0.0_wp, at = 0.0_wp
       !> The last step ended on the event: the function is zero there, but for so much of its unit, unless a switch has
       !> moved it. 0: it did not.
       real(wp) :: near = 0.0_wp
-      !> The function there, and its derivative by time.
+      !> The function there, and its derivative by time; and the parts of it, angles followed from the first step on.
       real(wp) :: f = 0.0_wp, slope = 0.0_wp
+      type(part_t) :: parts(most_parts) = part_t()
+      logical :: followed = .false.
+      !> The function has jumped since, as torques act that did not, or did and do not, or potentials are switched.
+      logical :: jumped = .false.
       !> Its range over the ends of steps that were looked at so far, and their number.
       real(wp) :: lowest = huge(1.0_wp), highest = -huge(1.0_wp)
       integer :: seen = 0
@@ -77,7 +83,11 @@ module nutate_event_tracker
       !> events there, if it is known.
       type(motion_t) :: motion = motion_t()
       logical, allocatable :: acts(:)
+      !> When the pieces of the torques begin that acted, s.
+      real(wp), allocatable :: pieces(:)
       logical :: known = .false.
+      !> A motion has been noted.
+      logical :: placed = .false.
       !> What belongs to the system as it is now: with switches made.
       type(system_t) :: system
       !> When a regulator takes its next sample, s; beyond all times where none does, or before the run has begun.
@@ -98,10 +108,12 @@ module nutate_event_tracker
       procedure :: fall_asleep
       !> Takes a system with other effects on.
       procedure :: take_system
-      !> Function and slope of an event.
-      procedure :: ask
+      !> The parts of an event's function.
+      procedure :: look
       !> Makes functions and slopes known at the start of a step.
       procedure :: open_step
+      !> Notes functions and slopes where a step was ended.
+      procedure :: place
       !> Size of the variation of a function.
       procedure :: variation
       procedure :: transfer
@@ -145,6 +157,7 @@ contains
          allocate (self%watched(self%n_asked + i)%event, source=limits(i)%item)
       end do
       allocate (self%acts(system%effects%n_torques + system%effects%n_wheels), source=.false.)
+      allocate (self%pieces(size(self%acts)), source=0.0_wp)
       do i = 1, events%count()
          allocate (self%watched(i)%event, source=events%slots(i)%item)
          associate (event => self%watched(i)%event)
@@ -170,6 +183,10 @@ contains
             here%first_time = earlier%first_time
             here%last_time = earlier%last_time
             here%side = earlier%side
+            here%cell = earlier%cell
+            here%f = earlier%f
+            here%parts = earlier%parts
+            here%followed = earlier%followed
          end associate
       end do
    end subroutine remember
@@ -204,7 +221,7 @@ contains
       !> Length of the steps, s.
       real(wp), intent(in) :: step
       real(wp) :: room
-      integer :: steps, longer
+      integer :: steps, longer, i
       self%asleep = .false.
       if (.not. self%known) return
       if (.not. self%bounds%known) return
@@ -229,7 +246,10 @@ contains
       self%wakes = t + steps*step
       self%asleep = .true.
       self%known = .false.
-      self%watched%side = 0
+      ! What stays away keeps its side; but nobody follows the turns of an angle.
+      do i = 1, size(self%watched)
+         if (any(self%watched(i)%parts%wrap > 0.0_wp)) self%watched(i)%side = 0
+      end do
    end subroutine fall_asleep
 
    !> True if no event can happen for a time.
@@ -256,9 +276,8 @@ contains
       all_stay_away = .true.
    end function all_stay_away
 
-   !> Function f of an event at a motion, and its derivative by time. A function with a period comes out as near to a
-   !> prediction as that admits.
-   pure subroutine ask(self, i, system, window_time, motion, prediction, f, slope)
+   !> The parts of an event's function at a motion, and their derivatives by time; angles as they come.
+   pure subroutine look(self, i, system, window_time, motion, parts)
       class(event_tracker_t), intent(in) :: self
       !> Which event.
       integer, intent(in) :: i
@@ -267,19 +286,16 @@ contains
       real(wp), intent(in) :: window_time
       !> With its rates.
       type(motion_t), intent(in) :: motion
-      real(wp), intent(in) :: prediction
-      real(wp), intent(out) :: f, slope
+      type(part_t), intent(out) :: parts(most_parts)
       associate (event => self%watched(i)%event)
          if (event%kind == CROSSING) then
-            f = event%value(system, motion) - event%level
-            if (event%period > 0.0_wp) f = f - event%period*anint((f - prediction)/event%period)
-            slope = event%rate(system, motion)
+            call event%parts(system, motion, parts)
          else
-            f = event%rate(system, motion)
-            slope = second_rate(event, system, window_time, motion)
+            parts(1)%value = event%rate(system, motion)
+            parts(1)%rate = second_rate(event, system, window_time, motion)
          end if
       end associate
-   end subroutine ask
+   end subroutine look
 
    !> Makes functions and slopes known at the start of a step, as they are in it: where other torques act than in the
    !> last one they are others.
@@ -289,25 +305,98 @@ contains
       type(state_t), intent(in) :: state
       !> Time that decides which torques act, s.
       real(wp), intent(in) :: window_time
+      type(state_t) :: start
+      real(wp) :: before
+      logical :: placed
+      integer :: i
+      call see_torques(self, system, window_time)
+      if (self%known) return
+      start = state
+      placed = self%placed
+      ! As it was shown at the end of the last step: what is continuous is the same to the last digit.
+      if (placed .and. .not. abs(self%motion%state%t - state%t) > 0.0_wp) start = self%motion%state
+      call find_motion(system, start, self%motion)
+      call find_rates(system, window_time, self%motion)
+      do i = 1, size(self%watched)
+         associate (watched => self%watched(i))
+            before = watched%f
+            call take_functions(self, i, system, window_time)
+            watched%jumped = placed .and. abs(watched%f - before) > 0.0_wp
+            watched%followed = .true.
+         end associate
+      end do
+      self%known = .true.
+      self%placed = .true.
+   end subroutine open_step
+
+   !> Notes functions and slopes where a step was ended, as they are in it.
+   subroutine place(self, system, state, window_time)
+      class(event_tracker_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      !> As it is shown.
+      type(state_t), intent(in) :: state
+      !> Time that decides which torques act, s.
+      real(wp), intent(in) :: window_time
+      integer :: i
+      call find_motion(system, state, self%motion)
+      call find_rates(system, window_time, self%motion)
+      do i = 1, size(self%watched)
+         call take_functions(self, i, system, window_time)
+      end do
+      self%known = .false.
+      self%placed = .true.
+   end subroutine place
+
+   !> Takes function and slope of an event at the motion, angles as near as may be to where they were.
+   subroutine take_functions(self, i, system, window_time)
+      class(event_tracker_t), intent(inout) :: self
+      integer, intent(in) :: i
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: window_time
+      type(part_t) :: parts(most_parts)
+      call self%look(i, system, window_time, self%motion, parts)
+      associate (watched => self%watched(i))
+         if (watched%followed) call bring_near(parts, watched%parts%value)
+         watched%parts = parts
+         watched%f = sum(parts%value)
+         if (watched%event%kind == CROSSING) watched%f = watched%f - watched%event%level
+         watched%slope = sum(parts%rate)
+      end associate
+   end subroutine take_functions
+
+   !> Sees if other torques act than in the last step, or other pieces of them.
+   subroutine see_torques(self, system, window_time)
+      class(event_tracker_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: window_time
+      real(wp) :: piece(2)
       logical :: acts
       integer :: i
       do i = 1, size(self%acts)
          if (i <= system%effects%n_torques) then
             acts = system%effects%torques(i)%item%acts_at(window_time)
+            call system%effects%torques(i)%item%piece(window_time, piece(1), piece(2))
          else
             acts = system%effects%wheels(i - system%effects%n_torques)%is_driven(window_time)
+            piece = system%effects%wheels(i - system%effects%n_torques)%drive_window(window_time)
          end if
-         if (acts .neqv. self%acts(i)) self%known = .false.
+         if ((acts .neqv. self%acts(i)) .or. abs(piece(1) - self%pieces(i)) > 0.0_wp) self%known = .false.
          self%acts(i) = acts
+         self%pieces(i) = piece(1)
       end do
-      if (self%known) return
-      call find_motion(system, state, self%motion)
-      call find_rates(system, window_time, self%motion)
-      do i = 1, size(self%watched)
-         call self%ask(i, system, window_time, self%motion, 0.0_wp, self%watched(i)%f, self%watched(i)%slope)
+   end subroutine see_torques
+
+   !> Brings parts that are known but for their wraps as near as may be to other values.
+   pure subroutine bring_near(parts, values)
+      type(part_t), intent(inout) :: parts(most_parts)
+      real(wp), intent(in) :: values(most_parts)
+      integer :: i
+      do i = 1, most_parts
+         associate (part => parts(i))
+            if (part%wrap > 0.0_wp) part%value = part%value + part%wrap*anint((values(i) - part%value)/part%wrap)
+         end associate
       end do
-      self%known = .true.
-   end subroutine open_step
+   end subroutine bring_near
 
    !> Size of the variation of a function: its range so far, and that of an oscillation with the slopes of the step.
    pure real(wp) function variation(self, i, last, turn)
@@ -320,8 +409,10 @@ contains
       associate (watched => self%watched(i))
          variation = 0.0_wp
          if (watched%highest > watched%lowest) variation = watched%highest - watched%lowest
-         if (turn > eps) variation = max(variation, abs(last%slope)/turn)
          if (watched%seen < young) variation = max(variation, abs(last%f))
+         ! An angle may turn for ever.
+         if (any(watched%parts%wrap > 0.0_wp)) variation = min(variation, sum(watched%parts%wrap))
+         if (turn > eps) variation = max(variation, abs(last%slope)/turn)
       end associate
    end function variation
 
@@ -339,9 +430,16 @@ contains
             call archive%transfer(watched%last_time)
             call archive%transfer(watched%worst)
             call archive%transfer(watched%side)
+            call archive%transfer(watched%cell)
+            call archive%transfer(watched%at)
             call archive%transfer(watched%near)
             call archive%transfer(watched%f)
             call archive%transfer(watched%slope)
+            call archive%transfer(watched%parts%value)
+            call archive%transfer(watched%parts%wrap)
+            call archive%transfer(watched%parts%rate)
+            call archive%transfer(watched%followed)
+            call archive%transfer(watched%jumped)
             call archive%transfer(watched%lowest)
             call archive%transfer(watched%highest)
             call archive%transfer(watched%seen)
@@ -350,11 +448,13 @@ contains
       call archive%transfer(self%switches)
       call archive%transfer(self%next_sample)
       call archive%transfer(self%known)
+      call archive%transfer(self%placed)
       call archive%transfer(self%asleep)
       call archive%transfer(self%wakes)
       call archive%transfer(self%steps_asleep)
       do i = 1, size(self%acts)
          call archive%transfer(self%acts(i))
+         call archive%transfer(self%pieces(i))
       end do
       call self%motion%state%transfer(archive)
       call self%motion%state%transfer_wheels(archive)

@@ -3,12 +3,14 @@ module nutate_run_loop
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
    use nutate_control, only: next_sample, take_samples
-   use nutate_event_following, only: follow_events, hunt_t, make_switches, mark_progress, mark_t
+   use nutate_event_following, only: follow_events, make_switches
+   use nutate_event_hunt, only: hunt_t
    use nutate_hamiltonian, only: angular_velocity
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: fraction_done, is_over, progress_t, total_work, transfer_progress
+   use nutate_run_mark, only: mark_progress, mark_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t

@@ -11,7 +11,7 @@ module nutate_event
    implicit none
    private
 
-   public :: event_t, time_scale, second_rate
+   public :: event_t, part_t, time_scale, second_rate
    public :: CROSSING, MAXIMUM, MINIMUM, EXTREMUM, SWITCH_ON, SWITCH_OFF, SWITCH_OVER
 
    !> What is looked for.
@@ -23,6 +23,17 @@ module nutate_event
    !> round-off are alike, 1e-13; and of central differences, ε^(1/3), 1e-10.
    real(wp), parameter :: wide = 5.8e-3_wp, narrow = 6.1e-6_wp
 
+   !> Parts of a quantity at most.
+   integer, parameter, public :: most_parts = 3
+
+   !> One of the parts whose sum a quantity is: its value is known up to multiples of `wrap`, 2π for an angle; 0: it is
+   !> what it is.
+   type :: part_t
+      real(wp) :: value = 0.0_wp, wrap = 0.0_wp
+      !> Derivative of the value by time.
+      real(wp) :: rate = 0.0_wp
+   end type part_t
+
    !> A moment to look for, and what to do then.
    type, abstract :: event_t
       character(len=24) :: name = ''
@@ -30,7 +41,8 @@ module nutate_event
       integer :: kind = CROSSING
       !> The value that is crossed; its unit is that of the quantity.
       real(wp) :: level = 0.0_wp
-      !> The quantity and the value count modulo this, if it is positive: 2π for an angle. A wrap is no crossing.
+      !> The quantity and the value count modulo this, if it is positive: 2π for an angle. A wrap is no crossing: runs
+      !> follow the quantity continuously.
       real(wp) :: period = 0.0_wp
       !> 1: only where the quantity grows; -1: only where it falls; 0: both. For crossings.
       integer :: direction = 0
@@ -45,6 +57,9 @@ module nutate_event
       procedure(event_value), deferred :: value
       !> ġ along the motion; by differences unless overridden.
       procedure :: rate => rate_by_differences
+      !> The parts of g with their rates, of which angles are followed one by one; g as a whole, which may jump by
+      !> multiples of the period, unless overridden.
+      procedure :: parts => one_part
       !> True if the quantity surely stays away from its value for a time: nothing is looked for then, which costs
       !> nothing; `.false.` unless overridden.
       procedure :: stays_away => not_known
@@ -75,6 +90,16 @@ contains
       real(wp), intent(in) :: time
       not_known = .false.
    end function not_known
+
+   pure subroutine one_part(self, system, motion, parts)
+      class(event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      !> With its rates.
+      type(motion_t), intent(in) :: motion
+      !> Those that are not needed are zero.
+      type(part_t), intent(out) :: parts(most_parts)
+      parts(1) = part_t(self%value(system, motion), self%period, self%rate(system, motion))
+   end subroutine one_part
 
    !> ġ by central differences of sixth order along the tangent of the motion: 1e-13 of the size of g over the time of a
    !> radian.

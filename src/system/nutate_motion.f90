@@ -54,7 +54,7 @@ contains
       real(wp), intent(in) :: window_time
       !> Found by `find_motion`.
       type(motion_t), intent(inout) :: motion
-      real(wp) :: q(4), gamma(3), start, stop, inner(3)
+      real(wp) :: q(4), gamma(3), start, stop, piece(2), inner(3)
       integer :: i
       motion%potential_torque = 0.0_wp
       motion%torque = 0.0_wp
@@ -70,6 +70,9 @@ contains
          associate (torque => system%effects%torques(i)%item)
             if (.not. torque%acts_at(window_time)) cycle
             call torque%window(start, stop)
+            call torque%piece(window_time, piece(1), piece(2))
+            start = max(start, piece(1))
+            stop = min(stop, piece(2))
             motion%torque = motion%torque + torque%torque(min(max(motion%state%t, start), stop), q, motion%relative)
          end associate
       end do

@@ -2,7 +2,7 @@
 module nutate_column_event
    use nutate_attitude, only: euler_from_quat, roll_pitch_yaw_from_quat
    use nutate_columns, only: column_sets
-   use nutate_event, only: CROSSING, event_t
+   use nutate_event, only: CROSSING, event_t, most_parts, part_t
    use nutate_hamiltonian, only: potential_energy, world_power
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
@@ -16,7 +16,7 @@ module nutate_column_event
    public :: column_event_t, event_columns, natural_period, needs_attitude, shows_orbit, shows_sun, wheel_of
 
    !> Most columns of an event.
-   integer, parameter, public :: most_columns = 3
+   integer, parameter, public :: most_columns = most_parts
 
    !> The columns that can be asked for, comma separated: those that are smooth functions of the state.
    character(len=*), parameter :: event_columns = &
@@ -44,6 +44,7 @@ module nutate_column_event
       procedure :: place
       procedure :: value => sum_of_columns
       procedure :: rate => rate_of_sum
+      procedure :: parts => parts_of_sum
       procedure :: stays_away => sum_stays_away
    end type column_event_t
 
@@ -102,6 +103,21 @@ contains
          rate = rate + self%weights(i)*column_rate(self%places(i), system, motion)
       end do
    end function rate_of_sum
+
+   pure subroutine parts_of_sum(self, system, motion, parts)
+      class(column_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      type(part_t), intent(out) :: parts(most_parts)
+      integer :: i
+      do i = 1, self%n
+         associate (weight => self%weights(i), column => self%places(i))
+            parts(i)%value = weight*column_value(column, system, motion)
+            parts(i)%rate = weight*column_rate(column, system, motion)
+            if (any(column == [AT_PHI, AT_PSI, AT_ROLL, AT_YAW])) parts(i)%wrap = 2*pi*abs(weight)
+         end associate
+      end do
+   end subroutine parts_of_sum
 
    !> The value of a column; energies without that of an auxiliary inertia, which is none of the body's.
    pure real(wp) function column_value(column, system, motion) result(x)

@@ -1,0 +1,320 @@
+!> The search for one event in a step of the method: on which side of its level the function is at both ends, and the
+!> roots between. A function with a period has a level at each multiple of it; between two of them it lies in a cell,
+!> which it leaves by the one above or the one below.
+module nutate_event_hunt
+   use nutate_event, only: CROSSING, event_t, most_parts, part_t, SWITCH_OVER
+   use nutate_event_roots, only: find_first_root, node_t
+   use nutate_event_tracker, only: watched_t
+   use nutate_kinds, only: wp, eps
+   use nutate_status, only: status_t
+   use nutate_step_curve, only: step_curve_t
+   implicit none
+   private
+
+   public :: hunt_t
+
+   !> Round-off of a function, over its value.
+   real(wp), parameter :: noise = 16*eps
+
+   !> A function nearer to a level, over its variation or its period, where a step was cut, is on the side where it was:
+   !> the shorter step may have led to the other one.
+   real(wp), parameter :: at_level = 1e-6_wp
+
+   !> The search for the next root of one event.
+   type :: hunt_t
+      type(step_curve_t) :: curve
+      !> Both ends; with a period f counts from the level of the event, and the sides are without meaning.
+      type(node_t) :: first = node_t(), last = node_t()
+      type(part_t) :: last_parts(most_parts) = part_t()
+      real(wp) :: turn = 0.0_wp, scale = 0.0_wp, period = 0.0_wp
+      !> What the event's `near` was at the start of the step.
+      real(wp) :: near = 0.0_wp
+      !> The function is zero all through the step but for round-off, or its levels are no farther from each other: there
+      !> is nothing to find.
+      logical :: is_flat = .false.
+      logical :: found = .false.
+      type(node_t) :: root = node_t()
+      !> Cells at the last event, behind the root, and at the end; the level of the root, in periods.
+      real(wp) :: cell = 0.0_wp, next_cell = 0.0_wp, last_cell = 0.0_wp, at = 0.0_wp
+   contains
+      !> Finds the sides at both ends; where the function has jumped over a level, that is a root.
+      procedure :: set_sides
+      !> Looks for the next root behind a place.
+      procedure :: find_next
+      !> Notes that the root has happened.
+      procedure :: pass_root
+      !> Notes the end of the step.
+      procedure :: leave_step
+      !> Notes where the step was cut.
+      procedure :: leave_cut
+   end type hunt_t
+
+contains
+
+   !> Finds the sides at both ends; where the function has jumped over a level, that is a root.
+   subroutine set_sides(self, watched)
+      class(hunt_t), intent(inout) :: self
+      type(watched_t), intent(inout) :: watched
+      real(wp) :: least
+      integer :: side
+      logical :: jumps
+      self%found = .false.
+      self%near = watched%near
+      self%period = 0.0_wp
+      if (watched%event%kind == CROSSING) self%period = watched%event%period
+      least = noise*(abs(watched%event%level) + self%scale)
+      if (self%period > 0.0_wp) then
+         call set_cells(self, watched)
+         self%is_flat = self%period <= noise*max(abs(self%first%f), abs(self%last%f), abs(watched%event%level))
+      else
+         jumps = watched%jumped .and. abs(self%first%f) > watched%near
+         call leave_level(watched, self%first%f, self%first%slope)
+         side = side_of(self%first, 1.0_wp)
+         jumps = jumps .and. side*watched%side < 0
+         if (watched%side == 0 .or. jumps) watched%side = side
+         self%first%side = watched%side
+         self%last%side = side_of(self%last, -1.0_wp)
+         if (self%last%side == 0) self%last%side = self%first%side
+         if (self%first%side == 0) self%first%side = self%last%side
+         self%is_flat = max(abs(self%first%f), abs(self%last%f), abs(self%first%slope), abs(self%last%slope)) <= least
+         if (self%is_flat) self%last%side = self%first%side
+         if (jumps) call take_jump(self, watched%event, side)
+      end if
+      watched%jumped = .false.
+   end subroutine set_sides
+
+   !> The same with a period.
+   subroutine set_cells(self, watched)
+      class(hunt_t), intent(inout) :: self
+      type(watched_t), intent(inout) :: watched
+      real(wp) :: cell
+      logical :: jumps
+      jumps = watched%jumped .and. abs(self%first%f - watched%at*self%period) > watched%near
+      call leave_level(watched, self%first%f - watched%at*self%period, self%first%slope)
+      cell = cell_of(self%first%f, self%first%slope, self%period, 1.0_wp, watched%cell)
+      jumps = jumps .and. watched%side /= 0 .and. abs(cell - watched%cell) > 0.0_wp
+      if (jumps) then
+         self%at = merge(cell, cell + 1, cell > watched%cell)
+         call take_jump(self, watched%event, nint(sign(1.0_wp, cell - watched%cell)))
+      end if
+      if (watched%side == 0 .or. jumps) watched%cell = cell
+      watched%side = 1
+      self%cell = watched%cell
+      self%next_cell = watched%cell
+      self%last_cell = cell_of(self%last%f, self%last%slope, self%period, -1.0_wp, watched%cell)
+   end subroutine set_cells
+
+   !> The function has jumped over a level at the start of the step.
+   subroutine take_jump(self, event, side)
+      class(hunt_t), intent(inout) :: self
+      class(event_t), intent(in) :: event
+      integer, intent(in) :: side
+      self%found = event%wanted() == 0 .or. event%wanted() == side
+      self%root = self%first
+      self%root%side = side
+   end subroutine take_jump
+
+   !> Where a step ended on an event, a switch may have turned its function back, or moved it: its side is then that
+   !> to which it goes now, so that what only touches its level does not happen twice. But where the event switches
+   !> over, to turn back is to switch again: without a dead band that has no end.
+   pure subroutine leave_level(watched, f, slope)
+      type(watched_t), intent(inout) :: watched
+      !> From the level of the last event, at the start of the next step.
+      real(wp), intent(in) :: f, slope
+      if (.not. watched%near > 0.0_wp) return
+      if (watched%event%action == SWITCH_OVER) then
+         continue
+      else if (abs(f) > watched%near) then
+         watched%side = 0
+      else if (abs(slope) > 0.0_wp) then
+         watched%side = nint(sign(1.0_wp, slope))
+         watched%cell = watched%at - merge(0.0_wp, 1.0_wp, slope > 0.0_wp)
+      end if
+      watched%near = 0.0_wp
+   end subroutine leave_level
+
+   !> The side of zero on which a curve is; at zero that on which it is just behind, or before.
+   pure integer function side_of(node, sense) result(side)
+      type(node_t), intent(in) :: node
+      !> 1: behind; -1: before.
+      real(wp), intent(in) :: sense
+      side = 0
+      if (node%f > 0.0_wp .or. node%f < 0.0_wp) then
+         side = nint(sign(1.0_wp, node%f))
+      else if (abs(node%slope) > 0.0_wp) then
+         side = nint(sign(1.0_wp, sense*node%slope))
+      end if
+   end function side_of
+
+   !> The cell of a value; of a level that of the two in which the curve is just behind, or before.
+   pure real(wp) function cell_of(f, slope, period, sense, otherwise) result(cell)
+      real(wp), intent(in) :: f, slope, period
+      !> 1: behind; -1: before.
+      real(wp), intent(in) :: sense
+      !> Where neither f nor its slope says.
+      real(wp), intent(in) :: otherwise
+      cell = aint(f/period)
+      if (f - cell*period < 0.0_wp) then
+         cell = cell - 1
+      else if (f - (cell + 1)*period >= 0.0_wp) then
+         cell = cell + 1
+      end if
+      if (f - cell*period > 0.0_wp) return
+      if (sense*slope < 0.0_wp) then
+         cell = cell - 1
+      else if (.not. abs(slope) > 0.0_wp .and. abs(otherwise - (cell - 1)) <= 0.0_wp) then
+         cell = otherwise
+      end if
+   end function cell_of
+
+   !> Looks for the next root behind a place. Errors: those of the curve.
+   subroutine find_next(self, event, from, resolution, status)
+      class(hunt_t), intent(inout) :: self
+      class(event_t), intent(in) :: event
+      !> By value: it may be the root found last.
+      type(node_t), value :: from
+      !> Round-off of a time, in steps.
+      real(wp), intent(in) :: resolution
+      type(status_t), intent(inout) :: status
+      self%found = .false.
+      if (self%is_flat) return
+      if (self%period > 0.0_wp) then
+         call find_next_level(self, event%wanted(), from, resolution, status)
+      else
+         self%curve%shift = 0.0_wp
+         call find_first_root(self%curve, from, self%last, self%turn, self%scale, event%wanted(), resolution, &
+                              self%found, self%root, status)
+      end if
+   end subroutine find_next
+
+   !> The same with a period: cell by cell, to a root with the direction that is wanted.
+   subroutine find_next_level(self, wanted, from, resolution, status)
+      class(hunt_t), intent(inout) :: self
+      integer, intent(in) :: wanted
+      type(node_t), value :: from
+      real(wp), intent(in) :: resolution
+      type(status_t), intent(inout) :: status
+      type(node_t) :: above, below, limit
+      logical :: rises, falls
+      do
+         associate (cell => self%next_cell)
+            limit = self%last
+            limit%side = merge(1, -1, self%last_cell >= cell + 1)
+            call find_at(self, cell + 1, from, -1, limit, resolution, rises, above, status)
+            if (rises) limit = above
+            limit%side = merge(1, -1, rises .or. self%last_cell >= cell)
+            if (status%code == 0) call find_at(self, cell, from, 1, limit, resolution, falls, below, status)
+            if (status%code /= 0) return
+            if (.not. (rises .or. falls)) return
+            self%root = merge_nodes(below, above, falls)
+            self%at = merge(cell, cell + 1, falls)
+            cell = cell + merge(-1, 1, falls)
+            self%found = wanted == 0 .or. wanted == self%root%side
+            if (self%found) return
+            from = self%root
+         end associate
+      end do
+   end subroutine find_next_level
+
+   !> One of two nodes.
+   pure type(node_t) function merge_nodes(a, b, first) result(node)
+      type(node_t), intent(in) :: a, b
+      logical, intent(in) :: first
+      node = b
+      if (first) node = a
+   end function merge_nodes
+
+   !> The first root at one level.
+   subroutine find_at(self, level, from, side, to, resolution, found, root, status)
+      class(hunt_t), intent(inout) :: self
+      !> In periods.
+      real(wp), intent(in) :: level
+      !> f from the level of the event.
+      type(node_t), intent(in) :: from, to
+      !> Of the level on which the function is at first.
+      integer, intent(in) :: side
+      real(wp), intent(in) :: resolution
+      logical, intent(out) :: found
+      !> f from the level of the event.
+      type(node_t), intent(out) :: root
+      type(status_t), intent(inout) :: status
+      type(node_t) :: a, b
+      found = .false.
+      if (to%s <= from%s) return
+      self%curve%shift = level*self%period
+      a = from
+      a%f = a%f - self%curve%shift
+      a%side = side
+      b = to
+      b%f = b%f - self%curve%shift
+      call find_first_root(self%curve, a, b, self%turn, self%scale, 0, resolution, found, root, status)
+      root%f = self%curve%shift
+   end subroutine find_at
+
+   !> Notes that the root has happened.
+   pure subroutine pass_root(self)
+      class(hunt_t), intent(inout) :: self
+      self%first%side = self%root%side
+      self%cell = self%next_cell
+   end subroutine pass_root
+
+   !> Notes the end of the step.
+   pure subroutine leave_step(self, watched, length)
+      class(hunt_t), intent(in) :: self
+      type(watched_t), intent(inout) :: watched
+      !> s.
+      real(wp), intent(in) :: length
+      watched%f = self%last%f
+      watched%slope = self%last%slope/length
+      watched%parts = self%last_parts
+      watched%side = self%last%side
+      if (.not. self%period > 0.0_wp) return
+      watched%side = 1
+      watched%cell = self%last_cell
+      call take_off_periods(self, watched)
+   end subroutine leave_step
+
+   !> Takes whole periods off, that are whole turns, so that an angle keeps its digits however long it turns.
+   pure subroutine take_off_periods(self, watched)
+      class(hunt_t), intent(in) :: self
+      type(watched_t), intent(inout) :: watched
+      real(wp) :: periods, turns
+      associate (part => watched%parts(1))
+         if (.not. part%wrap > 0.0_wp .or. any(watched%parts(2:)%wrap > 0.0_wp)) return
+         periods = aint(watched%f/self%period)
+         if (.not. abs(periods) > 0.0_wp) return
+         turns = self%period/part%wrap
+         if (abs(turns - anint(turns)) > 4*eps*turns) return
+         part%value = part%value - periods*self%period
+         watched%f = watched%f - periods*self%period
+         watched%cell = watched%cell - periods
+      end associate
+   end subroutine take_off_periods
+
+   !> Notes where the step was cut, function and slope known there.
+   pure subroutine leave_cut(self, watched, happened, slope_error, moved)
+      class(hunt_t), intent(in) :: self
+      type(watched_t), intent(inout) :: watched
+      !> The event happened there; the state there is not that at the start of the step.
+      logical, intent(in) :: happened, moved
+      !> What the time may be off by, in steps.
+      real(wp), intent(in) :: slope_error
+      real(wp) :: cell
+      watched%near = merge(0.0_wp, self%near, moved)
+      watched%cell = self%cell
+      watched%at = self%at
+      if (happened) then
+         watched%side = self%root%side
+         watched%near = max(4*abs(self%root%slope)*slope_error + noise*(abs(watched%event%level) + self%scale), &
+                            tiny(1.0_wp))
+      else if (self%period > 0.0_wp) then
+         cell = cell_of(watched%f, watched%slope, self%period, 1.0_wp, self%cell)
+         if (min(abs(watched%f - self%cell*self%period), abs(watched%f - (self%cell + 1)*self%period)) > &
+             at_level*self%period) watched%cell = cell
+      else
+         watched%side = self%first%side
+         if (abs(watched%f) > at_level*self%scale) watched%side = side_of(node_t(f=watched%f), 1.0_wp)
+      end if
+   end subroutine leave_cut
+
+end module nutate_event_hunt

@@ -1,0 +1,234 @@
+!> The function of an event along a step of the method, its angles followed continuously.
+!>
+!> An angle is known but for whole turns. Its derivative at two places says by how much it changes between them, and that
+!> chooses the turn, if the cubic through both is right at the place in the middle as well, in value and derivative;
+!> where it is not, both halves are followed in turn. So each place with its turns known is an anchor for those beside it.
+module nutate_step_curve
+   use nutate_event, only: CROSSING, most_parts, part_t
+   use nutate_event_roots, only: curve_t
+   use nutate_event_tracker, only: bring_near
+   use nutate_kinds, only: wp
+   use nutate_motion, only: find_motion, find_rates, motion_t
+   use nutate_progress, only: progress_t
+   use nutate_run_mark, only: mark_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t
+   use nutate_step_policy, only: step_policy_t
+   use nutate_system, only: system_t
+   implicit none
+   private
+
+   public :: step_curve_t
+
+   !> Halvings of a step, by evaluations that cost much less than it and by others; the turn of the body in a part, rad,
+   !> that the first do not leave as it is.
+   integer, parameter :: deepest_cheap = 10, deepest = 6
+   real(wp), parameter :: great_turn = 1.5_wp
+
+   !> What the cubic may be off by in the middle, over the wrap.
+   real(wp), parameter :: near = 0.01_wp
+   !> Parts in which an angle and the body turn by less, over the wrap and in rad, and the angle as its derivatives at
+   !> both ends say, need no look at the middle.
+   real(wp), parameter :: calm = 0.05_wp, small_change = 0.25_wp, small_turn = 1.0_wp
+
+   !> A place of the step.
+   type :: anchor_t
+      !> In steps.
+      real(wp) :: s = 0.0_wp
+      !> Rates by s.
+      type(part_t) :: parts(most_parts) = part_t()
+   end type anchor_t
+
+   !> The function of an event along the step.
+   type, extends(curve_t) :: step_curve_t
+      class(step_policy_t), pointer :: policy => null()
+      type(system_t), pointer :: system => null()
+      type(progress_t), pointer :: progress => null()
+      type(mark_t), pointer :: mark => null()
+      !> Which event.
+      integer :: event = 0
+      !> The level that is looked for, from that of the event: whole periods.
+      real(wp) :: shift = 0.0_wp
+      !> Parts have wraps: then the places where their turns are known.
+      logical :: follows = .false.
+      integer :: n = 0
+      type(anchor_t), allocatable :: anchors(:)
+   contains
+      !> Takes both ends of the step, and follows the angles from one to the other.
+      procedure :: join
+      procedure :: evaluate
+      !> The parts at a place, as near as the anchors say.
+      procedure :: expect
+   end type step_curve_t
+
+contains
+
+   !> Takes both ends of the step, and follows the angles from one to the other. Errors: those of the method.
+   subroutine join(self, first, last, turn, status)
+      class(step_curve_t), intent(inout) :: self
+      !> Rates by the time.
+      type(part_t), intent(in) :: first(most_parts)
+      !> The same; on return with the turns that follow from the first.
+      type(part_t), intent(inout) :: last(most_parts)
+      !> Of the body in the step, rad.
+      real(wp), intent(in) :: turn
+      type(status_t), intent(inout) :: status
+      type(anchor_t) :: b
+      self%follows = any(last%wrap > 0.0_wp)
+      if (.not. self%follows) return
+      if (.not. allocated(self%anchors)) &
+         allocate (self%anchors(1 + 2**merge(deepest_cheap, deepest, self%is_cheap)))
+      associate (length => self%progress%state%t - self%mark%state%t)
+         self%n = 1
+         self%anchors(1) = anchor_t(parts=first)
+         self%anchors(1)%parts%rate = first%rate*length
+         b = anchor_t(s=1.0_wp, parts=last)
+         b%parts%rate = last%rate*length
+         call follow(self, b, turn, merge(deepest_cheap, deepest, self%is_cheap), status)
+         last%value = self%anchors(self%n)%parts%value
+      end associate
+   end subroutine join
+
+   !> Follows the angles from the last anchor to a place, which becomes the last.
+   recursive subroutine follow(self, b, turn, halvings, status)
+      class(step_curve_t), intent(inout) :: self
+      !> Its turns not known.
+      type(anchor_t), value :: b
+      !> Of the body in the step, rad.
+      real(wp), intent(in) :: turn
+      !> At most.
+      integer, intent(in) :: halvings
+      type(status_t), intent(inout) :: status
+      type(anchor_t) :: a, middle
+      real(wp) :: width
+      a = self%anchors(self%n)
+      width = b%s - a%s
+      call bring_near(b%parts, a%parts%value + (0.5_wp*width)*(a%parts%rate + b%parts%rate))
+      if (halvings > 0 .and. .not. is_calm(a, b, turn)) then
+         middle%s = 0.5_wp*(a%s + b%s)
+         call look_at(self, middle%s, middle%parts, status)
+         if (status%code /= 0) return
+         if (.not. leads_through(a, middle, b) .or. (self%is_cheap .and. turn*width > great_turn)) then
+            call follow(self, middle, turn, halvings - 1, status)
+            if (status%code == 0) call follow(self, b, turn, halvings - 1, status)
+            return
+         end if
+         call bring_near(middle%parts, between(a, b, middle%s))
+         self%n = self%n + 1
+         self%anchors(self%n) = middle
+      end if
+      self%n = self%n + 1
+      self%anchors(self%n) = b
+   end subroutine follow
+
+   !> True if angles change by so little, and so steadily, that there is no doubt of their turns.
+   pure logical function is_calm(a, b, turn)
+      type(anchor_t), intent(in) :: a, b
+      !> Of the body in the step, rad.
+      real(wp), intent(in) :: turn
+      real(wp) :: width
+      integer :: i
+      width = b%s - a%s
+      is_calm = turn*width <= small_turn
+      do i = 1, most_parts
+         associate (u => a%parts(i), v => b%parts(i))
+            if (v%wrap > 0.0_wp) is_calm = is_calm .and. &
+               width*max(abs(u%rate), abs(v%rate)) <= small_change*v%wrap .and. &
+               abs(v%value - u%value - 0.5_wp*width*(u%rate + v%rate)) <= calm*v%wrap
+         end associate
+      end do
+   end function is_calm
+
+   !> True if the cubic through two places is right in the middle of them.
+   pure logical function leads_through(a, middle, b)
+      !> The middle with its turns not known.
+      type(anchor_t), intent(in) :: a, middle, b
+      real(wp) :: expected(most_parts), width, slope, off
+      integer :: i
+      width = b%s - a%s
+      expected = between(a, b, middle%s)
+      leads_through = .true.
+      do i = 1, most_parts
+         associate (u => a%parts(i), m => middle%parts(i), v => b%parts(i))
+            if (.not. v%wrap > 0.0_wp) cycle
+            off = m%value - expected(i)
+            off = off - v%wrap*anint(off/v%wrap)
+            slope = 1.5_wp*(v%value - u%value) - 0.25_wp*width*(u%rate + v%rate)
+            leads_through = leads_through .and. max(abs(off), 0.1_wp*abs(width*m%rate - slope)) <= near*v%wrap
+         end associate
+      end do
+   end function leads_through
+
+   !> Hermite's cubic between two places; shape (most_parts).
+   pure function between(a, b, s) result(values)
+      type(anchor_t), intent(in) :: a, b
+      real(wp), intent(in) :: s
+      real(wp) :: values(most_parts)
+      real(wp) :: x, y, width
+      width = b%s - a%s
+      x = (s - a%s)/width
+      y = 1 - x
+      values = y*y*((1 + 2*x)*a%parts%value + (x*width)*a%parts%rate) + &
+               x*x*((1 + 2*y)*b%parts%value - (y*width)*b%parts%rate)
+   end function between
+
+   !> The parts at a place, as near as the anchors say; shape (most_parts).
+   pure function expect(self, s) result(values)
+      class(step_curve_t), intent(in) :: self
+      real(wp), intent(in) :: s
+      real(wp) :: values(most_parts)
+      integer :: low, high, i
+      low = 1
+      high = self%n
+      do while (high - low > 1)
+         i = (low + high)/2
+         if (self%anchors(i)%s <= s) then
+            low = i
+         else
+            high = i
+         end if
+      end do
+      values = between(self%anchors(low), self%anchors(high), s)
+   end function expect
+
+   !> The function of an event at a place inside the step, from the level that is looked for.
+   subroutine evaluate(self, s, f, slope, status)
+      class(step_curve_t), intent(inout) :: self
+      real(wp), intent(in) :: s
+      real(wp), intent(out) :: f, slope
+      type(status_t), intent(inout) :: status
+      type(part_t) :: parts(most_parts)
+      f = 0.0_wp
+      slope = 0.0_wp
+      call look_at(self, s, parts, status)
+      if (status%code /= 0) return
+      if (self%follows) call bring_near(parts, self%expect(s))
+      f = sum(parts%value)
+      associate (event => self%progress%events%watched(self%event)%event)
+         if (event%kind == CROSSING) f = f - event%level
+      end associate
+      f = f - self%shift
+      slope = sum(parts%rate)
+   end subroutine evaluate
+
+   !> The parts of the function at a place inside the step, angles as they come, and their derivatives by s.
+   subroutine look_at(self, s, parts, status)
+      class(step_curve_t), intent(inout) :: self
+      real(wp), intent(in) :: s
+      type(part_t), intent(out) :: parts(most_parts)
+      type(status_t), intent(inout) :: status
+      type(state_t) :: state
+      type(motion_t) :: motion
+      real(wp) :: start, length, window_time, work
+      start = self%mark%state%t
+      length = self%progress%state%t - start
+      window_time = start + 0.5_wp*length
+      call self%policy%look_inside(self%system, self%mark%state, self%progress, start + s*length, state, work, status)
+      if (status%code /= 0) return
+      call find_motion(self%system, state, motion)
+      call find_rates(self%system, window_time, motion)
+      call self%progress%events%look(self%event, self%system, window_time, motion, parts)
+      parts%rate = parts%rate*length
+   end subroutine look_at
+
+end module nutate_step_curve
