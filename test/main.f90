@@ -17,6 +17,7 @@ program unit
    use test_attack, only: collect_attack
    use test_attack_report, only: repeat_case, report_attack
    use test_event_attack, only: collect_event_attack, report_event_attack
+   use test_path_attack, only: collect_path_attack, report_path_attack
    use test_attitude, only: collect_attitude
    use test_axial_frame, only: collect_axial_frame
    use test_baselines, only: collect_baselines
@@ -143,6 +144,7 @@ contains
          if (suite_name == '--stress') call run_stress(test_name)
          if (suite_name == '--attack') call run_attack()
          if (suite_name == '--attack-events') call run_event_attack()
+         if (suite_name == '--attack-paths') call run_path_attack()
          if (suite_name == '--accuracy') call run_accuracy(test_name)
       end if
       if (.not. allocated(suite_name)) then
@@ -312,6 +314,7 @@ contains
          new_testsuite("attack", collect_attack), &
         new_testsuite("motion_bounds", collect_motion_bounds), &
          new_testsuite("event_attack", collect_event_attack), &
+         new_testsuite("path_attack", collect_path_attack), &
          new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &
          new_testsuite("unproved", collect_unproved) &
@@ -382,6 +385,16 @@ contains
       if (.not. passed) call stop_with("the attack found what must not be")
       stop
    end subroutine run_event_attack
+
+   !> Runs the attack on levels and extremes at full length, or one case of it; does not return.
+   subroutine run_path_attack()
+      integer :: seed, number
+      logical :: alone, passed
+      call get_attack("--attack-paths SEED CASES | SEED case NUMBER", seed, number, alone)
+      call report_path_attack(seed, number, alone, passed)
+      if (.not. passed) call stop_with("the attack found what must not be")
+      stop
+   end subroutine run_path_attack
 
    !> The arguments of an attack: the seed, and how many cases or the number of the one that is run alone.
    subroutine get_attack(usage, seed, number, alone)

@@ -110,7 +110,12 @@ contains
             hunt%last = node_t(s=1.0_wp, f=sum(hunt%last_parts%value), slope=sum(hunt%last_parts%rate)*length)
             if (watched%event%kind == CROSSING) hunt%last%f = hunt%last%f - watched%event%level
             hunt%turn = turn
+            ! Backward in time the derivative grows through zero at a maximum.
+            hunt%wanted = watched%event%wanted()
+            if (watched%event%kind /= CROSSING .and. length < 0.0_wp) hunt%wanted = -hunt%wanted
             hunt%scale = progress%events%variation(k, hunt%last, turn)
+            if (watched%event%kind /= CROSSING) &
+               hunt%pace = watched%event%magnitude(system, motion)/abs(length)
             call hunt%set_sides(watched)
             watched%lowest = min(watched%lowest, hunt%last%f)
             watched%highest = max(watched%highest, hunt%last%f)
@@ -122,8 +127,7 @@ contains
       subroutine find_next(k, from)
          integer, intent(in) :: k
          type(node_t), intent(in) :: from
-         call hunts(k)%find_next(progress%events%watched(k)%event, from, &
-                                 spacing(max(abs(mark%state%t), abs(length)))/abs(length), status)
+         call hunts(k)%find_next(from, spacing(max(abs(mark%state%t), abs(length)))/abs(length), status)
       end subroutine find_next
 
       !> Takes the events in the order of time, up to one that ends the step.

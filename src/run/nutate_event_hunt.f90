@@ -2,7 +2,7 @@
 !> roots between. A function with a period has a level at each multiple of it; between two of them it lies in a cell,
 !> which it leaves by the one above or the one below.
 module nutate_event_hunt
-   use nutate_event, only: CROSSING, event_t, most_parts, part_t, SWITCH_OVER
+   use nutate_event, only: CROSSING, most_parts, part_t, SWITCH_OVER
    use nutate_event_roots, only: find_first_root, node_t
    use nutate_event_tracker, only: watched_t
    use nutate_kinds, only: wp, eps
@@ -13,8 +13,9 @@ module nutate_event_hunt
 
    public :: hunt_t
 
-   !> Round-off of a function, over its value.
-   real(wp), parameter :: noise = 16*eps
+   !> Round-off of a function, over its value; that of a derivative, and of one by differences (`second_rate`), over the
+   !> size of the quantity in the time of a radian.
+   real(wp), parameter :: noise = 16*eps, noise_of_rate = 64*eps, noise_of_second_rate = 1e-9_wp
 
    !> A function nearer to a level, over its variation or its period, where a step was cut, is on the side where it was:
    !> the shorter step may have led to the other one.
@@ -27,6 +28,10 @@ module nutate_event_hunt
       type(node_t) :: first = node_t(), last = node_t()
       type(part_t) :: last_parts(most_parts) = part_t()
       real(wp) :: turn = 0.0_wp, scale = 0.0_wp, period = 0.0_wp
+      !> For an extremum: the size of the quantity over the length of the step.
+      real(wp) :: pace = 0.0_wp
+      !> The change of f along the step that counts: 1, -1 or 0, either.
+      integer :: wanted = 0
       !> What the event's `near` was at the start of the step.
       real(wp) :: near = 0.0_wp
       !> The function is zero all through the step but for round-off, or its levels are no farther from each other: there
@@ -52,7 +57,7 @@ module nutate_event_hunt
 contains
 
    !> Finds the sides at both ends; where the function has jumped over a level, that is a root.
-   subroutine set_sides(self, watched)
+   pure subroutine set_sides(self, watched)
       class(hunt_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
       real(wp) :: least
@@ -77,14 +82,17 @@ contains
          if (self%last%side == 0) self%last%side = self%first%side
          if (self%first%side == 0) self%first%side = self%last%side
          self%is_flat = max(abs(self%first%f), abs(self%last%f), abs(self%first%slope), abs(self%last%slope)) <= least
+         if (watched%event%kind /= CROSSING) self%is_flat = self%is_flat .or. &
+            (max(abs(self%first%f), abs(self%last%f)) <= noise_of_rate*self%turn*self%pace .and. &
+             max(abs(self%first%slope), abs(self%last%slope)) <= noise_of_second_rate*self%turn**2*self%pace)
          if (self%is_flat) self%last%side = self%first%side
-         if (jumps) call take_jump(self, watched%event, side)
+         if (jumps) call take_jump(self, side)
       end if
       watched%jumped = .false.
    end subroutine set_sides
 
    !> The same with a period.
-   subroutine set_cells(self, watched)
+   pure subroutine set_cells(self, watched)
       class(hunt_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
       real(wp) :: cell
@@ -95,7 +103,7 @@ contains
       jumps = jumps .and. watched%side /= 0 .and. abs(cell - watched%cell) > 0.0_wp
       if (jumps) then
          self%at = merge(cell, cell + 1, cell > watched%cell)
-         call take_jump(self, watched%event, nint(sign(1.0_wp, cell - watched%cell)))
+         call take_jump(self, nint(sign(1.0_wp, cell - watched%cell)))
       end if
       if (watched%side == 0 .or. jumps) watched%cell = cell
       watched%side = 1
@@ -105,11 +113,10 @@ contains
    end subroutine set_cells
 
    !> The function has jumped over a level at the start of the step.
-   subroutine take_jump(self, event, side)
+   pure subroutine take_jump(self, side)
       class(hunt_t), intent(inout) :: self
-      class(event_t), intent(in) :: event
       integer, intent(in) :: side
-      self%found = event%wanted() == 0 .or. event%wanted() == side
+      self%found = self%wanted == 0 .or. self%wanted == side
       self%root = self%first
       self%root%side = side
    end subroutine take_jump
@@ -168,9 +175,8 @@ contains
    end function cell_of
 
    !> Looks for the next root behind a place. Errors: those of the curve.
-   subroutine find_next(self, event, from, resolution, status)
+   subroutine find_next(self, from, resolution, status)
       class(hunt_t), intent(inout) :: self
-      class(event_t), intent(in) :: event
       !> By value: it may be the root found last.
       type(node_t), value :: from
       !> Round-off of a time, in steps.
@@ -179,18 +185,17 @@ contains
       self%found = .false.
       if (self%is_flat) return
       if (self%period > 0.0_wp) then
-         call find_next_level(self, event%wanted(), from, resolution, status)
+         call find_next_level(self, from, resolution, status)
       else
          self%curve%shift = 0.0_wp
-         call find_first_root(self%curve, from, self%last, self%turn, self%scale, event%wanted(), resolution, &
+         call find_first_root(self%curve, from, self%last, self%turn, self%scale, self%wanted, resolution, &
                               self%found, self%root, status)
       end if
    end subroutine find_next
 
    !> The same with a period: cell by cell, to a root with the direction that is wanted.
-   subroutine find_next_level(self, wanted, from, resolution, status)
+   subroutine find_next_level(self, from, resolution, status)
       class(hunt_t), intent(inout) :: self
-      integer, intent(in) :: wanted
       type(node_t), value :: from
       real(wp), intent(in) :: resolution
       type(status_t), intent(inout) :: status
@@ -209,7 +214,7 @@ contains
             self%root = merge_nodes(below, above, falls)
             self%at = merge(cell, cell + 1, falls)
             cell = cell + merge(-1, 1, falls)
-            self%found = wanted == 0 .or. wanted == self%root%side
+            self%found = self%wanted == 0 .or. self%wanted == self%root%side
             if (self%found) return
             from = self%root
          end associate

@@ -60,6 +60,8 @@ module nutate_event
       !> The parts of g with their rates, of which angles are followed one by one; g as a whole, which may jump by
       !> multiples of the period, unless overridden.
       procedure :: parts => one_part
+      !> Size of what g is made of, of which its round-off is a part; |g| unless overridden.
+      procedure :: magnitude => own_size
       !> True if the quantity surely stays away from its value for a time: nothing is looked for then, which costs
       !> nothing; `.false.` unless overridden.
       procedure :: stays_away => not_known
@@ -100,6 +102,13 @@ contains
       type(part_t), intent(out) :: parts(most_parts)
       parts(1) = part_t(self%value(system, motion), self%period, self%rate(system, motion))
    end subroutine one_part
+
+   pure real(wp) function own_size(self, system, motion) result(magnitude)
+      class(event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      magnitude = abs(self%value(system, motion))
+   end function own_size
 
    !> ġ by central differences of sixth order along the tangent of the motion: 1e-13 of the size of g over the time of a
    !> radian.

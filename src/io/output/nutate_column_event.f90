@@ -9,6 +9,7 @@ module nutate_column_event
    use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_norm, quat_product, quat_vector_product, rotate_to_body, &
       rotate_to_space
+   use nutate_small_products, only: vector_length
    use nutate_system, only: system_t
    implicit none
    private
@@ -45,6 +46,7 @@ module nutate_column_event
       procedure :: value => sum_of_columns
       procedure :: rate => rate_of_sum
       procedure :: parts => parts_of_sum
+      procedure :: magnitude => size_of_sum
       procedure :: stays_away => sum_stays_away
    end type column_event_t
 
@@ -118,6 +120,40 @@ contains
          end associate
       end do
    end subroutine parts_of_sum
+
+   pure real(wp) function size_of_sum(self, system, motion) result(magnitude)
+      class(column_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      integer :: i
+      magnitude = 0.0_wp
+      do i = 1, self%n
+         magnitude = magnitude + abs(self%weights(i))*column_size(self%places(i), system, motion)
+      end do
+   end function size_of_sum
+
+   !> Size of what a column is a component or a sum of.
+   pure real(wp) function column_size(column, system, motion) result(x)
+      !> Place in the list.
+      integer, intent(in) :: column
+      type(system_t), intent(in) :: system
+      type(motion_t), intent(in) :: motion
+      select case (column)
+      case (AT_Q0:AT_Q0 + 3, AT_PHI:AT_PSI, AT_ROLL:AT_YAW, AT_TRUE_ANOMALY)
+         x = 1.0_wp
+      case (AT_P0:AT_P0 + 3)
+         x = quat_norm(motion%state%p)
+      case (AT_OMEGA1:AT_OMEGA_X + 2)
+         x = vector_length(motion%omega)
+      case (AT_L1:AT_L_X + 2)
+         x = vector_length(motion%momentum)
+      case (AT_KINETIC:AT_JACOBI)
+         x = 0.5_wp*vector_length(motion%omega)*vector_length(motion%momentum)
+         if (column /= AT_KINETIC) x = x + abs(column_value(AT_POTENTIAL, system, motion))
+      case default
+         x = abs(column_value(column, system, motion))
+      end select
+   end function column_size
 
    !> The value of a column; energies without that of an auxiliary inertia, which is none of the body's.
    pure real(wp) function column_value(column, system, motion) result(x)
