@@ -23,9 +23,10 @@ module test_path_attack
    integer, parameter :: short = 400, shortest = 40
    !> Times nearer to a place, in distances of places, are on either side of it.
    real(wp), parameter :: blur = 1e-4_wp
-   !> What round-off makes of a difference, over the size of the quantity; and what steps that another run projects
-   !> elsewhere differ by, with which a level is met.
-   real(wp), parameter :: noise = 1e4_wp*eps, level_error = 1e-7_wp
+   !> What round-off makes of a difference, over the size of the quantity; what steps that another run projects
+   !> elsewhere differ by, with which a level is met; and by how much an extremum by the rates of the motion is off the
+   !> values that steps with an error of 1e-6 give.
+   real(wp), parameter :: noise = 1e4_wp*eps, level_error = 1e-7_wp, extremum_error = 2e-6_wp
 
    !> Of angles, rad.
    real(wp), parameter :: periods(3) = [2*pi, 4*pi, 1.0_wp]
@@ -202,7 +203,7 @@ contains
       end do
    end function places_of
 
-   !> Between two places as many levels are passed as their cells are apart, or pairs more; and each event is at a level.
+   !> Between two places as many levels are passed as their cells are apart, or pairs more; each event is at a level.
    subroutine compare_levels(item, at, values, tally)
       type(path_case_t), intent(in) :: item
       real(wp), intent(in) :: at(:), values(:)
@@ -248,9 +249,10 @@ contains
       type(path_tally_t), intent(inout) :: tally
       integer :: sides(most_places), i, n, side
       logical :: belongs(size(at)), is_wanted
-      real(wp) :: least
+      real(wp) :: greatest, least
       n = places*item%parts
-      least = noise*maxval(abs(item%g(0:n)))
+      greatest = maxval(abs(item%g(0:n)))
+      least = noise*greatest
       do i = 1, n
          sides(i) = 0
          if (abs(item%g(i) - item%g(i - 1)) > least) sides(i) = nint(sign(1.0_wp, item%g(i) - item%g(i - 1)))
@@ -271,8 +273,8 @@ contains
             tally%missed = tally%missed + 1
          case (1)
             associate (value => sum(values, mask=at > i - 1 - blur .and. at < i + 1 + blur))
-               if (side*(maxval(side*item%g(i - 1:i + 1))*side - value) > level_error*1e-3_wp* &
-                   (maxval(item%g(0:n)) - minval(item%g(0:n))) + least) tally%made_up = tally%made_up + 1
+               if (maxval(side*item%g(i - 1:i + 1)) - side*value > extremum_error*greatest) &
+                  tally%made_up = tally%made_up + 1
             end associate
          case default
             tally%made_up = tally%made_up + 1

@@ -1,7 +1,8 @@
-!> What the attack on levels and extremes draws: motions of several steps with torques that begin, end and jump, a sum of
-!> columns, and the path of that sum at many places of each step, found without the library's columns and angles.
+!> What the attack on levels and extremes draws: motions of several steps with torques that begin, end and jump, a sum
+!> of columns, and the path of that sum at many places of each step, found without the library's angles.
 !>
-!> Angles come from the planes of q0, q3 and of q1, q2, in which (φ + ψ)/2 and (φ - ψ)/2 are followed from place to place.
+!> These come from the planes of q0, q3 and of q1, q2, in which (φ + ψ)/2 and (φ - ψ)/2 are followed from place to
+!> place.
 module test_path_case
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
@@ -24,9 +25,8 @@ module test_path_case
    public :: path_case_t, draw_path, walk, quantity_columns
 
    !> Steps of a case, and places of a step or of a part of one.
-   integer, parameter, public :: steps = 5, places = 240, most_parts_of_run = steps + 6, most_places = places*most_parts_of_run
-   !> The error of the steps, over the size of the state, with which a motion is judged; and its bend from place to
-   !> place.
+   integer, parameter, public :: steps = 5, places = 240, most_parts = steps + 6, most_places = places*most_parts
+   !> The error of the steps, over the size of the state, with which a motion is judged.
    real(wp), parameter :: error_of_steps = 1e-6_wp
 
    character(len=8), parameter :: quantity_columns(16) = [character(len=8) :: 'phi', 'psi', 'phi', 'psi', 'omega1', &
@@ -42,7 +42,7 @@ module test_path_case
       real(wp) :: dt = 0.0_wp
       !> Parts of the run, between the ends of steps and the times at which torques begin, end or jump; their times, s.
       integer :: parts = 0
-      real(wp) :: bounds(0:most_parts_of_run) = 0.0_wp
+      real(wp) :: bounds(0:most_parts) = 0.0_wp
       !> The quantity at the places; shape (0:places*parts).
       real(wp) :: g(0:most_places) = 0.0_wp
       !> What φ and ψ are less than the sum and the difference of their halves: both start between -π and π.
@@ -202,8 +202,8 @@ contains
       is_fit = status%ok()
    end subroutine draw_method
 
-   !> Walks along the case by steps of its method: the quantity at all places, and at other times. It is fit if all steps
-   !> can be taken, and the angles do not turn much from place to place.
+   !> Walks along the case by steps of its method: the quantity at all places, and at other times. It is fit if all
+   !> steps can be taken, and the angles do not turn much from place to place.
    subroutine walk(item, times, values, is_fit)
       type(path_case_t), intent(inout) :: item
       !> s, in the order of the run; shape (any).

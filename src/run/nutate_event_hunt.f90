@@ -34,8 +34,8 @@ module nutate_event_hunt
       integer :: wanted = 0
       !> What the event's `near` was at the start of the step.
       real(wp) :: near = 0.0_wp
-      !> The function is zero all through the step but for round-off, or its levels are no farther from each other: there
-      !> is nothing to find.
+      !> The function is zero all through the step but for round-off, or its levels are no farther from each other:
+      !> there is nothing to find.
       logical :: is_flat = .false.
       logical :: found = .false.
       type(node_t) :: root = node_t()

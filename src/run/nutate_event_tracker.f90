@@ -49,8 +49,8 @@ module nutate_event_tracker
       real(wp) :: first_time = 0.0_wp, last_time = 0.0_wp
       !> Largest last increment of an iteration for a time, s.
       real(wp) :: worst = 0.0_wp
-      !> The side of zero at the end of the last step, 1 or -1; 0: not known. With a period, if it is known, the function
-      !> is from `cell` periods on, up to one more; and of how many the last event was.
+      !> The side of zero at the end of the last step, 1 or -1; 0: not known. With a period, if it is known, the
+      !> function is from `cell` periods on, up to one more; the last event was at so many periods as `at` says.
       integer :: side = 0
       real(wp) :: cell = 0.0_wp, at = 0.0_wp
       !> The last step ended on the event: the function is zero there, but for so much of its unit, unless a switch has

@@ -1,8 +1,9 @@
 !> The function of an event along a step of the method, its angles followed continuously.
 !>
-!> An angle is known but for whole turns. Its derivative at two places says by how much it changes between them, and that
-!> chooses the turn, if the cubic through both is right at the place in the middle as well, in value and derivative;
-!> where it is not, both halves are followed in turn. So each place with its turns known is an anchor for those beside it.
+!> An angle is known but for whole turns. Its derivative at two places says by how much it changes between them, and
+!> that chooses the turn, if the cubic through both is right at the place in the middle as well, in value and
+!> derivative; where it is not, both halves are followed in turn. So each place with its turns known is an anchor for
+!> those beside it.
 module nutate_step_curve
    use nutate_event, only: CROSSING, most_parts, part_t
    use nutate_event_roots, only: curve_t

@@ -1,6 +1,7 @@
 """Events of scenes: their file, their lines in summary and check, and how they end a run or switch effects."""
 import csv
 import io
+import math
 import os
 import unittest
 
@@ -110,9 +111,73 @@ class Events(CommandLineTest):
 &event when = 'q3', crosses = 0.4, switch = 'field over' /
 """)
         done = self.succeed("run", "swing.nml")
-        self.assertIn("world work", done.stderr)
+        self.assertIn("work of switches", done.stderr)
         for row in self.rows("swing.csv"):
             self.assertLess(abs(float(row["energy_residual"])), 1e-13)
+
+    def test_a_switch_of_a_potential_is_booked_as_work(self):
+        self.write("needle.nml", """&body inertia = 1.0, 1.0, 1.0 /
+&initial angular_velocity = 0.0, 0.0, 3.5 /
+&integrator time_step = 0.1, end_time = 1.0 /
+&output columns = 'energy', 'world_work' /
+&dipole name = 'field', moment = 5.0, 0.0, 0.0, field = 1.0, 0.0, 0.0 /
+&event when = 'q3', crosses = 0.4, switch = 'field off' /
+""")
+        done = self.succeed("run", "needle.nml")
+        event, = self.rows("needle.events.csv")
+        rows = self.rows("needle.csv")
+        # The potential was -3.4 J: cos 2 asin 0.4 of 5.
+        self.assertAlmostEqual(float(event["potential"]), -5 * (1 - 2 * 0.4**2), delta=1e-10)
+        self.assertEqual(float(event["work"]), 0.0)
+        for row in rows:
+            after = float(row["t"]) > float(event["t"])
+            self.assertAlmostEqual(float(row["work"]), 3.4 if after else 0.0, delta=1e-10)
+            self.assertEqual(float(row["world_work"]), 0.0)
+            self.assertLess(abs(float(row["energy_residual"])), 1e-13)
+        self.assertIn("work of switches    3.4 J", done.stderr)
+
+    def test_every_turn_of_a_fast_top(self):
+        """Steps of the series turn the top by fifteen radians."""
+        with open(os.path.join(SCENES, "fast_top.nml"), encoding="utf-8") as file:
+            text = file.read()
+        self.write("top.nml", text + "&event name = 'turn', when = 'psi', crosses = 0.1 /\n"
+                   "&event name = 'two', when = 'psi', crosses = 0.1, modulo = 12.566370614359172, direction = 1 /\n"
+                   "&event name = 'radian', when = 'psi', crosses = 0.0, modulo = 1.0 /\n")
+        self.succeed("run", "top.nml", "--set", "integrator.method='taylor'", "--set", "integrator.accuracy=1e-6")
+        events = self.rows("top.events.csv")
+        # By the shipped steps, a fifth of a radian each, the history follows psi, in every row.
+        self.succeed("run", "top.nml", "--output", "fine.csv")
+        psi = [float(row["psi"]) for row in self.rows("fine.csv")]
+        self.assertTrue(all(abs(b - a) < 0.3 for a, b in zip(psi, psi[1:])))
+        for name, level, period in (("turn", 0.1, 2 * math.pi), ("two", 0.1, 4 * math.pi), ("radian", 0.0, 1.0)):
+            due = math.floor((psi[-1] - level) / period) - math.floor((psi[0] - level) / period)
+            self.assertEqual(sum(row["event"] == name for row in events), due, name)
+        for row in events:
+            if row["event"] == "turn":
+                self.assertAlmostEqual(math.remainder(float(row["psi"]) - 0.1, 2 * math.pi), 0.0, delta=1e-6)
+
+    def test_every_multiple_of_a_modulus(self):
+        self.write("box.nml", BOX.replace("time_step = 0.01, end_time = 10.0", "time_step = 0.1, end_time = 20.0")
+                   + "&event name = 'odd', when = 'omega3', crosses = 0.5, modulo = 2 /\n")
+        self.succeed("run", "box.nml")
+        events = self.rows("box.events.csv")
+        # Omega3 goes from one extreme to the other ten times: each time past -9.5, -7.5, ..., 8.5.
+        self.assertEqual(len(events), 100)
+        for row in events:
+            self.assertAlmostEqual(math.remainder(float(row["omega3"]) - 0.5, 2.0), 0.0, delta=1e-9)
+
+    def test_a_jump_of_the_torque_makes_an_extremum(self):
+        self.write("kick.nml", """&body inertia = 1, 1, 1 /
+&torque body = 1, 0, 0, stop = 1.3 /
+&torque body = -1, 0, 0, start = 1.3 /
+&initial angular_velocity = 0, 0, 0 /
+&integrator time_step = 0.4, end_time = 4 /
+&event name = 'speed', when = 'omega1', extremum = 'maximum' /
+&event name = 'energy', when = 'kinetic', extremum = 'both' /
+""")
+        self.succeed("run", "kick.nml")
+        found = [(row["event"], round(float(row["t"]), 12)) for row in self.rows("kick.events.csv")]
+        self.assertEqual(found, [("speed", 1.3), ("energy", 1.3), ("energy", 2.6)])
 
     def test_switches_without_end(self):
         self.write("chatter.nml", """&body inertia = 1.0, 1.0, 1.0 /

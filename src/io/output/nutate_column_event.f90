@@ -1,7 +1,8 @@
 !> Columns of a history as quantities of events, with their rates in closed form.
 module nutate_column_event
-   use nutate_attitude, only: euler_from_quat, roll_pitch_yaw_from_quat
+   use nutate_attitude, only: roll_pitch_yaw_from_quat
    use nutate_columns, only: column_sets
+   use nutate_euler_column, only: euler_angle, euler_rate
    use nutate_event, only: CROSSING, event_t, most_parts, part_t
    use nutate_hamiltonian, only: potential_energy, world_power
    use nutate_kinds, only: wp, eps, pi
@@ -179,7 +180,7 @@ contains
             v = rotate_to_space(unit(q), momentum)
             x = v(column - AT_L_X + 1)
          case (AT_PHI:AT_PSI)
-            x = angle_of(column, q)
+            x = euler_angle(1 + column - AT_PHI, unit(q))
          case (AT_ROLL:AT_SHADOW)
             x = orbit_value(column, system, motion)
          case (AT_WHEEL:)
@@ -341,7 +342,7 @@ contains
             v = rotate_to_space(unit(q), torque + cross(motion%momentum, carried))
             x = v(column - AT_L_X + 1)
          case (AT_PHI:AT_PSI)
-            x = rate_of_angle(column, q, relative)
+            x = euler_rate(1 + column - AT_PHI, q, relative)
          case (AT_KINETIC)
             x = dot_product(omega, torque) + motion%inner_power
          case (AT_POTENTIAL)
@@ -468,48 +469,5 @@ contains
       real(wp) :: unit(4)
       unit = (1/quat_norm(q))*q
    end function unit
-
-   pure real(wp) function angle_of(column, q) result(x)
-      !> Place in the list.
-      integer, intent(in) :: column
-      real(wp), intent(in) :: q(4)
-      real(wp) :: phi, theta, psi
-      if (column == AT_THETA) then
-         x = 2*atan2(sqrt(q(2)*q(2) + q(3)*q(3)), sqrt(q(1)*q(1) + q(4)*q(4)))
-         return
-      end if
-      call euler_from_quat(unit(q), phi, theta, psi)
-      x = phi
-      if (column == AT_PSI) x = psi
-   end function angle_of
-
-   !> With γ = Rᵀe₃ = (sin θ sin ψ, sin θ cos ψ, cos θ): φ' = (Ω1 sin ψ + Ω2 cos ψ)/sin θ, θ' = Ω1 cos ψ - Ω2 sin ψ,
-   !> ψ' = Ω3 - φ' cos θ; at a pole, where ψ = 0, φ takes all of Ω3.
-   pure real(wp) function rate_of_angle(column, q, omega) result(rate)
-      !> Place in the list.
-      integer, intent(in) :: column
-      real(wp), intent(in) :: q(4), omega(3)
-      real(wp) :: gamma(2), cosine, sine, precession, square
-      square = q(1)*q(1) + q(2)*q(2) + q(3)*q(3) + q(4)*q(4)
-      gamma(1) = 2*(q(2)*q(4) - q(1)*q(3))/square
-      gamma(2) = 2*(q(3)*q(4) + q(1)*q(2))/square
-      cosine = ((q(1)*q(1) + q(4)*q(4)) - (q(2)*q(2) + q(3)*q(3)))/square
-      sine = sqrt(gamma(1)*gamma(1) + gamma(2)*gamma(2))
-      precession = sign(omega(3), omega(3)*cosine)
-      if (sine > 4*eps) then
-         gamma = gamma/sine
-         precession = (omega(1)*gamma(1) + omega(2)*gamma(2))/sine
-      else
-         gamma = [0.0_wp, 1.0_wp]
-      end if
-      select case (column)
-      case (AT_PHI)
-         rate = precession
-      case (AT_THETA)
-         rate = omega(1)*gamma(2) - omega(2)*gamma(1)
-      case default
-         rate = omega(3) - precession*cosine
-      end select
-   end function rate_of_angle
 
 end module nutate_column_event
