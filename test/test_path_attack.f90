@@ -241,8 +241,8 @@ contains
       end do
    end subroutine compare_levels
 
-   !> About a place from which the path turns back there is one extremum, no lower than its neighbours; elsewhere there
-   !> is none, or there are two.
+   !> About a place from which the path turns back there is one extremum, as far out as its neighbours; elsewhere there
+   !> is none, unless the path turns back twice between two places.
    subroutine compare_extremes(item, at, values, tally)
       type(path_case_t), intent(in) :: item
       real(wp), intent(in) :: at(:), values(:)
@@ -282,8 +282,30 @@ contains
       end do
       do i = 1, size(at)
          if (belongs(i)) cycle
-         if (mod(count(abs(at - at(i)) < 1.0_wp .and. .not. belongs), 2) == 1) tally%made_up = tally%made_up + 1
+         if (.not. turns_back(item, at(i), values(i))) tally%made_up = tally%made_up + 1
       end do
    end subroutine compare_extremes
+
+   !> True if the path turns back at an event that lies between two places, about which it is not seen to do so: nearby,
+   !> on both sides, it is on one side of its value there.
+   logical function turns_back(item, at, value) result(turns)
+      type(path_case_t), intent(in) :: item
+      real(wp), intent(in) :: at, value
+      type(path_case_t), allocatable :: twin
+      real(wp) :: part, times(2), values(2), distance
+      integer :: k
+      part = at/places
+      k = min(int(part), item%parts - 1)
+      distance = min(0.2_wp/places, 0.2_wp*abs(part - nint(part)))
+      associate (first => item%bounds(k), length => item%bounds(k + 1) - item%bounds(k))
+         times = first + length*((part - k) + [-distance, distance])
+      end associate
+      allocate (twin, source=item)
+      call walk(twin, times, values, turns)
+      values = values - value
+      turns = turns .and. values(1)*values(2) > 0.0_wp
+      if (item%event%kind == MAXIMUM) turns = turns .and. values(1) < 0.0_wp
+      if (item%event%kind == MINIMUM) turns = turns .and. values(1) > 0.0_wp
+   end function turns_back
 
 end module test_path_attack
