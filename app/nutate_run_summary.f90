@@ -130,7 +130,8 @@ contains
       end do
       if (run%events%stopped) call page%item('end', 'by an event, at t = '//rounded_text(run%state%t, 15)//' s')
       if (abs(run%summary%world_work) > 0.0_wp) &
-         call page%item('work of switches', rounded_text(run%summary%world_work)//' J by potentials switched on and off')
+         call page%item('work of switches', rounded_text(run%summary%world_work)// &
+                        ' J by potentials switched on and off')
       if (watcher%events%wanted) call page%item('events', plural(watcher%events%rows, 'row')//' in '// &
                                                 printable_path(watcher%events%file%name))
    end subroutine add_events

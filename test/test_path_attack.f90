@@ -52,7 +52,7 @@ contains
       call attack_paths(1, 1, n, tally)
       call check(error, tally%missed + tally%made_up + tally%broken == 0, verdict(1, tally))
       if (allocated(error)) return
-      call check(error, 3*tally%cases > n .and. tally%expected > 2*tally%cases, 'few: '//verdict(1, tally))
+      call check(error, 3*tally%cases > n .and. tally%expected > tally%cases, 'few: '//verdict(1, tally))
    end subroutine nothing_is_missed
 
    !> Says what came out of cases 1 to n; of case n alone with `alone`.
