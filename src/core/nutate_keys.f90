@@ -158,8 +158,10 @@ contains
       class(group_t), intent(in) :: self
       character(len=*), intent(in) :: name
       find = 0
-      if (.not. allocated(self%settings)) return
+      if (.not. allocated(self%settings) .or. len(name) == 0) return
       do find = size(self%settings), 1, -1
+         ! Most names differ in their first letter: members of ensembles ask for many.
+         if (self%settings(find)%name(1:1) /= name(1:1)) cycle
          if (self%settings(find)%name == name) return
       end do
    end function find

@@ -2,13 +2,11 @@
 module nutate_member
    use nutate_admissible, only: admits
    use nutate_ensemble_plan, only: ensemble_plan_t, target_t
-   use nutate_hamiltonian, only: make_state
    use nutate_keys, only: setting_t, KEY_INTEGER
    use nutate_kinds, only: wp, long
    use nutate_sampling, only: draw_values
-   use nutate_scene, only: rebuild_scene, scene_t
+   use nutate_scene, only: changed_part, rebuild_scene, scene_t
    use nutate_scene_error, only: scene_error_t
-   use nutate_scene_initial, only: build_initial, check_initial
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
    implicit none
    private
@@ -24,10 +22,8 @@ module nutate_member
       type(scene_t) :: scene
       !> The numbers in which it differs; shape (targets).
       real(wp), allocatable :: values(:)
-      !> Places of `&initial` and `&integrator` among the groups.
-      integer, private :: initial = 0, integrator = 0
-      !> Nothing but the start differs.
-      logical, private :: only_start = .false.
+      !> What is built again for each member.
+      integer, private :: part = 0
       !> Targets, each the first of its key, and the values of that key.
       integer, allocatable, private :: keys(:)
    contains
@@ -49,9 +45,7 @@ contains
       self%scene%groups = scene%ensemble%groups
       associate (targets => scene%ensemble%targets)
          allocate (self%values(size(targets)))
-         self%initial = findloc(self%scene%groups%name == 'initial', .true., dim=1)
-         self%integrator = findloc(self%scene%groups%name == 'integrator', .true., dim=1)
-         self%only_start = all(targets%group == self%initial)
+         self%part = changed_part(scene%ensemble%groups, [(any(targets%group == i), i=1, size(scene%ensemble%groups))])
          self%keys = pack([(i, i=1, size(targets))], [(is_first(targets, i), i=1, size(targets))])
       end associate
    end subroutine prepare
@@ -95,7 +89,7 @@ contains
             call check_numbers(target, self%scene%groups(target%group)%settings(target%setting), error)
          end associate
       end do
-      if (.not. error%raised) call build(self, error)
+      if (.not. error%raised) call rebuild_scene(self%scene, self%part, error)
       if (.not. error%raised) return
       if (error%code == NUTATE_BAD_ARGUMENT) error%code = NUTATE_BAD_SCENE
       status = fail(error%code, error%text)
@@ -123,23 +117,5 @@ contains
          call error%raise(setting%line, trim(key%name)//' '//key%fault_of_all(numbers))
       end associate
    end subroutine check_numbers
-
-   !> Builds what the numbers change.
-   subroutine build(self, error)
-      class(member_t), intent(inout) :: self
-      type(scene_error_t), intent(inout) :: error
-      real(wp) :: q(4), omega(3)
-      if (.not. self%only_start) then
-         call rebuild_scene(self%scene, error)
-         return
-      end if
-      associate (scene => self%scene)
-         call build_initial(scene%groups(self%initial), scene%system%effects, q, omega, error)
-         if (error%raised) return
-         scene%initial = make_state(scene%system, q, omega)
-         call check_initial(scene%system, scene%initial, scene%plan, scene%groups(self%initial), &
-                            scene%groups(self%integrator), error)
-      end associate
-   end subroutine build
 
 end module nutate_member

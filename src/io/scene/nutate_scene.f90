@@ -9,18 +9,18 @@ module nutate_scene
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_event_tracker, only: event_list_t
-   use nutate_keys, only: group_t, group_kind_t
+   use nutate_keys, only: group_t, group_kind_t, name_length
    use nutate_hamiltonian, only: make_state
    use nutate_kinds, only: wp
    use nutate_printable, only: printable_path
    use nutate_run_plan, only: run_plan_t
-   use nutate_scene_body, only: body_keys, build_body
+   use nutate_scene_body, only: body_keys, build_body, rebuild_body
    use nutate_scene_check, only: check_complete, read_groups
    use nutate_scene_effects, only: add_effect_kinds, build_effects
    use nutate_scene_ensemble, only: build_ensemble, ensemble_keys
    use nutate_scene_error, only: scene_error_t, error_line
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
-   use nutate_scene_initial, only: initial_keys, build_initial, check_initial
+   use nutate_scene_initial, only: initial_keys, build_initial, rebuild_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
    use nutate_scene_override, only: apply_override
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
@@ -35,7 +35,13 @@ module nutate_scene
    implicit none
    private
 
-   public :: scene_t, output_settings_t, read_scene, parse_scene, rebuild_scene, scene_kinds
+   public :: scene_t, output_settings_t, read_scene, parse_scene, changed_part, rebuild_scene, scene_kinds
+
+   !> Groups that are no effects.
+   character(len=name_length), parameter :: fixed_parts(8) = [character(len=name_length) :: &
+      'scene', 'body', 'initial', 'integrator', 'output', 'event', 'ensemble', 'vary']
+   !> Parts of a scene, each with those before it: its start, its body without effects, body and effects, the whole.
+   integer, parameter :: ITS_START = 1, ITS_BODY = 2, ITS_MOTION = 3, ALL_OF_IT = 4
 
    !> A scene, checked and built: all that a run needs.
    type :: scene_t
@@ -130,25 +136,18 @@ contains
    !> Every group that a scene can have, with its keys.
    function scene_kinds() result(kinds)
       type(group_kind_t), allocatable :: kinds(:)
-      integer, parameter :: parts = 8
+      integer, parameter :: parts = size(fixed_parts)
 
       call add_effect_kinds(parts, kinds)
-      kinds(1)%name = 'scene'
+      kinds(1:parts)%name = fixed_parts
       kinds(1)%keys = title_keys
-      kinds(2)%name = 'body'
       kinds(2)%keys = body_keys()
-      kinds(3)%name = 'initial'
       kinds(3)%keys = initial_keys
-      kinds(4)%name = 'integrator'
       kinds(4)%keys = integrator_keys()
-      kinds(5)%name = 'output'
       kinds(5)%keys = output_keys()
-      kinds(6)%name = 'event'
       kinds(6)%keys = event_keys()
       kinds(6)%repeatable = .true.
-      kinds(7)%name = 'ensemble'
       kinds(7)%keys = ensemble_keys()
-      kinds(8)%name = 'vary'
       kinds(8)%keys = vary_keys()
       kinds(8)%repeatable = .true.
       kinds(2:4)%required = .true.
@@ -184,55 +183,136 @@ contains
       type(scene_t), intent(inout) :: scene
       type(scene_error_t), intent(inout) :: error
       type(group_t) :: group
-      real(wp) :: q(4), omega(3)
 
       scene%file = path
       scene%name = scene_name(path)
       group = first_group(scene%groups, 'scene')
       scene%title = group%text('title', scene%name)
-      call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
+      call build_motion(scene, error)
       if (error%raised) return
-      call build_effects(scene%groups, scene%system, error, path(1:index(path, '/', back=.true.)))
+      call build_integrator(first_group(scene%groups, 'integrator'), scene%integrator, scene%plan, error)
       if (error%raised) return
-      call build_initial(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
+      call check_motion_with_steps(scene, error)
       if (error%raised) return
-      scene%initial = make_state(scene%system, q, omega)
-      group = first_group(scene%groups, 'integrator')
-      call build_integrator(group, scene%integrator, scene%plan, error)
-      if (error%raised) return
-      call check_control(scene%system%effects, scene%plan, group, error)
-      if (error%raised) return
-      if (scene%integrator%method == 'exact') call check_free(scene%system%effects, group, error)
-      call check_initial(scene%system, scene%initial, scene%plan, first_group(scene%groups, 'initial'), group, error)
       call read_times(scene%groups, path, error)
       call build_output(first_group(scene%groups, 'output'), scene%name, path, scene%plan, scene%output, error)
       if (error%raised) return
       call check_columns(first_group(scene%groups, 'output'), scene%output%columns, scene%system%effects, error)
       call build_events(scene%groups, scene%system%effects, scene%plan%goal%accuracy, scene%events, error)
-      if (error%raised) return
-      ! An accuracy is one of the attitude.
-      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
-                                  need_attitude(scene%output%columns) .or. events_need_attitude(scene%groups)
+      if (.not. error%raised) call find_need_of_attitude(scene)
    end subroutine build_scene
 
-   !> Builds a scene again after numbers of its groups have changed.
-   subroutine rebuild_scene(scene, error)
-      !> Read; its files are not read again.
+   !> What moves, and how it starts.
+   subroutine build_motion(scene, error)
       type(scene_t), intent(inout) :: scene
       type(scene_error_t), intent(inout) :: error
+      real(wp) :: q(4), omega(3)
+      call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
+      if (error%raised) return
+      call build_effects(scene%groups, scene%system, error, scene%file(1:index(scene%file, '/', back=.true.)))
+      if (error%raised) return
+      call build_initial(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
+      if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)
+   end subroutine build_motion
+
+   !> Raises an error for what moves, or how it starts, where method, steps or goal do not admit it.
+   subroutine check_motion_with_steps(scene, error)
+      type(scene_t), intent(in) :: scene
+      type(scene_error_t), intent(inout) :: error
+      associate (groups => scene%groups, effects => scene%system%effects)
+         associate (integrator => groups(place_of(groups, 'integrator')))
+            call check_control(effects, scene%plan, integrator, error)
+            if (error%raised) return
+            if (scene%integrator%method == 'exact') call check_free(effects, integrator, error)
+            call check_initial(scene%system, scene%initial, scene%plan, groups(place_of(groups, 'initial')), &
+                               integrator, error)
+         end associate
+      end associate
+   end subroutine check_motion_with_steps
+
+   !> Whether the attitude is to be integrated. An accuracy is one of the attitude.
+   subroutine find_need_of_attitude(scene)
+      type(scene_t), intent(inout) :: scene
+      scene%integrator%attitude = scene%system%effects%needs_attitude() .or. scene%plan%goal%accuracy > 0.0_wp .or. &
+                                  need_attitude(scene%output%columns) .or. events_need_attitude(scene%groups)
+   end subroutine find_need_of_attitude
+
+   !> What has to be built again where numbers of some groups change: one of `ITS_START`, ...
+   pure integer function changed_part(groups, changed) result(part)
+      type(group_t), intent(in) :: groups(:)
+      !> Numbers of the group change; shape (groups).
+      logical, intent(in) :: changed(:)
+      character(len=name_length), parameter :: steps_and_rows(3) = [character(len=name_length) :: &
+                                                                    'integrator', 'output', 'event']
+      integer :: i
+      logical :: is_free
+      is_free = .true.
+      part = ITS_START
+      do i = 1, size(groups)
+         if (all(groups(i)%name /= fixed_parts)) is_free = .false.
+         if (.not. changed(i) .or. groups(i)%name == 'initial') cycle
+         part = max(part, ITS_BODY)
+         if (groups(i)%name /= 'body') part = max(part, ITS_MOTION)
+         if (any(groups(i)%name == steps_and_rows)) part = ALL_OF_IT
+      end do
+      if (part == ITS_BODY .and. .not. is_free) part = ITS_MOTION
+   end function changed_part
+
+   !> Builds a scene again after numbers of its groups have changed.
+   subroutine rebuild_scene(scene, part, error)
+      !> Read; its files are not read again.
+      type(scene_t), intent(inout) :: scene
+      !> Its `changed_part`.
+      integer, intent(in) :: part
+      type(scene_error_t), intent(inout) :: error
       character(len=:), allocatable :: path
-      path = scene%file
-      call forget(scene%system, scene%events, scene%plan, scene%output)
-      call build_scene(path, scene, error)
+      select case (part)
+      case (ALL_OF_IT)
+         path = scene%file
+         call forget_system(scene%system)
+         call forget_run(scene%events, scene%plan, scene%output)
+         call build_scene(path, scene, error)
+      case (ITS_MOTION)
+         call forget_system(scene%system)
+         call build_motion(scene, error)
+         if (.not. error%raised) call check_motion_with_steps(scene, error)
+         if (.not. error%raised) call find_need_of_attitude(scene)
+      case default
+         call rebuild_free_motion(scene, part, error)
+      end select
    end subroutine rebuild_scene
 
+   !> Builds the start again, and the body, on which no effects act.
+   subroutine rebuild_free_motion(scene, part, error)
+      type(scene_t), intent(inout) :: scene
+      !> `ITS_START` or `ITS_BODY`.
+      integer, intent(in) :: part
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: q(4), omega(3)
+      associate (groups => scene%groups)
+         if (part == ITS_BODY) &
+            call rebuild_body(groups(place_of(groups, 'body')), scene%shape, scene%system%body, error)
+         if (error%raised) return
+         associate (initial => groups(place_of(groups, 'initial')))
+            call rebuild_initial(initial, scene%system%effects, q, omega, error)
+            if (error%raised) return
+            scene%initial = make_state(scene%system, q, omega)
+            call check_initial(scene%system, scene%initial, scene%plan, initial, &
+                               groups(place_of(groups, 'integrator')), error)
+         end associate
+      end associate
+   end subroutine rebuild_free_motion
+
    !> Leaves nothing of what was built.
-   subroutine forget(system, events, plan, output)
+   subroutine forget_system(system)
       type(system_t), intent(out) :: system
+   end subroutine forget_system
+
+   subroutine forget_run(events, plan, output)
       type(event_list_t), intent(out) :: events
       type(run_plan_t), intent(out) :: plan
       type(output_settings_t), intent(out) :: output
-   end subroutine forget
+   end subroutine forget_run
 
    !> Raises an error for columns of a wheel or an orbit that there is not.
    subroutine check_columns(group, names, effects, error)
@@ -265,12 +345,18 @@ contains
       character(len=*), intent(in) :: name
       type(group_t) :: group
       integer :: i
-      do i = 1, size(groups)
-         if (groups(i)%name == name) then
-            group = groups(i)
-            return
-         end if
-      end do
+      i = place_of(groups, name)
+      if (i > 0) group = groups(i)
    end function first_group
+
+   !> Where the first group of a name stands; 0 where there is none.
+   pure integer function place_of(groups, name) result(i)
+      type(group_t), intent(in) :: groups(:)
+      character(len=*), intent(in) :: name
+      do i = 1, size(groups)
+         if (groups(i)%name == name) return
+      end do
+      i = 0
+   end function place_of
 
 end module nutate_scene

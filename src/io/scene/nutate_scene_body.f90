@@ -11,7 +11,7 @@ module nutate_scene_body
    implicit none
    private
 
-   public :: body_keys, build_body
+   public :: body_keys, build_body, rebuild_body
 
 contains
 
@@ -38,18 +38,26 @@ contains
       !> Name of the shape; blank where the inertia is given.
       character(len=:), allocatable, intent(out) :: shape
       type(scene_error_t), intent(inout) :: error
-      type(status_t) :: status
-
       shape = trim(group%text('shape', ''))
       call check_keys(group, error)
-      if (error%raised) return
-      if (group%has('shape')) then
+      if (.not. error%raised) call rebuild_body(group, shape, body, error)
+   end subroutine build_body
+
+   !> The body of a group whose keys have been checked.
+   subroutine rebuild_body(group, shape, body, error)
+      type(group_t), intent(in) :: group
+      !> Blank where the inertia is given.
+      character(len=*), intent(in) :: shape
+      type(body_t), intent(out) :: body
+      type(scene_error_t), intent(inout) :: error
+      type(status_t) :: status
+      if (shape /= '') then
          call build_shape(group, shape, body, status)
       else
          call build_inertia(group, body, status)
       end if
       if (.not. status%ok()) call error%take(line_at_fault(group, trim(status%subject)), status)
-   end subroutine build_body
+   end subroutine rebuild_body
 
    !> Keys that exclude or need each other.
    subroutine check_keys(group, error)

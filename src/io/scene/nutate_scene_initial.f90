@@ -17,7 +17,7 @@ module nutate_scene_initial
    implicit none
    private
 
-   public :: initial_keys, build_initial, check_initial
+   public :: initial_keys, build_initial, rebuild_initial, check_initial
 
    !> Keys of the scene group `&initial`.
    type(key_t), parameter :: initial_keys(11) = [ &
@@ -45,13 +45,22 @@ contains
       !> Ω, body axes, rad/s; shape (3).
       real(wp), intent(out) :: omega(3)
       type(scene_error_t), intent(inout) :: error
-      real(wp) :: unit
-
-      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      q = 0.0_wp
       omega = 0.0_wp
       call check_keys(group, error)
       call check_references(group, effects, error)
-      if (error%raised) return
+      if (.not. error%raised) call rebuild_initial(group, effects, q, omega, error)
+   end subroutine build_initial
+
+   !> The same of a group whose keys have been checked.
+   subroutine rebuild_initial(group, effects, q, omega, error)
+      type(group_t), intent(in) :: group
+      type(effect_list_t), intent(in) :: effects
+      real(wp), intent(out) :: q(4), omega(3)
+      type(scene_error_t), intent(inout) :: error
+      real(wp) :: unit
+      q = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      omega = 0.0_wp
       unit = 1.0_wp
       if (group%flag('degrees', .false.)) unit = pi/180
       call build_attitude(group, unit, q, error)
@@ -66,7 +75,7 @@ contains
       case default
          ! Against the stars, as Ω is.
       end select
-   end subroutine build_initial
+   end subroutine rebuild_initial
 
    !> Raises an error for what is given against axes that there are not.
    subroutine check_references(group, effects, error)
