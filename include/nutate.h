@@ -430,8 +430,8 @@ int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints
 int nutate_stepper_conserved(const nutate_stepper *stepper, int *components, double *axis);
 
 /* What the last nutate_stepper_run_to with accuracy came to; zeros where there was none.
- *   <==  error  [2]: a bound on the error of the attitude at its end, rad, and the part of it that round-off makes whatever
- *               the steps. The accuracy is out of reach where the first is above it. */
+ *   <==  error  [2]: an estimate of the error of the attitude at its end, rad, and the part of it that round-off makes
+ *               whatever the steps. The accuracy is out of reach where the first is above it. */
 int nutate_stepper_accuracy(const nutate_stepper *stepper, double error[2]);
 
 /* The last step.

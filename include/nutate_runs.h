@@ -20,6 +20,11 @@ extern "C" {
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
 
+/* What a run with accuracy came to; zeros for any other. Out of reach: error[0] > accuracy.
+ *   <==  error     [2]: an estimate of the attitude error at its end, rad, and the part of it that is round-off; or NULL
+ *   <==  accuracy  what was asked for, rad; or NULL */
+int nutate_history_accuracy(const nutate_history *history, double error[2], double *accuracy);
+
 /* What is in force, once a method is chosen: prepares it.
  *   ==>  key     method, choice (why it was chosen; empty where it was named), linear_solver, order, series_order (0: as the
  *                tolerance asks for), conserve, time_step, accuracy, or local_tolerance: with an accuracy that which pilot

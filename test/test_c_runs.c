@@ -31,7 +31,7 @@ int test_c_run_histories(void)
     static const char *const ways[3][2] = {
         {"time_step", "0.01"}, {"accuracy", "1e-6"}, {"local_tolerance", "1e-6"}};
     static const double times[4] = {0.0, 0.123, 0.5, 1.0};
-    double rows[2000], kept[2000], t[4];
+    double rows[2000], kept[2000], t[4], error[2], asked[2], accuracy;
     nutate_stepper *a = NULL, *b = NULL;
     nutate_history *history = NULL;
     size_t n, m, width;
@@ -51,6 +51,10 @@ int test_c_run_histories(void)
         EXPECT(NUTATE_OK, nutate_history_values(history, kept, 2000));
         CHECK(!memcmp(rows, kept, n * width * sizeof(double)));
         CHECK(same_state(a, b));
+        EXPECT(NUTATE_OK, nutate_history_accuracy(history, error, &accuracy));
+        EXPECT(NUTATE_OK, nutate_stepper_accuracy(b, asked));
+        CHECK(accuracy == (way == 0 ? 0.0 : 1e-6) && !memcmp(error, asked, sizeof error));
+        EXPECT(NUTATE_OK, nutate_history_accuracy(history, NULL, NULL));
         EXPECT(NUTATE_OK, nutate_history_destroy(&history));
         EXPECT(NUTATE_OK, nutate_stepper_set_state(b, 0.0, one, vector));
         EXPECT(NUTATE_OK, nutate_stepper_run_history(b, 1.0, 1, 0.0, times, 4, &history));

@@ -24,11 +24,11 @@ or many members of a scene that differ in some of its numbers:
 
 SI units, radians. Quaternions have their scalar first and take body components to space components; a Rotation of SciPy may
 stand for one. Every failure is a `NutateError`, and a ValueError or an OSError where that fits, but for what a callback
-raised, which comes out as it was. Scenes, systems and steppers own memory of the library, which `with` or `close` frees at a
+raised, which comes out as it was. A run that misses its accuracy warns (`NutateAccuracyWarning`). Scenes, systems and steppers own memory of the library, which `with` or `close` frees at a
 time of your choice. All of them can be copied and pickled.
 """
 
-from ._library import NutateError, NutateOSError, NutateValueError, version
+from ._library import NutateAccuracyWarning, NutateError, NutateOSError, NutateValueError, version
 from .attitudes import (attitude_distance, axis_angle_from_quat, euler_from_quat, exact_free_body, follow_euler,
                         matrix_from_quat, omega_from_euler_rates, quat_from_axis_angle, quat_from_euler, quat_from_matrix,
                         quat_from_rotation_vector, quat_normalized, quat_product, rotate_to_body, rotate_to_space,
@@ -45,7 +45,7 @@ from .tables import to_pandas, to_xarray
 
 __version__ = version()
 
-__all__ = ["Event", "History", "Motion", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Solution", "Stepper",
+__all__ = ["Event", "History", "Motion", "NutateAccuracyWarning", "NutateError", "NutateOSError", "NutateValueError", "Page", "Scene", "Solution", "Stepper",
            "System", "Wheel", "attitude_distance",
            "axis_angle_from_quat", "euler_from_quat", "exact_free_body", "follow_euler", "matrix_from_quat",
            "omega_from_euler_rates", "quat_from_axis_angle", "quat_from_euler", "quat_from_matrix",

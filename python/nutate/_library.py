@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import copy
 import ctypes
-import contextlib
 import importlib
 import os
 import signal
 import sys
 import threading
-from typing import Any, Callable, Optional, Sequence, Union
+import warnings
+from typing import Any, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +17,8 @@ import numpy.typing as npt
 SONAME = "libnutate.so.0"
 # The name in a package that pip built, which has no version in it.
 BUNDLED = "libnutate.so"
-MESSAGE_SIZE = 1024
+# A message can name a path, and all the columns or keys that there are.
+MESSAGE_SIZE = 8192
 
 Handle = ctypes.c_void_p
 HandlePointer = ctypes.POINTER(ctypes.c_void_p)
@@ -30,10 +30,12 @@ Int = ctypes.c_int
 Long = ctypes.c_int64
 Double = ctypes.c_double
 
-PotentialCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles, Doubles)
-HessianCallback = ctypes.CFUNCTYPE(Int, Doubles, ctypes.c_void_p, Doubles)
-PollCallback = ctypes.CFUNCTYPE(Int, ctypes.c_void_p)
-TorqueCallback = ctypes.CFUNCTYPE(Int, Double, Doubles, Doubles, ctypes.c_void_p, Doubles)
+# Addresses for arrays: ctypes would make an object of each pointer in each call.
+Address = ctypes.c_void_p
+PotentialCallback = ctypes.CFUNCTYPE(Int, Address, Address, Address, Address)
+HessianCallback = ctypes.CFUNCTYPE(Int, Address, Address, Address)
+PollCallback = ctypes.CFUNCTYPE(Int, Address)
+TorqueCallback = ctypes.CFUNCTYPE(Int, Double, Address, Address, Address, Address)
 QuantityCallback = TorqueCallback
 
 Array = npt.NDArray[np.float64]
@@ -81,6 +83,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_history_name": (Handle, Size, Text, Size),
     "nutate_history_values": (Handle, Doubles, Size),
     "nutate_history_unproved": (Handle, ctypes.POINTER(Long)),
+    "nutate_history_accuracy": (Handle, Doubles, Doubles),
     "nutate_history_event_count": (Handle, Sizes),
     "nutate_history_event": (Handle, Size, Text, Size, ctypes.POINTER(Long), Doubles, Doubles, Doubles),
     "nutate_history_destroy": (HandlePointer,),
@@ -88,6 +91,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_stepper_create_scene": (Handle, HandlePointer, Text, Size),
     "nutate_stepper_destroy": (HandlePointer,),
     "nutate_stepper_set": (Handle, Text, Text),
+    "nutate_stepper_set_time_step": (Handle, Double),
     "nutate_stepper_set_state": (Handle, Double, Doubles, Doubles),
     "nutate_stepper_set_canonical": (Handle, Double, Doubles, Doubles),
     "nutate_stepper_prepare": (Handle,),
@@ -152,7 +156,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_attitude_distance": (Doubles, Doubles, Doubles),
     "nutate_exact_free_body": (Handle, Doubles, Doubles, Size, Doubles, Doubles, Doubles),
 }
-NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCENE, IO, STEP_LIMIT = range(1, 10)
+NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, BAD_ARGUMENT, BAD_BODY, BAD_SCENE, IO, STEP_LIMIT, BAD_HANDLE = range(1, 11)
 
 
 class NutateError(Exception):
@@ -179,6 +183,18 @@ class NutateValueError(NutateError, ValueError):
 
 class NutateOSError(NutateError, OSError):
     """A NutateError for a file that cannot be read or written."""
+
+
+class NutateAccuracyWarning(UserWarning):
+    """A run went to its end, but round-off or the growth of errors keeps the accuracy that was asked for out of reach."""
+
+
+def warn(message: str) -> None:
+    """Warns of an accuracy; the line that is shown is the one that called the package."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_globals.get("__package__") == __package__:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, NutateAccuracyWarning, stacklevel=level)
 
 
 def refusal(message: str) -> NutateValueError:
@@ -347,152 +363,3 @@ def raise_interrupt() -> None:
     noted.clear()
     for number, frame in signals[:1]:
         handlers[0](number, frame)
-
-
-class Owner:
-    """Something with a handle that is freed with it, and with callbacks that must live as long."""
-
-    destroy = ""
-
-    def __init__(self, handle: ctypes.c_void_p, callbacks: Optional[Callbacks] = None) -> None:
-        self._handle = handle
-        self._callbacks = callbacks if callbacks is not None else Callbacks()
-
-    def close(self) -> None:
-        """Frees what the library holds for it; a `with` block does so at its end, and Python when nothing refers to it."""
-        handle = getattr(self, "_handle", None)
-        if handle:
-            getattr(library, self.destroy)(ctypes.byref(handle))
-
-    def __enter__(self) -> Any:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
-    def __del__(self) -> None:
-        self.close()
-
-    def __reduce_ex__(self, protocol: Any) -> Any:
-        # A copy would share the handle, and free it under the original.
-        raise TypeError(f"a {type(self).__name__} cannot be copied or pickled: make another one")
-
-    def _call(self, name: str, *arguments: Any) -> None:
-        """Calls a function of this handle; raises what a callback raised, or NutateError."""
-        function = getattr(library, name)
-        if self._callbacks:
-            self._conclude(interruptible(function, self._handle, *arguments))
-            return
-        status = function(self._handle, *arguments)
-        if status:
-            check(status, text_of(library.nutate_last_message, self._handle))
-
-    def _conclude(self, status: int, history: Optional[dict[str, Array]] = None, message: Optional[str] = None) -> None:
-        """Raises what interrupted a call, what a callback raised in it, or NutateError, with the rows so far."""
-        try:
-            raise_interrupt()
-            if status:
-                self._callbacks.raise_again()
-                check(status, text_of(library.nutate_last_message, self._handle) if message is None else message)
-        except BaseException as error:
-            if history is not None:
-                with contextlib.suppress(AttributeError):
-                    error.history = history  # type: ignore[attr-defined]
-            raise
-
-    def _read(self, name: str, *shape: int) -> Array:
-        """The numbers that a function of this handle writes."""
-        values = np.empty(shape)
-        self._call(name, pointer(values))
-        return values
-
-
-class Recipe(Owner):
-    """An owner that knows how it was made, so that it can be made again: by copy, and by pickle as far as its callbacks can be
-    pickled."""
-
-    _given: tuple[tuple[Any, ...], dict[str, Any]]
-    _additions: list[tuple[str, tuple[Any, ...]]]
-
-    def _note(self, *arguments: Any, **keys: Any) -> None:
-        """Notes what the constructor was given."""
-        self._given = (copy.deepcopy(arguments), copy.deepcopy(keys))
-        self._additions = []
-
-    def _add(self, name: str, *arguments: Any) -> None:
-        """Notes a method that has been called."""
-        self._additions.append((name, arguments))
-
-    def __reduce_ex__(self, protocol: Any) -> Any:
-        return make_again, (type(self), self._given, tuple(self._additions))
-
-
-def make_again(kind: Any, given: tuple[tuple[Any, ...], dict[str, Any]], additions: tuple[Any, ...]) -> Any:
-    """An owner made as another one was."""
-    made = kind(*given[0], **given[1])
-    for name, arguments in additions:
-        getattr(made, name)(*arguments)
-    return made
-
-
-class Callbacks:
-    """Functions that the library calls: kept alive here, with what one of them raised in the present thread."""
-
-    def __init__(self) -> None:
-        self._kept: list[Any] = []
-        self._raised = threading.local()
-
-    def __bool__(self) -> bool:
-        return bool(self._kept)
-
-    def raise_again(self) -> None:
-        """Raises what a callback raised since the last call, if one did."""
-        error = getattr(self._raised, "error", None)
-        self._raised.error = None
-        if error is not None:
-            raise error
-
-    def _guard(self, kind: Any, evaluate: Callable[..., None]) -> Any:
-        """A callback of C that returns 1 where `evaluate` raises."""
-
-        def call(*arguments: Any) -> int:
-            try:
-                evaluate(*arguments)
-                return 0
-            except BaseException as error:
-                self._raised.error = error
-                return 1
-
-        guarded = kind(call)
-        self._kept.append(guarded)
-        return guarded
-
-    def torque(self, function: Callable[..., npt.ArrayLike]) -> Any:
-        """tau = function(t, q, omega)"""
-
-        def evaluate(t: float, q: Any, omega: Any, _: Any, tau: Any) -> None:
-            value = function(t, np.ctypeslib.as_array(q, (4,)).copy(), np.ctypeslib.as_array(omega, (3,)).copy())
-            np.ctypeslib.as_array(tau, (3,))[:] = vector(value, 3, "the torque")
-
-        return self._guard(TorqueCallback, evaluate)
-
-    def potential(self, function: Callable[..., Any]) -> Any:
-        """energy, gradient = function(gamma)"""
-
-        def evaluate(gamma: Any, _: Any, energy: Any, gradient: Any) -> None:
-            value, slope = function(np.ctypeslib.as_array(gamma, (3,)).copy())
-            energy[0] = value
-            np.ctypeslib.as_array(gradient, (3,))[:] = vector(slope, 3, "the gradient")
-
-        return self._guard(PotentialCallback, evaluate)
-
-    def hessian(self, function: Optional[Callable[..., npt.ArrayLike]]) -> Any:
-        """hessian = function(gamma), or None"""
-        if function is None:
-            return HessianCallback()
-
-        def evaluate(gamma: Any, _: Any, hessian: Any) -> None:
-            value = np.ascontiguousarray(function(np.ctypeslib.as_array(gamma, (3,)).copy()), dtype=np.float64)
-            np.ctypeslib.as_array(hessian, (9,))[:] = vector(value.reshape(-1), 9, "the hessian")
-
-        return self._guard(HessianCallback, evaluate)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Callable, NamedTuple, Optional, Sequence, Union
+from typing import Any, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
-from ._library import Array, Callbacks, QuantityCallback, check, library, pointer, refusal
+from ._library import Array, check, library, pointer, warn
 
 NAME_SIZE = 32
 
@@ -28,13 +28,34 @@ class Event(NamedTuple):
 
 
 class History(dict):  # type: ignore[type-arg]
-    """The rows of a run: a dictionary of arrays, one for each column. `events` lists the events that the run found."""
+    """The rows of a run: a dictionary of arrays, one for each column. `events` lists the events that the run found.
+
+    Of a run with an accuracy, `estimated_error` is an estimate of the error of the attitude at its end, rad, `round_off` the part of
+    it that round-off makes whatever the steps, and `accuracy_reached` says if the estimate is at most the accuracy; they are None of
+    other runs."""
 
     events: list[Event]
+    estimated_error: Optional[float] = None
+    round_off: Optional[float] = None
+    accuracy_reached: Optional[bool] = None
 
     def __init__(self, columns: dict[str, Array], events: list[Event]) -> None:
         super().__init__(columns)
         self.events = events
+
+    def _take_accuracy(self, handle: Any) -> None:
+        """Takes what a history of the library came to."""
+        error, accuracy = np.empty(2), ctypes.c_double()
+        check(library.nutate_history_accuracy(handle, pointer(error), ctypes.byref(accuracy)))
+        if accuracy.value > 0:
+            self.estimated_error, self.round_off = (float(number) for number in error)
+            self.accuracy_reached = self.estimated_error <= accuracy.value
+
+    def _warn(self) -> None:
+        """Warns where the accuracy was out of reach."""
+        if self.accuracy_reached is False:
+            warn(f"the accuracy is out of reach: estimated error {self.estimated_error:.1e} rad, {self.round_off:.1e} rad by round-off "
+                 "(expected a larger accuracy, or a shorter run)")
 
 
 def event_group(name: Optional[str], when: Union[str, Sequence[str], None], **keys: Any) -> str:
@@ -53,19 +74,6 @@ def event_group(name: Optional[str], when: Union[str, Sequence[str], None], **ke
 
     given = {"name": name, "when": when, **keys}
     return "&event " + ", ".join(f"{key} = {text(value)}" for key, value in given.items() if value is not None) + " /\n"
-
-
-def quantity(callbacks: Callbacks, function: Callable[..., float]) -> Any:
-    """g = function(t, q, omega), as C calls it."""
-
-    def evaluate(t: float, q: Any, omega: Any, _: Any, g: Any) -> None:
-        value = function(t, np.ctypeslib.as_array(q, (4,)).copy(), np.ctypeslib.as_array(omega, (3,)).copy())
-        try:
-            g[0] = float(value)
-        except (TypeError, ValueError) as error:
-            raise refusal(f"the quantity of an event is {value!r} (expected a number)") from error
-
-    return callbacks._guard(QuantityCallback, evaluate)
 
 
 def take_events(kind: str, handle: Any) -> list[Event]:

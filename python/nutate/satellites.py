@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+import operator
 from typing import NamedTuple, Optional
 
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, Owner, Recipe, encoded, pointer, refusal, vector
+from ._library import Array, encoded, pointer, refusal, vector
+from ._owners import Owner, Recipe
 
 
 class Wheel(NamedTuple):
@@ -105,8 +107,14 @@ class SatelliteState(Owner):
         return wheels
 
     def set_motor(self, wheel: int, torque: float) -> None:
-        """Lets the motor of a wheel, 1, 2, ..., hold a torque, N m, from now on, until it is set again or a state is set."""
-        self._call("nutate_stepper_set_motor", wheel, float(torque))
+        """Lets the motor of wheels[wheel] hold a torque, N m, from now on, until it is set again or a state is set. Wheels count
+        from 0, as in the list; -1 is the last."""
+        count = ctypes.c_size_t()
+        self._call("nutate_stepper_wheel_count", ctypes.byref(count))
+        number = operator.index(wheel)
+        if not -count.value <= number < count.value:
+            raise refusal(f"there is no wheel {number} (expected 0 to {count.value - 1})" if count.value else "there is no wheel")
+        self._call("nutate_stepper_set_motor", number % count.value + 1, float(torque))
 
     @property
     def jacobi(self) -> float:

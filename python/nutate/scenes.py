@@ -10,8 +10,9 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, Recipe, Text, Textual, asked, check, create, encoded, interruptible, library, pointer,
+from ._library import (Array, MESSAGE_SIZE, Text, Textual, asked, check, create, encoded, interruptible, library, pointer,
                        refusal, text_of)
+from ._owners import Recipe
 from .events import History, take_events
 from .systems import add_potential, add_user_torque
 
@@ -21,7 +22,7 @@ class Scene(Recipe):
 
     `with Scene(...) as scene:` frees it at the end. copy.copy and pickle make another one of the text that was read."""
 
-    destroy = "nutate_scene_destroy"
+    _destroy = "nutate_scene_destroy"
 
     def __init__(self, path: Union[str, bytes, os.PathLike[str], None] = None, *overrides: str,
                  text: Union[str, bytes, None] = None, name: Optional[Textual] = None) -> None:
@@ -42,7 +43,7 @@ class Scene(Recipe):
         self._unproved_steps = 0
 
     def __repr__(self) -> str:
-        return f"<Scene {self.title!r}>" if self._handle else "<Scene, closed>"
+        return f"<Scene {self.title!r}>" if not self._is_closed else "<Scene, closed>"
 
     @property
     def unproved_steps(self) -> int:
@@ -102,6 +103,7 @@ class Scene(Recipe):
         status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
         columns, self._unproved_steps = take_history(handle)
         self._conclude(status, columns, message.value.decode("utf-8", "replace"))
+        columns._warn()
         return columns
 
     def write(self, path: Optional[Textual] = None) -> None:
@@ -125,10 +127,11 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
         if names is None:
             names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
         check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
-        events = take_events("history", handle)
+        history = History(dict(zip(names, values.T)), take_events("history", handle))
+        history._take_accuracy(handle)
     finally:
         library.nutate_history_destroy(ctypes.byref(handle))
-    return History(dict(zip(names, values.T)), events), steps.value
+    return history, steps.value
 
 
 def run(path: Textual, *overrides: str) -> History:

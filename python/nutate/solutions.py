@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ._library import (Array, NOT_CONVERGED, NOT_FINITE, NutateError, NutateValueError, OFF_BRANCH, SINGULAR, STEP_LIMIT, quaternion,
                        refusal, vector)
+from .events import History
 from .scenes import Scene
 from .steppers import Stepper
 from .systems import System
@@ -18,6 +19,8 @@ from .tables import Columns
 SETS = ("quaternion", "conjugate_momentum", "angular_velocity", "angular_momentum_space", "energy", "constraints")
 # Failures of a step, which leave the rows so far.
 STEPS_FAILED = (NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, STEP_LIMIT)
+# Methods that know the motion inside their steps, and those that know the error of a step.
+DENSE, ESTIMATING = ("taylor", "exact"), ("dop853",)
 # Turn between two looks for events, rad, and looks in a step at least.
 LOOK_TURN, LEAST_LOOKS = 0.2, 8
 # Steps to look through at a time: an event that ends the motion is found before those behind it are asked.
@@ -29,10 +32,11 @@ Event = Callable[[float, Array, Array], float]
 class Motion:
     """A motion at any time from its start to its end: motion(t) gives the attitude and the angular velocity (body axes, rad/s)
     at a time, shapes (4,) and (3,), or at n times, shapes (n, 4) and (n, 3). Between the ends of the steps that were taken it
-    goes on from the step before by the same method with the same tolerance: as good as the steps themselves."""
+    takes the step again, once for all times in it, and looks inside by the method: as good as the steps themselves."""
 
     def __init__(self, stepper: Stepper, ends: dict[str, Array]) -> None:
-        self._stepper = branch_of(stepper)
+        self._replays = has_memory(stepper)
+        self._stepper, self._parts = branch_of(stepper, self._replays)
         self._ends = ends
         self._sense = 1.0 if ends["t"][-1] >= ends["t"][0] else -1.0
 
@@ -61,33 +65,46 @@ class Motion:
             raise refusal(f"a time is outside of the motion (expected {self.t_min!r} to {self.t_max!r} s)")
         times, places = np.unique(wanted, return_inverse=True)
         found = {name: np.empty(len(times)) for name in self._ends}
-        for k, chosen in self._pieces(times):
-            rows = self._row(k) if times[chosen[0]] == self._ends["t"][k] else self._inside(k, times[chosen])
+        for chosen, rows in self._pieces(times):
             for name, values in rows.items():
                 found[name][chosen] = values
         return {name: values[places] for name, values in found.items()}
 
-    def _pieces(self, times: Array) -> Iterator[tuple[int, Any]]:
-        """The ends of steps, each with those of the times that it or the step after it has."""
+    def _pieces(self, times: Array) -> Iterator[tuple[Any, dict[str, Array]]]:
+        """Which of the times, in ascending order, and their rows."""
         ends = self._sense * self._ends["t"]
         last = np.searchsorted(ends, self._sense * times, side="right") - 1
         on_end = ends[last] == self._sense * times
-        for k in np.unique(last):
-            for chosen in (np.flatnonzero((last == k) & on_end), np.flatnonzero((last == k) & ~on_end)):
-                if len(chosen):
-                    yield int(k), chosen if self._sense > 0 else chosen[::-1]
+        here = np.flatnonzero(on_end)
+        yield here, {name: values[last[here]] for name, values in self._ends.items()}
+        inside = np.flatnonzero(~on_end)[::1 if self._sense > 0 else -1]
+        if self._replays and len(inside):
+            yield inside, self._replay(times[inside])
+        elif len(inside):
+            for chosen in np.split(inside, np.flatnonzero(np.diff(last[inside])) + 1):
+                yield chosen, self._inside(int(last[chosen[0]]), times[chosen])
 
-    def _row(self, k: int) -> dict[str, Array]:
-        """The end of a step."""
-        return {name: values[k:k + 1] for name, values in self._ends.items()}
+    def _replay(self, times: Array) -> dict[str, Array]:
+        """Rows of the motion taken again from its start."""
+        self._go_to(0)
+        return self._stepper.run_to(times[-1], times=times)
+
+    def _go_to(self, k: int) -> dict[str, Array]:
+        """Puts the stepper on the end of a step, and gives its row."""
+        row = {name: values[k:k + 1] for name, values in self._ends.items()}
+        self._stepper.set_canonical(stacked(row, "q", range(4))[0], stacked(row, "p", range(4))[0], row["t"][0])
+        return row
 
     def _inside(self, k: int, times: Array) -> dict[str, Array]:
         """Rows inside the step that starts at the end of another one."""
-        start = self._row(k)
-        self._stepper.set_canonical(stacked(start, "q", range(4))[0], stacked(start, "p", range(4))[0], start["t"][0])
-        rows = self._stepper.run_to(times[-1], times=times)
-        rows["work"] = rows["work"] + start["work"]
-        rows["energy_residual"] = rows["total"] - self._ends["total"][0] - rows["work"]
+        start = self._go_to(k)
+        end = times[-1]
+        if self._parts:
+            end = self._ends["t"][k + 1]
+            self._stepper._call("nutate_stepper_set_time_step", float(end - start["t"][0]) / self._parts)
+        rows = self._stepper.run_to(end, times=times)
+        for name in ("work", "energy_residual"):
+            rows[name] = rows[name] + start[name]
         return rows
 
 
@@ -101,8 +118,10 @@ class Solution(Columns):
     status      0: the end was reached; 1: an event ended the motion; -1: a step failed
     message     the same in words; success is status >= 0
     errors      the largest errors of the invariants at the rows: "norm" (q.q - 1), "orthogonality" (q.p, kg m2/s), "energy"
-                (total - total at the start - work, J), "momentum" (of what is conserved of it, N m s), and "attitude", a bound
-                on that of the attitude at the end, rad, nan where no accuracy was asked for
+                (total - total at the start - work, J), "momentum" (of what is conserved of it, N m s), and "attitude", an
+                estimate of that of the attitude at the end, rad, nan where no accuracy was asked for
+    accuracy_reached    that estimate is at most the accuracy asked for; None where none was asked for, or a step failed. False
+                comes with a NutateAccuracyWarning; the motion is as good as it can be, and success does not depend on it
     t_events, q_events, omega_events    for each event the times when it happened and the states then
     method      what was integrated with
     n_steps     steps that were taken up to the end; None without dense_output
@@ -122,6 +141,7 @@ class Solution(Columns):
         self.n_steps: Optional[int] = facts["n_steps"]
         self.unproved_steps: int = facts["unproved_steps"]
         self.errors: dict[str, float] = facts["errors"]
+        self.accuracy_reached: Optional[bool] = facts["accuracy_reached"]
         self.t_events: list[Array] = facts["t_events"]
         self.q_events: list[Array] = facts["q_events"]
         self.omega_events: list[Array] = facts["omega_events"]
@@ -183,6 +203,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         stepper.set_state(q0, omega0, span[0], frame=frame)
         rows_only = times is not None and not dense_output and not looked_for
         ends, failed = run_of(stepper, span[1], times if rows_only else None)
+        reached = ends.accuracy_reached
         sol = None if rows_only or not len(ends["t"]) else Motion(stepper, ends)
         found = Found(looked_for)
         if sol is not None:
@@ -194,7 +215,8 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         columns = ends if sol is None else rows_of(sol, ends, times, found)
         return Solution(columns, sol if dense_output else None, system=copy.copy(body), method=stepper.get("method"),
                         n_steps=None if rows_only else steps_before(ends["t"], found.end), unproved_steps=stepper.unproved_steps,
-                        errors=errors_of(stepper, columns, failed), **found.states(sol), **outcome(failed, found))
+                        errors=errors_of(stepper, columns, failed), accuracy_reached=reached, **found.states(sol),
+                        **outcome(failed, found, reached))
 
 
 def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLike],
@@ -224,7 +246,7 @@ def times_of(t_eval: npt.ArrayLike, span: tuple[float, float]) -> Array:
     return times
 
 
-def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[dict[str, Array], Optional[NutateError]]:
+def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[History, Optional[NutateError]]:
     """The rows of a run, and why a step failed, if one did."""
     try:
         return stepper.run_to(end, times=times), None
@@ -233,17 +255,36 @@ def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[dict[s
     except NutateError as error:
         if error.status not in STEPS_FAILED or not len(error.history.get("t", ())):
             raise
-        return error.history, error
+        return History(error.history, []), error
 
 
-def branch_of(stepper: Stepper) -> Stepper:
-    """A stepper that takes steps as good as those of a run that another one has done."""
+def has_memory(stepper: Stepper) -> bool:
+    """A state has more to it than attitude and angular velocity: momenta of wheels, commands that a regulator holds."""
+    if stepper.wheels:
+        return True
+    try:
+        with copy.copy(stepper) as probe:
+            probe.keep_steps()
+            probe.state_at(probe.time)
+    except NutateValueError as error:
+        # It says so before it says that there is no step to look into.
+        return "regulator" in error.message
+    return False
+
+
+def branch_of(stepper: Stepper, as_it_is: bool) -> tuple[Stepper, int]:
+    """A stepper that takes the steps again of a run that another one has done, and in how many parts it takes each. 0: it is to
+    choose its steps again, as methods that look inside at no cost do, and all that are to be left as they are."""
     branch = copy.copy(stepper)
-    if float(stepper.get("local_tolerance")) > 0:
-        method = stepper.get("method")
-        keys = {"nielsen_krenk": ("order", "linear_solver"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
-        branch.set(method=method, local_tolerance=stepper.get("local_tolerance"), **{key: stepper.get(key) for key in keys})
-    return branch
+    method, tolerance = stepper.get("method"), float(stepper.get("local_tolerance"))
+    keys = {"nielsen_krenk": ("order", "linear_solver"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
+    settings = {"method": method, **{key: stepper.get(key) for key in keys}}
+    if method in DENSE or as_it_is:
+        branch.set(**settings, **({"local_tolerance": tolerance} if tolerance > 0 else {}))
+        return branch, 0
+    branch.set(**settings, time_step=1.0)
+    # A method without an estimate of its own has found the error of a step from its two halves, and kept these.
+    return branch, 2 if tolerance > 0 and method not in ESTIMATING else 1
 
 
 def stacked(columns: dict[str, Array], name: str, numbers: Any) -> Array:
@@ -284,14 +325,14 @@ def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[Nuta
     return errors
 
 
-def outcome(failed: Optional[NutateError], found: Found) -> dict[str, Any]:
+def outcome(failed: Optional[NutateError], found: Found, reached: Optional[bool]) -> dict[str, Any]:
     """Status and message."""
     if found.end is not None:
         name = getattr(found.events[found.ended_by], "__name__", "")
         return {"status": 1, "message": f"event {found.ended_by} ({name}) ended the motion"}
     if failed is not None:
         return {"status": -1, "message": str(failed)}
-    return {"status": 0, "message": "the end was reached"}
+    return {"status": 0, "message": "the end was reached" + (", the accuracy was not" if reached is False else "")}
 
 
 class Found:

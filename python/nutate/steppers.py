@@ -11,10 +11,11 @@ from typing import Any, Callable, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import (Array, MESSAGE_SIZE, asked, check, create, encoded, interruptible, library, make_again, pointer, quaternion,
-                       refusal, text_of, vector)
+from ._library import (Array, MESSAGE_SIZE, asked, check, create, encoded, interruptible, library, pointer, quaternion, refusal,
+                       text_of, vector)
+from ._owners import make_again
 from .attitudes import rotate_to_body
-from .events import Event, History, event_group, quantity, take_events
+from .events import Event, History, event_group, take_events
 from .satellites import SatelliteState
 from .scenes import Scene, take_history
 from .systems import System
@@ -47,7 +48,7 @@ class Stepper(SatelliteState):
     raised.
     """
 
-    destroy = "nutate_stepper_destroy"
+    _destroy = "nutate_stepper_destroy"
 
     def __init__(self, source: Union[System, Scene], **settings: Any) -> None:
         function = library.nutate_stepper_create_scene if isinstance(source, Scene) else library.nutate_stepper_create
@@ -61,7 +62,7 @@ class Stepper(SatelliteState):
         self.set(**settings)
 
     def __repr__(self) -> str:
-        if not self._handle:
+        if self._is_closed:
             return "<Stepper, closed>"
         return f"<Stepper at t={self.time:g} s>"
 
@@ -82,7 +83,7 @@ class Stepper(SatelliteState):
     def __copy__(self) -> Stepper:
         handle = create(library.nutate_stepper_copy, self._handle)
         twin = Stepper.__new__(Stepper)
-        twin.__dict__.update(self.__dict__, _handle=handle, _settings=dict(self._settings), _events=list(self._events))
+        twin.__dict__.update(self.__dict__, _owned=handle, _settings=dict(self._settings), _events=list(self._events))
         check(library.nutate_stepper_set_poll(twin._handle, asked, None))
         return twin
 
@@ -155,6 +156,7 @@ class Stepper(SatelliteState):
                                float(interval), pointer(wanted), 0 if wanted is None else wanted.size, ctypes.byref(handle))
         history, _ = take_history(handle, self.column_names)
         self._conclude(status, history)
+        history._warn()
         return history
 
     def add_event(self, when: Union[str, Sequence[str], Callable[..., float]], name: Optional[str] = None, *,
@@ -172,7 +174,7 @@ class Stepper(SatelliteState):
             if weights is not None:
                 raise refusal("weights have no place beside a function")
             group = event_group("event" if name is None else name, None, **keys)
-            self._call("nutate_stepper_add_event", quantity(self._callbacks, when), None, encoded(group))
+            self._call("nutate_stepper_add_event", self._callbacks.quantity(when), None, encoded(group))
         else:
             given = None if weights is None else [float(weight) for weight in np.atleast_1d(weights)]
             self._call("nutate_stepper_add_events", encoded(event_group(name, when, weights=given, **keys)))
@@ -202,7 +204,7 @@ class Stepper(SatelliteState):
     @property
     def column_names(self) -> list[str]:
         """Names of the columns of `run`."""
-        if self._names is None or not self._handle:
+        if self._names is None:
             width = ctypes.c_size_t()
             self._call("nutate_stepper_width", ctypes.byref(width))
             self._names = [text_of(library.nutate_stepper_column, self._handle, i) for i in range(width.value)]
@@ -281,7 +283,7 @@ class Stepper(SatelliteState):
 
     @property
     def estimated_error(self) -> Array:
-        """Of the last run with accuracy: a bound on the error of the attitude at its end, rad, above the accuracy where that
+        """Of the last run with accuracy: an estimate of the error of the attitude at its end, rad, above the accuracy where that
         is out of reach; and the part of it that round-off makes whatever the steps; shape (2,)."""
         return self._read("nutate_stepper_accuracy", 2)
 

@@ -7,7 +7,8 @@ from typing import Any, Callable, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._library import Array, Owner, Recipe, bounds_of, create, encoded, library, pointer, refusal, vector
+from ._library import Array, bounds_of, create, encoded, library, pointer, refusal, vector
+from ._owners import Owner, Recipe
 from .satellites import WheelMounting
 
 
@@ -53,7 +54,7 @@ class System(WheelMounting):
     callbacks that can be pickled.
     """
 
-    destroy = "nutate_system_destroy"
+    _destroy = "nutate_system_destroy"
 
     def __init__(self, *, moments: Optional[npt.ArrayLike] = None, tensor: Optional[npt.ArrayLike] = None,
                  shape: Optional[str] = None, size: Optional[npt.ArrayLike] = None, text: Union[str, bytes, None] = None,
@@ -81,7 +82,7 @@ class System(WheelMounting):
                    center_of_mass=center_of_mass, about_center=about_center)
 
     def __repr__(self) -> str:
-        if not self._handle:
+        if self._is_closed:
             return "<System, closed>"
         with np.printoptions(precision=6):
             inertia = np.array2string(self.inertia, separator=", ").replace("\n", "")

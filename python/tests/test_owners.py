@@ -35,6 +35,46 @@ class OwnersTest(unittest.TestCase):
             np.testing.assert_array_equal(steppers[0].quaternion, steppers[1].quaternion)
             self.assertLess(steppers[1].energy[3], 0)
 
+    def test_what_is_closed_says_so(self):
+        system, scene = nutate.System(moments=(1, 2, 2.5)), nutate.Scene(BOX)
+        stepper = nutate.Stepper(system)
+        for thing, uses in ((system, (lambda: system.mass, lambda: nutate.Stepper(system), lambda: system.add("gravity"),
+                                      lambda: nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1)),
+                                      lambda: nutate.exact_free_body(system, (1, 0, 0, 0), (1, 2, 3), [0.0]))),
+                            (scene, (lambda: scene.title, scene.run, lambda: nutate.System(scene=scene),
+                                     lambda: nutate.Stepper(scene), lambda: nutate.sweep(scene), scene.write)),
+                            (stepper, (lambda: stepper.time, lambda: stepper.run(3), lambda: stepper.steps(0.1, 3),
+                                       lambda: stepper.column_names, lambda: stepper.events, lambda: stepper.run_to(1.0),
+                                       lambda: copy.copy(stepper), lambda: stepper.get("method")))):
+            thing.close()
+            thing.close()
+            for use in uses:
+                with self.assertRaisesRegex(nutate.NutateValueError, f"the {type(thing).__name__} is closed"):
+                    use()
+
+    def test_completion_offers_what_can_be_used(self):
+        for name in nutate.__all__:
+            kind = getattr(nutate, name)
+            for attribute in dir(kind) if isinstance(kind, type) and issubclass(kind, (nutate.System, nutate.Scene, nutate.Stepper)) else ():
+                value = getattr(kind, attribute)
+                self.assertTrue(attribute.startswith("_") or callable(value) or isinstance(value, property), f"{name}.{attribute}")
+
+    def test_messages_are_whole_and_speak_of_python(self):
+        system = nutate.System(moments=(1, 2, 2.5))
+        with self.assertRaises(nutate.NutateValueError) as caught:
+            system.add("gravty")
+        self.assertRegex(caught.exception.message, r"rotating_frame, orbit, .*; nearest: gravity\)$")
+        for override in ("integrator.ordr=4", "-integrator.ordr", "nonsense"):
+            with self.assertRaises(nutate.NutateValueError) as caught:
+                nutate.Scene(BOX, override)
+            self.assertRegex(caught.exception.message, "^override")
+            self.assertNotIn("--", caught.exception.message)
+        with self.assertRaisesRegex(nutate.NutateValueError, "expected no order with it"):
+            nutate.Stepper(system, method="exact", order=4).prepare()
+        with self.assertRaises(nutate.NutateValueError) as caught:
+            nutate.Stepper(system).add_event("omega4", crosses=0)
+        self.assertRegex(caught.exception.message, r"'wheel6_momentum'; nearest: omega1\)$")
+
     def test_a_copied_scene_is_what_was_read(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "spin.nml")

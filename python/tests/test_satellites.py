@@ -7,6 +7,7 @@ import unittest
 import numpy as np
 
 import nutate
+from test_nutate import make_box
 
 # One of each new kind, with all that a run remembers: samples, limits, events.
 SCENES = [
@@ -38,7 +39,7 @@ def driven(*torques):
     stepper.set_state(q=(1, 0, 0, 0), omega=(0.02, -0.01, 0.03))
     for torque in torques or (None, None):
         if torque is not None:
-            stepper.set_motor(1, torque)
+            stepper.set_motor(0, torque)
         stepper.run(10)
     return stepper
 
@@ -65,9 +66,13 @@ class SatellitesTest(unittest.TestCase):
         self.assertAlmostEqual(program.energy[3], program.wheels[0].motor_work + program.wheels[0].friction_work, delta=1e-13)
         self.assertLess(abs(program.energy[4]), 1e-13)
         with self.assertRaises(nutate.NutateValueError):
-            table.set_motor(1, 0.1)
-        with self.assertRaises(nutate.NutateValueError):
-            program.set_motor(2, 0.1)
+            table.set_motor(0, 0.1)
+        for wheel in (1, -2):
+            with self.assertRaisesRegex(nutate.NutateValueError, f"there is no wheel {wheel}"):
+                program.set_motor(wheel, 0.1)
+        program.set_motor(-1, 0.1)
+        with self.assertRaisesRegex(nutate.NutateValueError, "there is no wheel"):
+            make_box().set_motor(0, 0.1)
 
     def test_wheels_are_those_of_the_columns(self):
         system = nutate.System(moments=(90, 100, 40))

@@ -3,6 +3,7 @@
 import os
 import pickle
 import unittest
+import warnings
 
 import numpy as np
 
@@ -51,6 +52,85 @@ class SolveTest(unittest.TestCase):
             self.assertLess(np.abs(rows["norm_error"]).max(), 1e-14)
             for name, values in solution.sol.rows(solution.t).items():
                 np.testing.assert_array_equal(values, solution[name])
+
+    def test_looking_inside_takes_each_step_again_once(self):
+        calls = [0]
+
+        def spin_down(t, q, omega):
+            calls[0] += 1
+            return -0.1 * omega
+
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(spin_down)
+        times = np.linspace(0, 10, 400)
+        # Evaluations of a step, and steps that it is taken again in.
+        for method, accuracy, stages, parts in (("dop853", 1e-8, 12, 1), ("rk8", 1e-8, 12, 2), ("rk4", 1e-5, 4, 2)):
+            solution = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 10), method=method, accuracy=accuracy)
+            calls[0] = 0
+            q, omega = solution.sol(times)
+            self.assertLessEqual(calls[0], stages * (len(times) + parts * solution.n_steps), method)
+            # Where a step ends, what is inside comes to what was there.
+            before, after = solution.sol(np.nextafter(solution.t[1:], 0)), solution.sol(solution.t[1:])
+            self.assertLess(distance(before[0], after[0]), 1e-11, method)
+            reference = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 10), t_eval=times, method="dop853", accuracy=1e-12,
+                                     dense_output=False)
+            self.assertLess(distance(q, reference.q), accuracy, method)
+            self.assertLess(np.abs(omega - reference.omega).max(), 10 * accuracy, method)
+
+    def test_wheels_and_held_commands_go_with_the_motion(self):
+        wheel = nutate.System(moments=(90, 100, 40))
+        wheel.add_wheel((1, 2, 2), 0.05, 30.0, friction=1e-3, torque=0.2, frequency=0.05)
+        held = nutate.System(moments=(90, 100, 40))
+        held.add("regulator", law="quaternion", by="torque", attitude_gain=0.02, rate_gain=0.2, sample=1.7)
+        times = np.linspace(0, 30, 40)
+        for system, settings in ((wheel, {"method": "dop853", "accuracy": 1e-8}), (wheel, {"time_step": 0.3, "order": 6}),
+                                 (held, {"method": "dop853", "local_tolerance": 1e-9}), (held, {"time_step": 0.05, "order": 6})):
+            solution = nutate.solve(system, omega0=(0.02, -0.01, 0.3), t_span=(0, 30), **settings)
+            rows = nutate.solve(system, omega0=(0.02, -0.01, 0.3), t_span=(0, 30), t_eval=times, dense_output=False,
+                                method="dop853", time_step=0.02)
+            q, omega = solution.sol(times)
+            self.assertLess(distance(q, rows.q), 1e-7, settings)
+            self.assertLess(np.abs(omega - rows.omega).max(), 1e-8, settings)
+
+    def test_the_account_holds_where_the_world_moves(self):
+        system = nutate.System(moments=(90, 100, 40))
+        system.add("orbit", semi_major_axis=7e6, eccentricity=0.1)
+        system.add("gravity_gradient")
+        solution = nutate.solve(system, omega0=(0.01, 0.02, 0.03), t_span=(0, 1500), accuracy=1e-8, method="dop853")
+        rows = solution.sol.rows(np.linspace(0, 1500, 23))
+        self.assertGreater(np.ptp(rows["total"]), 1e-9)
+        self.assertLess(np.abs(rows["energy_residual"]).max(), 1e-12)
+
+    def test_an_accuracy_out_of_reach_is_told(self):
+        def spin_down(t, q, omega):
+            return -0.1 * omega
+
+        system = nutate.System(moments=(1, 2, 2.5))
+        system.add_user_torque(spin_down)
+        with self.assertWarnsRegex(nutate.NutateAccuracyWarning, "out of reach") as caught:
+            solution = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 20), accuracy=1e-16)
+        self.assertEqual(os.path.basename(caught.filename), os.path.basename(__file__))
+        self.assertEqual((solution.success, solution.status, solution.accuracy_reached), (True, 0, False))
+        self.assertIn("the accuracy was not", solution.message)
+        self.assertGreater(solution.errors["attitude"], 1e-16)
+        with self.assertWarns(nutate.NutateAccuracyWarning):
+            stepper = nutate.Stepper(system, method="dop853", accuracy=1e-16)
+            stepper.set_state(q=(1, 0, 0, 0), omega=(1, 2, 3))
+            history = stepper.run_to(20)
+        self.assertFalse(history.accuracy_reached)
+        np.testing.assert_array_equal((history.estimated_error, history.round_off), stepper.estimated_error)
+        settings = ("integrator.method=taylor", "-integrator.order", "-integrator.linear_solver", "integrator.end_time=20")
+        with self.assertWarns(nutate.NutateAccuracyWarning) as caught:
+            history = nutate.run(BOX, *settings, "integrator.accuracy=1e-16")
+        self.assertEqual(os.path.basename(caught.filename), os.path.basename(__file__))
+        self.assertFalse(history.accuracy_reached)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertTrue(nutate.run(BOX, *settings, "integrator.accuracy=1e-6").accuracy_reached)
+            self.assertIsNone(nutate.run(BOX, "integrator.end_time=1").accuracy_reached)
+            solution = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), accuracy=1e-8)
+            self.assertEqual((solution.accuracy_reached, solution.message), (True, "the end was reached"))
+            self.assertIsNone(nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 1), time_step=0.1).accuracy_reached)
 
     def test_rows_at_times_of_ones_own_are_those_of_the_motion(self):
         times = [0.0, 0.3, 1.75, 2.0]

@@ -32,7 +32,7 @@ module nutate_progress
       real(wp), allocatable :: work(:)
       !> What switching potentials on and off has changed the energy by, J.
       real(wp) :: world_work = 0.0_wp
-      !> Bound on the attitude error at the end time, rad, that pilot runs lead to expect where the plan asks for an
+      !> Estimate of the attitude error at the end time, rad, to which pilot runs lead where the plan asks for an
       !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
       !> steps.
       real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp

@@ -34,7 +34,7 @@ contains
       if (.not. associated(slot)) then
          status = null_argument('copy')
       else if (.not. associated(from)) then
-         status = fail(NUTATE_BAD_HANDLE, 'stepper is not the handle of a stepper')
+         status = fail(NUTATE_BAD_HANDLE, 'stepper is NULL, destroyed or not a stepper')
       else
          if (allocated(from%stepper)) call move_alloc(from%stepper, method)
          allocate (handle, source=from, stat=failed)

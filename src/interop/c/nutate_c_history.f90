@@ -25,7 +25,7 @@ module nutate_c_history
    private
 
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
-      nutate_history_values, nutate_history_unproved, nutate_history_destroy
+      nutate_history_values, nutate_history_unproved, nutate_history_accuracy, nutate_history_destroy
 
    !> Keeps rows in memory.
    type, extends(observer_t) :: collector_t
@@ -67,7 +67,7 @@ contains
       if (.not. associated(slot)) then
          status = null_argument('history')
       else if (.not. associated(from)) then
-         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+         status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          allocate (handle, stat=failed)
          if (failed /= 0) then
@@ -89,7 +89,7 @@ contains
       character(len=:), allocatable :: name
       from => find_scene(scene)
       if (.not. associated(from)) then
-         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+         status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          name = from%scene%output%file
          if (c_associated(path)) call take_text(path, name)
@@ -179,6 +179,18 @@ contains
       code = NUTATE_OK
    end function nutate_history_unproved
 
+   integer(c_int) function nutate_history_accuracy(history, error, accuracy) result(code) bind(C)
+      type(c_ptr), intent(in), value :: history
+      real(c_double), intent(inout), optional :: error(2), accuracy
+      type(history_handle_t), pointer :: handle
+      code = NUTATE_BAD_HANDLE
+      handle => find_history(history)
+      if (.not. associated(handle)) return
+      if (present(error)) error = handle%error
+      if (present(accuracy)) accuracy = handle%accuracy
+      code = NUTATE_OK
+   end function nutate_history_accuracy
+
    integer(c_int) function nutate_history_destroy(history) result(code) bind(C)
       type(c_ptr), intent(in), value :: history
       type(c_ptr), pointer :: slot
@@ -230,6 +242,8 @@ contains
                             summary, from%scene%events)
       call add_failure(failure, status)
       handle%unproved_steps = summary%unproved_steps
+      handle%accuracy = from%scene%plan%goal%accuracy
+      if (status%ok() .and. handle%accuracy > 0.0_wp) handle%error = [summary%estimate, summary%round_off]
    end subroutine collect
 
    !> Runs a scene and writes its rows.

@@ -54,6 +54,8 @@ contains
          call run_to(handle, plan, taker, status)
          rows%unproved_steps = unproved_so_far(handle)
          rows%found = handle%found
+         rows%accuracy = handle%plan%goal%accuracy
+         if (status%ok() .and. rows%accuracy > 0.0_wp) rows%error = handle%error
       end if
       code = conclude(handle, status)
    end function nutate_stepper_run_history

@@ -144,7 +144,7 @@ contains
       if (.not. associated(slot)) then
          status = null_argument('system')
       else if (.not. associated(handle)) then
-         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+         status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          call keep_system(handle%scene%system, slot, status)
       end if

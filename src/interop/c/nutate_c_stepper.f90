@@ -42,7 +42,7 @@ contains
       if (.not. associated(slot)) then
          status = null_argument('stepper')
       else if (.not. associated(from)) then
-         status = fail(NUTATE_BAD_HANDLE, 'system is not the handle of a system')
+         status = fail(NUTATE_BAD_HANDLE, 'system is NULL, destroyed or not a system')
       else
          call start_handle(handle, status)
          if (status%ok()) then
@@ -67,7 +67,7 @@ contains
       if (.not. associated(slot)) then
          status = null_argument('stepper')
       else if (.not. associated(from)) then
-         status = fail(NUTATE_BAD_HANDLE, 'scene is not the handle of a scene')
+         status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          call start_handle(handle, status)
          if (status%ok()) then

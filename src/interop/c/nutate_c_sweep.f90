@@ -15,7 +15,7 @@ module nutate_c_sweep
 
    public :: nutate_sweep_size, nutate_sweep_field, nutate_sweep_table, nutate_sweep_members
 
-   character(len=*), parameter :: no_scene = 'scene is not the handle of a scene'
+   character(len=*), parameter :: no_scene = 'scene is NULL, destroyed or not a scene'
    !> Names of a table, as in a file; threads, more than any machine has.
    integer(c_size_t), parameter :: most_names = 200
    integer(c_int), parameter :: most_threads = 4096

@@ -1,0 +1,217 @@
+"""What owns memory of the library, and the functions that the library calls."""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import ctypes
+import threading
+from typing import Any, Callable, Dict, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._library import (Array, BAD_HANDLE, HessianCallback, NutateValueError, PotentialCallback, QuantityCallback, TorqueCallback, check,
+                       interruptible, library, pointer, raise_interrupt, refusal, text_of, vector)
+
+# Memory of callbacks that is known by its address, at most.
+MOST_VIEWS = 4096
+
+
+class Owner:
+    """Something with a handle that is freed with it, and with callbacks that must live as long."""
+
+    _destroy = ""
+
+    def __init__(self, handle: ctypes.c_void_p, callbacks: Optional[Callbacks] = None) -> None:
+        self._owned = handle
+        self._callbacks = callbacks if callbacks is not None else Callbacks()
+
+    @property
+    def _is_closed(self) -> bool:
+        return not self._owned
+
+    @property
+    def _handle(self) -> ctypes.c_void_p:
+        """What the library knows it by."""
+        if not self._owned:
+            raise NutateValueError(BAD_HANDLE, f"the {type(self).__name__} is closed (expected one that is open)")
+        return self._owned
+
+    def close(self) -> None:
+        """Frees what the library holds for it; a `with` block does so at its end, and Python when nothing refers to it."""
+        handle = getattr(self, "_owned", None)
+        if handle:
+            getattr(library, self._destroy)(ctypes.byref(handle))
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        # A copy would share the handle, and free it under the original.
+        raise TypeError(f"a {type(self).__name__} cannot be copied or pickled: make another one")
+
+    def _call(self, name: str, *arguments: Any) -> None:
+        """Calls a function of this handle; raises what a callback raised, or NutateError."""
+        function = getattr(library, name)
+        if self._callbacks:
+            self._conclude(interruptible(function, self._handle, *arguments))
+            return
+        status = function(self._handle, *arguments)
+        if status:
+            check(status, text_of(library.nutate_last_message, self._handle))
+
+    def _conclude(self, status: int, history: Optional[dict[str, Array]] = None, message: Optional[str] = None) -> None:
+        """Raises what interrupted a call, what a callback raised in it, or NutateError, with the rows so far."""
+        try:
+            raise_interrupt()
+            if status:
+                self._callbacks.raise_again()
+                check(status, text_of(library.nutate_last_message, self._handle) if message is None else message)
+        except BaseException as error:
+            if history is not None:
+                with contextlib.suppress(AttributeError):
+                    error.history = history  # type: ignore[attr-defined]
+            raise
+
+    def _read(self, name: str, *shape: int) -> Array:
+        """The numbers that a function of this handle writes."""
+        values = np.empty(shape)
+        self._call(name, pointer(values))
+        return values
+
+
+class Recipe(Owner):
+    """An owner that knows how it was made, so that it can be made again: by copy, and by pickle as far as its callbacks can be
+    pickled."""
+
+    _given: tuple[tuple[Any, ...], dict[str, Any]]
+    _additions: list[tuple[str, tuple[Any, ...]]]
+
+    def _note(self, *arguments: Any, **keys: Any) -> None:
+        """Notes what the constructor was given."""
+        self._given = (copy.deepcopy(arguments), copy.deepcopy(keys))
+        self._additions = []
+
+    def _add(self, name: str, *arguments: Any) -> None:
+        """Notes a method that has been called."""
+        self._additions.append((name, arguments))
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        return make_again, (type(self), self._given, tuple(self._additions))
+
+
+def make_again(kind: Any, given: tuple[tuple[Any, ...], dict[str, Any]], additions: tuple[Any, ...]) -> Any:
+    """An owner made as another one was."""
+    made = kind(*given[0], **given[1])
+    for name, arguments in additions:
+        getattr(made, name)(*arguments)
+    return made
+
+
+class Callbacks:
+    """Functions that the library calls: kept alive here, with what one of them raised in the present thread."""
+
+    def __init__(self) -> None:
+        self._kept: list[Any] = []
+        self._raised = threading.local()
+
+    def __bool__(self) -> bool:
+        return bool(self._kept)
+
+    def raise_again(self) -> None:
+        """Raises what a callback raised since the last call, if one did."""
+        error = getattr(self._raised, "error", None)
+        self._raised.error = None
+        if error is not None:
+            raise error
+
+    def _guard(self, kind: Any, evaluate: Callable[..., None]) -> Any:
+        """A callback of C that returns 1 where `evaluate` raises."""
+        raised = self._raised
+
+        def call(*arguments: Any) -> int:
+            try:
+                evaluate(*arguments)
+                return 0
+            except BaseException as error:
+                raised.error = error
+                return 1
+
+        guarded = kind(call)
+        self._kept.append(guarded)
+        return guarded
+
+    def torque(self, function: Callable[..., npt.ArrayLike]) -> Any:
+        """tau = function(t, q, omega)"""
+        three, four = Views(3), Views(4)
+
+        def evaluate(t: float, q: int, omega: int, _: Any, tau: int) -> None:
+            put(three[tau], function(t, four[q].copy(), three[omega].copy()), "the torque")
+
+        return self._guard(TorqueCallback, evaluate)
+
+    def potential(self, function: Callable[..., Any]) -> Any:
+        """energy, gradient = function(gamma)"""
+        one, three = Views(1), Views(3)
+
+        def evaluate(gamma: int, _: Any, energy: int, gradient: int) -> None:
+            value, slope = function(three[gamma].copy())
+            one[energy][0] = value
+            put(three[gradient], slope, "the gradient")
+
+        return self._guard(PotentialCallback, evaluate)
+
+    def hessian(self, function: Optional[Callable[..., npt.ArrayLike]]) -> Any:
+        """hessian = function(gamma), or None"""
+        if function is None:
+            return HessianCallback()
+        three, nine = Views(3), Views(9)
+
+        def evaluate(gamma: int, _: Any, hessian: int) -> None:
+            put(nine[hessian], np.asarray(function(three[gamma].copy()), dtype=np.float64).reshape(-1), "the hessian")
+
+        return self._guard(HessianCallback, evaluate)
+
+    def quantity(self, function: Callable[..., float]) -> Any:
+        """g = function(t, q, omega)"""
+        one, three, four = Views(1), Views(3), Views(4)
+
+        def evaluate(t: float, q: int, omega: int, _: Any, g: int) -> None:
+            value = function(t, four[q].copy(), three[omega].copy())
+            try:
+                one[g][0] = float(value)
+            except (TypeError, ValueError) as error:
+                raise refusal(f"the quantity of an event is {value!r} (expected a number)") from error
+
+        return self._guard(QuantityCallback, evaluate)
+
+
+class Views(Dict[int, Array]):
+    """Memory of C as arrays, by its address: a run calls with the same few addresses, so each array is made once. An array is to be
+    used in the call that has the address."""
+
+    def __init__(self, size: int) -> None:
+        super().__init__()
+        self._type = ctypes.c_double * size
+
+    def __missing__(self, address: int) -> Array:
+        if len(self) >= MOST_VIEWS:
+            self.clear()
+        view: Array = np.ctypeslib.as_array(self._type.from_address(address))
+        self[address] = view
+        return view
+
+
+def put(array: Array, values: npt.ArrayLike, name: str) -> None:
+    """Copies as many numbers as an array has, or raises NutateError."""
+    if type(values) is np.ndarray and values.shape == array.shape:
+        array[:] = values
+    else:
+        array[:] = vector(values, array.size, name)
