@@ -138,8 +138,8 @@ module nutate_accuracy
 contains
 
    !> The tolerance of steps that makes the attitude error at the end time at most the accuracy of the goal, and an
-   !> estimate of that error. Where round-off or instability keep the accuracy out of reach, the estimate and the part of
-   !> round-off in it stay above the accuracy. A method without an error needs no pilots.
+   !> estimate of that error. Where round-off or instability keep the accuracy out of reach, the estimate and the part
+   !> of round-off in it stay above the accuracy. A method without an error needs no pilots.
    !>
    !> Errors: those of the runs, and what the observer returned.
    subroutine find_tolerance(system, settings, progress, control, status, observer, last)
