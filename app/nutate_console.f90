@@ -4,6 +4,7 @@ module nutate_console
    use nutate_files, only: write_text, STANDARD_ERROR, STANDARD_OUTPUT
    use nutate_kinds, only: wp, long
    use nutate_status, only: status_t
+   use nutate_table, only: table_t
    implicit none
    private
 
@@ -15,16 +16,17 @@ module nutate_console
    integer, parameter :: EXIT_SUCCESS = 0, EXIT_INPUT = 2, EXIT_RUN = 3, EXIT_OUTPUT = 4
    !> To this the number of the signal is added that stopped the program.
    integer, parameter :: EXIT_SIGNAL = 128
-   !> Width of the labels' column.
-   integer, parameter :: label_width = 20
+   !> Least width of the labels' column.
+   integer, parameter :: label_width = 18
 
    !> Text put together line by line, then shown at once.
    type :: page_t
-      character(len=:), allocatable :: text
+      type(table_t), private :: lines
+      logical, private :: has_items = .false.
    contains
       !> Adds a line.
       procedure :: line
-      !> Adds a line with a label at its left.
+      !> Adds a line with a label at its left; all labels of a page have one width.
       procedure :: item
    end type page_t
 
@@ -33,17 +35,25 @@ contains
    !> Adds a line.
    subroutine line(self, text)
       class(page_t), intent(inout) :: self
+      !> May hold line feeds.
       character(len=*), intent(in) :: text
-      if (.not. allocated(self%text)) self%text = ''
-      self%text = self%text//text//new_line('a')
+      call self%lines%add_line(text)
    end subroutine line
 
-   !> Adds a line with a label at its left.
+   !> Adds a line with a label at its left; all labels of a page have one width.
    subroutine item(self, label, text)
       class(page_t), intent(inout) :: self
       !> Blank for a line that continues the one above.
       character(len=*), intent(in) :: label, text
-      call self%line('  '//label//repeat(' ', max(label_width - len(label), 2))//text)
+      if (.not. self%has_items) then
+         self%lines%indent = 2
+         call self%lines%add_column(least=label_width)
+         call self%lines%add_column()
+         self%has_items = .true.
+      end if
+      call self%lines%add_row()
+      call self%lines%put(label)
+      call self%lines%put(text)
    end subroutine item
 
    !> Shows a page. On standard output a page that cannot be written is an error; on standard error there is nobody
@@ -55,7 +65,7 @@ contains
       integer, intent(out) :: exit_code
       type(status_t) :: status
       exit_code = EXIT_SUCCESS
-      call write_text(descriptor, page%text, status)
+      call write_text(descriptor, page%lines%text()//new_line('a'), status)
       if (status%ok() .or. descriptor /= STANDARD_OUTPUT) return
       call say_error('nutate: cannot write to standard output: '//trim(status%message))
       exit_code = EXIT_OUTPUT

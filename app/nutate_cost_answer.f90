@@ -1,12 +1,11 @@
-!> The answer of a work-precision study: what some accuracies cost, in a table with what to write into the scene, and in
-!> sentences below it.
+!> The answer of a work-precision study: a table of what some accuracies cost, with what to write into the scene.
 module nutate_cost_answer
    use nutate_console, only: count_text, page_t
-   use nutate_cost_names, only: method_label
-   use nutate_decimal, only: rounded_text
    use nutate_kinds, only: wp, long
+   use nutate_method_choice, only: choose_method
    use nutate_methods, only: default_settings, family_of, methods
    use nutate_stepper, only: integrator_settings_t
+   use nutate_table, only: number_text, table_t
    use nutate_work_point, only: point_at_error, work_point_t
    use nutate_work_precision, only: work_precision_t
    implicit none
@@ -16,181 +15,162 @@ module nutate_cost_answer
 
    !> Attitude errors that are asked about, rad.
    real(wp), parameter :: tolerances(4) = [1e-4_wp, 1e-6_wp, 1e-8_wp, 1e-10_wp]
-   !> Longest line.
-   integer, parameter :: line_width = 98
+   !> Errors of energy up to this are round-off, of the longest runs too.
+   real(wp), parameter :: round_off = 1e-11_wp
 
 contains
 
-   !> The table, and a sentence for every accuracy.
+   !> The table.
    subroutine add_answer(page, study)
       type(page_t), intent(inout) :: page
       type(work_precision_t), intent(in) :: study
+      type(table_t) :: table
       integer :: i
       if (.not. study%reference%known()) return
-      call page%line('')
-      call page%line(cells('accuracy', 'time', 'energy')//'&integrator, cheapest first')
-      call page%line(cells('/ rad', '/ ms', ''))
+      call table%add_column('accuracy', '/ rad', digits=2)
+      call table%add_column('time', '/ ms', digits=2)
+      call table%add_column('energy', digits=2)
+      call table%add_column()
+      call table%add_column('&integrator, cheapest first', &
+                            '*: cheapest that keeps the invariants; auto: chosen by auto')
       do i = 1, size(tolerances)
-         call add_ranking(page, study, tolerances(i))
+         call add_ranking(table, study, tolerances(i))
       end do
       call page%line('')
-      do i = 1, size(tolerances)
-         call add_wrapped(page, sentence(study, tolerances(i)))
-      end do
+      call page%line(table%text())
    end subroutine add_answer
 
-   !> Three cells of a line of the table.
-   pure function cells(accuracy, time, energy) result(text)
-      character(len=*), intent(in) :: accuracy, time, energy
-      character(len=24) :: text
-      text(1:8) = adjustr(accuracy//repeat(' ', 8 - len(accuracy)))
-      text(9:16) = adjustr(time//repeat(' ', 8 - len(time)))
-      text(17:22) = adjustr(energy//repeat(' ', 6 - len(energy)))
-      text(23:24) = ''
-   end function cells
-
    !> What one accuracy costs with each method, cheapest first.
-   subroutine add_ranking(page, study, tolerance)
-      type(page_t), intent(inout) :: page
+   subroutine add_ranking(table, study, tolerance)
+      type(table_t), intent(inout) :: table
       type(work_precision_t), intent(in) :: study
       !> rad.
       real(wp), intent(in) :: tolerance
-      type(work_point_t) :: point
-      integer :: m, i
+      type(work_point_t) :: points(size(methods))
       real(wp) :: seconds(size(methods))
-      character(len=8) :: accuracy
-      accuracy = rounded_text(tolerance, 2)
-      seconds = -1.0_wp
-      if (tolerance >= study%reference%uncertainty) then
-         do m = 1, size(methods)
-            if (.not. is_first_of_family(m)) cycle
-            point = cheapest(study, family_of(methods(m)), tolerance)
-            if (point%exists()) seconds(m) = point%seconds
-         end do
-      end if
-      if (all(seconds < 0.0_wp)) call page%line(cells(trim(accuracy), '-', '')//'reached by no run here')
-      do i = 1, count(seconds >= 0.0_wp)
-         m = minloc(seconds, mask=seconds >= 0.0_wp, dim=1)
-         point = cheapest(study, family_of(methods(m)), tolerance)
-         call page%line(cells(trim(accuracy), rounded_text(1e3_wp*point%seconds, 2), &
-                              rounded_text(point%energy_error, 1))//settings_text(point))
-         seconds(m) = -1.0_wp
-         accuracy = ''
+      logical :: marked
+      integer :: m, i, auto
+
+      call table%add_row()
+      call table%put(tolerance)
+      auto = automatic_row(study, tolerance)
+      points = competitors(study, tolerance, auto)
+      seconds = huge(1.0_wp)
+      where (points%method > 0) seconds = points%seconds
+      marked = .false.
+      do i = 1, count(points%method > 0)
+         m = minloc(seconds, dim=1)
+         seconds(m) = huge(1.0_wp)
+         if (i > 1) then
+            call table%add_row()
+            call table%put('')
+         end if
+         call add_point(table, points(m), .not. marked .and. keeps_invariants(points(m)), m == auto, tolerance)
+         marked = marked .or. keeps_invariants(points(m))
       end do
+      if (all(points%method == 0)) then
+         call table%put('-')
+         call table%put('-')
+         call table%put('')
+         call table%put('reached by no run here')
+      else if (auto > 0) then
+         if (points(auto)%method > 0) return
+         call table%add_row()
+         call table%put('')
+         call table%put('-')
+         call table%put('-')
+         call table%put('  auto')
+         call table%put(method_text(auto)//', which does not reach it here')
+      end if
    end subroutine add_ranking
 
-   !> True for the first row of a method with an order.
-   pure logical function is_first_of_family(m)
-      !> Row of `methods`.
-      integer, intent(in) :: m
-      is_first_of_family = methods(m)%order >= 1 .and. .not. any(family_of(methods(:m - 1)) == family_of(methods(m)))
-   end function is_first_of_family
-
-   !> What to write into `&integrator` for the steps of a point.
-   pure function settings_text(point) result(text)
+   !> The time of a point, and what to write into the scene for it.
+   subroutine add_point(table, point, is_best, is_automatic, tolerance)
+      type(table_t), intent(inout) :: table
       type(work_point_t), intent(in) :: point
+      !> It is the cheapest that keeps the invariants; it is what `auto` takes.
+      logical, intent(in) :: is_best, is_automatic
+      !> rad.
+      real(wp), intent(in) :: tolerance
+      call table%put(1e3_wp*point%seconds)
+      call table%put(point%energy_error)
+      call table%put(merge('*', ' ', is_best)//merge(' auto', '     ', is_automatic))
+      if (methods(point%method)%order < 1) then
+         call table%put(method_text(point%method)//', accuracy='//number_text(tolerance, 2))
+      else if (point%tolerance > 0.0_wp) then
+         call table%put(method_text(point%method)//', local_tolerance='//number_text(point%tolerance, 2))
+      else
+         call table%put(method_text(point%method)//', time_step='//number_text(point%time_step, 2))
+      end if
+   end subroutine add_point
+
+   !> The points at an accuracy that compete: of each method the cheapest, and that of the row that `auto` takes; none
+   !> elsewhere. Shape (rows of `methods`).
+   function competitors(study, tolerance, auto) result(points)
+      type(work_precision_t), intent(in) :: study
+      !> rad.
+      real(wp), intent(in) :: tolerance
+      !> Row of `methods`, or 0.
+      integer, intent(in) :: auto
+      type(work_point_t) :: points(size(methods)), all_points(size(methods))
+      integer :: m
+      logical :: of_family(size(methods))
+      if (tolerance < study%reference%uncertainty) return
+      do m = 1, size(methods)
+         all_points(m) = point_at_error(study%points_of(m), methods(m)%order, tolerance)
+      end do
+      do m = 1, size(methods)
+         of_family = family_of(methods) == family_of(methods(m)) .and. all_points%method > 0
+         if (m == auto) then
+            points(m) = all_points(m)
+         else if (of_family(m)) then
+            if (m == minloc(all_points%seconds, mask=of_family, dim=1)) points(m) = all_points(m)
+         end if
+      end do
+   end function competitors
+
+   !> The row of `methods` that `auto` takes for an accuracy; 0 where that is none of them.
+   integer function automatic_row(study, tolerance) result(row)
+      type(work_precision_t), intent(in) :: study
+      !> rad.
+      real(wp), intent(in) :: tolerance
+      type(integrator_settings_t) :: settings
+      character(len=:), allocatable :: reason
+      settings = study%problem%settings
+      associate (problem => study%problem)
+         call choose_method(problem%system, problem%start, problem%duration(), tolerance, settings, reason)
+      end associate
+      do row = size(methods), 1, -1
+         associate (method => methods(row))
+            if (method%name /= settings%method .or. (method%projected .neqv. settings%conserve)) cycle
+            if (method%linear_solver == '') exit
+            if (method%linear_solver == settings%linear_solver .and. method%order == settings%order) exit
+         end associate
+      end do
+   end function automatic_row
+
+   !> True where energy and momentum are kept to round-off.
+   pure logical function keeps_invariants(point)
+      !> That exists.
+      type(work_point_t), intent(in) :: point
+      keeps_invariants = methods(point%method)%conserving .and. point%energy_error <= round_off
+   end function keeps_invariants
+
+   !> What to write into `&integrator` for a method.
+   pure function method_text(row) result(text)
+      !> Row of `methods`.
+      integer, intent(in) :: row
       character(len=:), allocatable :: text
       type(integrator_settings_t) :: usual
-      associate (method => methods(point%method))
+      associate (method => methods(row))
          usual = default_settings(trim(method%name))
-         text = 'method='''//trim(method%name)//''''
+         text = 'method='//"'"//trim(method%name)//"'"
          if (usual%order /= method%order) text = text//', order='//count_text(int(method%order, long))
          if (usual%linear_solver /= method%linear_solver) &
-            text = text//', linear_solver='''//trim(method%linear_solver)//''''
+            text = text//', linear_solver='//"'"//trim(method%linear_solver)//"'"
          if (usual%conserve .neqv. method%projected) &
             text = text//', conserve='//trim(merge('.true. ', '.false.', method%projected))
       end associate
-      if (point%tolerance > 0.0_wp) then
-         text = text//', local_tolerance='//rounded_text(point%tolerance, 2)
-      else
-         text = text//', time_step='//rounded_text(point%time_step, 2)
-      end if
-   end function settings_text
-
-   !> What one accuracy costs.
-   function sentence(study, tolerance) result(text)
-      type(work_precision_t), intent(in) :: study
-      !> rad.
-      real(wp), intent(in) :: tolerance
-      character(len=:), allocatable :: text
-      type(work_point_t) :: point
-      integer :: m
-      logical :: first
-
-      text = rounded_text(tolerance, 2)//' rad at t = '//rounded_text(study%problem%end_time)//' s'
-      if (tolerance < study%reference%uncertainty) then
-         text = text//' cannot be told from the reference, which is known to '// &
-                rounded_text(study%reference%uncertainty, 2)//' rad.'
-         return
-      end if
-      first = .true.
-      do m = 1, size(methods)
-         if (.not. is_first_of_family(m)) cycle
-         point = cheapest(study, family_of(methods(m)), tolerance)
-         if (.not. first) text = text//';'
-         if (point%exists()) then
-            text = text//point_text(point, first)
-         else if (first) then
-            text = text//' is reached by no '//trim(family_of(methods(m)))//' run here'
-         else
-            text = text//' '//trim(family_of(methods(m)))//' does not get there'
-         end if
-         first = .false.
-      end do
-      text = text//'.'
-   end function sentence
-
-   !> The fastest among the rows of a method.
-   function cheapest(study, family, tolerance) result(best)
-      type(work_precision_t), intent(in) :: study
-      !> `family_of` its rows.
-      character(len=*), intent(in) :: family
-      !> rad.
-      real(wp), intent(in) :: tolerance
-      type(work_point_t) :: best, point
-      integer :: m
-      do m = 1, size(methods)
-         if (family_of(methods(m)) /= family .or. methods(m)%order < 1) cycle
-         point = point_at_error(study%points_of(m), methods(m)%order, tolerance)
-         if (.not. point%exists()) cycle
-         if (.not. best%exists() .or. point%seconds < best%seconds) best = point
-      end do
-   end function cheapest
-
-   !> Time and setting of a point in words.
-   function point_text(point, first) result(text)
-      type(work_point_t), intent(in) :: point
-      !> It is the first of the sentence.
-      logical, intent(in) :: first
-      character(len=:), allocatable :: text, cost
-      cost = rounded_text(1e3_wp*point%seconds, 2)//' ms'
-      if (first) then
-         text = ' costs '//cost//' with '//method_label(point%method)//','
-      else
-         text = ' '//method_label(point%method)//' needs '//cost//' with'
-      end if
-      if (point%tolerance > 0.0_wp) then
-         text = text//' local_tolerance = '//rounded_text(point%tolerance, 2)
-      else
-         text = text//' time_step = '//rounded_text(point%time_step, 2)
-      end if
-      text = text//', energy kept to '//rounded_text(point%energy_error, 1)
-   end function point_text
-
-   !> Adds a sentence in lines that are not too long, the later ones indented.
-   subroutine add_wrapped(page, text)
-      type(page_t), intent(inout) :: page
-      character(len=*), intent(in) :: text
-      integer :: first, last, indent
-      first = 1
-      indent = 0
-      do while (len(text) - first + 1 > line_width - indent)
-         last = first + index(text(first:first + line_width - indent), ' ', back=.true.) - 2
-         call page%line(repeat(' ', indent)//text(first:last))
-         first = last + 2
-         indent = 3
-      end do
-      call page%line(repeat(' ', indent)//text(first:))
-   end subroutine add_wrapped
+   end function method_text
 
 end module nutate_cost_answer

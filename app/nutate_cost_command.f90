@@ -1,11 +1,12 @@
 !> `nutate cost SCENE`: what accuracy costs in time on a scene.
 module nutate_cost_command
    use nutate_cli, only: command_t
-   use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
+   use nutate_console, only: page_t, plural, say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, &
       EXIT_SUCCESS
    use nutate_control, only: needs_control
    use nutate_cost_answer, only: add_answer
    use nutate_cost_csv, only: cost_csv_t
+   use nutate_cost_names, only: method_label
    use nutate_cost_plot, only: draw_cost
    use nutate_cost_table, only: add_reference, add_table
    use nutate_decimal, only: rounded_text
@@ -21,6 +22,7 @@ module nutate_cost_command
    use nutate_run_signals, only: caught_signal, signal_name, stop_watcher_t, watch_signals
    use nutate_status, only: status_t
    use nutate_measured_run, only: problem_t
+   use nutate_methods, only: methods
    use nutate_work_precision, only: work_precision_t
    implicit none
    private
@@ -54,21 +56,38 @@ contains
       allocate (stop_watcher_t :: problem%observer)
       call watch_signals()
       call measure(problem, scene%plan%time_step, command%seconds, study)
-      if (caught_signal() /= 0) then
-         call discard_outputs(outputs)
-         call say_error('nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//'; nothing was written')
-         exit_code = EXIT_SIGNAL + caught_signal()
-         return
-      end if
       if (size(study%points) == 0) then
          call discard_outputs(outputs)
-         call say_error('nutate: '//printable_path(scene%file)//': no run was completed within '// &
-                        rounded_text(command%seconds)//' s (try --seconds, or a shorter integrator.end_time by --set)')
-         exit_code = EXIT_RUN
+         call report_nothing(command, scene, study, exit_code)
          return
       end if
       call show(command, scene, study, outputs, exit_code)
    end subroutine cost_command
+
+   !> Says why there is no run to be shown.
+   subroutine report_nothing(command, scene, study, exit_code)
+      type(command_t), intent(in) :: command
+      type(scene_t), intent(in) :: scene
+      type(work_precision_t), intent(in) :: study
+      integer, intent(out) :: exit_code
+      character(len=:), allocatable :: line
+      integer :: m
+      line = 'nutate: '//printable_path(scene%file)//': '
+      if (caught_signal() /= 0) then
+         call say_error(line//'stopped by '//signal_name()//'; nothing was written')
+         exit_code = EXIT_SIGNAL + caught_signal()
+         return
+      end if
+      exit_code = EXIT_RUN
+      ! Of the closed solution, which has no order, most scenes are refused.
+      do m = 1, size(methods)
+         if (methods(m)%order < 1 .or. study%refusal(m)%ok()) cycle
+         call say_error(line//'no run was completed: '//method_label(m)//': '//trim(study%refusal(m)%message))
+         return
+      end do
+      call say_error(line//'no run was completed within '//rounded_text(command%seconds)// &
+                     ' s (try --seconds, or a shorter integrator.end_time by --set)')
+   end subroutine report_nothing
 
    !> Claims the files before any time is spent.
    subroutine open_outputs(command, scene, outputs, exit_code)
@@ -159,8 +178,13 @@ contains
       descriptor = STANDARD_OUTPUT
       if (outputs%has_csv .and. outputs%csv%on_standard_output) descriptor = STANDARD_ERROR
       call show_page(page, descriptor, exit_code)
+      if (caught_signal() /= 0) then
+         call keep_runs(scene, study, outputs)
+         exit_code = EXIT_SIGNAL + caught_signal()
+         return
+      end if
       if (outputs%has_csv) then
-         call outputs%csv%write(study, status)
+         call outputs%csv%write(study, .true., status)
          call report_file(command%csv, status, exit_code)
       end if
       if (outputs%has_plot) then
@@ -168,6 +192,24 @@ contains
          call report_file(command%plot, status, exit_code)
       end if
    end subroutine show
+
+   !> Keeps the runs of a study that was stopped, and says where; there is no picture then.
+   subroutine keep_runs(scene, study, outputs)
+      type(scene_t), intent(in) :: scene
+      type(work_precision_t), intent(in) :: study
+      type(study_files_t), intent(inout) :: outputs
+      character(len=:), allocatable :: line
+      type(status_t) :: status
+      line = 'nutate: '//printable_path(scene%file)//': stopped by '//signal_name()//' after '// &
+             plural(size(study%points, kind=long), 'run')
+      if (outputs%has_plot) call outputs%plot%discard()
+      if (outputs%has_csv) then
+         call outputs%csv%write(study, .false., status)
+         if (status%ok() .and. outputs%csv%kept_in() /= '') &
+            line = line//'; kept in '//printable_path(outputs%csv%kept_in())
+      end if
+      call say_error(line)
+   end subroutine keep_runs
 
    !> Refuses a scene whose events switch effects: its motion is not that of the study, which looks for no events.
    subroutine refuse_switches(scene, exit_code)

@@ -31,6 +31,8 @@ module nutate_cost_csv
       procedure :: write
       !> Gives the file up.
       procedure :: discard
+      !> Where the runs of a study that was stopped are kept; blank where they are not in a file.
+      procedure :: kept_in
    end type cost_csv_t
 
 contains
@@ -51,10 +53,20 @@ contains
       call discard_file(self%file)
    end subroutine discard
 
-   !> Writes all runs, method by method, longest step first, and gives the file its name. Errors: `NUTATE_IO`.
-   subroutine write(self, study, status)
+   !> Where the runs of a study that was stopped are kept; blank where they are not in a file.
+   function kept_in(self) result(name)
+      class(cost_csv_t), intent(in) :: self
+      character(len=:), allocatable :: name
+      name = self%file%kept_in()
+   end function kept_in
+
+   !> Writes all runs, method by method, longest step first, and gives the file its name, or leaves it as the partial
+   !> one. Errors: `NUTATE_IO`.
+   subroutine write(self, study, complete, status)
       class(cost_csv_t), intent(inout) :: self
       type(work_precision_t), intent(in) :: study
+      !> The file gets its name.
+      logical, intent(in) :: complete
       type(status_t), intent(out) :: status
       type(work_point_t), allocatable :: points(:)
       type(decimal_t) :: decimal
@@ -71,8 +83,10 @@ contains
                row(decimal, points(i), study%reference, components /= NO_COMPONENT), status)
          end do
       end do
-      if (status%ok()) then
+      if (status%ok() .and. complete) then
          call self%file%finish(status)
+      else if (status%ok()) then
+         call self%file%abandon(status)
       else
          call discard_file(self%file)
       end if

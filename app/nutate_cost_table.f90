@@ -7,19 +7,13 @@ module nutate_cost_table
    use nutate_kinds, only: wp, long
    use nutate_methods, only: methods
    use nutate_reference, only: reference_t, AGREED, EXACT_FREE_BODY, EXACT_TOP
+   use nutate_table, only: number_text, table_t
    use nutate_work_point, only: work_point_t
    use nutate_work_precision, only: work_precision_t, LAST_LEVEL, OUT_OF_TIME, REFUSED, ROUND_OFF
    implicit none
    private
 
    public :: add_reference, add_table
-
-   !> Widths of the columns.
-   integer, parameter :: widths(10) = [12, 10, 6, 10, 9, 8, 11, 10, 10, 10]
-   !> Heads of the columns, in two lines.
-   character(len=9), parameter :: heads(10, 2) = reshape( &
-      [character(len=9) :: 'time_step', 'steps', 'cut', 'time', 'step', 'Newton', 'attitude', 'momentum', 'energy', &
-       'norm', '/ s', '', '', '/ ms', '/ ns', '', '/ rad', '', '', ''], [10, 2])
 
 contains
 
@@ -29,7 +23,7 @@ contains
       type(work_precision_t), intent(in) :: study
       character(len=:), allocatable :: known
       associate (reference => study%reference, end_time => study%problem%end_time)
-         known = ' to '//rounded_text(reference%uncertainty, 2)//' rad'
+         known = ' to '//number_text(reference%uncertainty, 2)//' rad'
          select case (reference%kind)
          case (EXACT_FREE_BODY)
             call page%item('reference', 'the exact motion of a free body, good'//known)
@@ -64,19 +58,29 @@ contains
       type(page_t), intent(inout) :: page
       type(work_precision_t), intent(in) :: study
       type(work_point_t), allocatable :: points(:)
+      type(table_t) :: table
       integer :: m, components
       real(wp) :: axis(3)
 
       call conserved_momentum(study%problem%system%effects, components, axis)
-      call page%line('')
-      call page%line(row(heads(:, 1)))
-      call page%line(row(heads(:, 2)))
+      call table%add_column('time_step', '/ s', digits=5)
+      call table%add_column('steps', digits=1)
+      call table%add_column('cut', digits=1)
+      call table%add_column('time', '/ ms', digits=3)
+      call table%add_column('step', '/ ns', digits=3)
+      call table%add_column('Newton', digits=3)
+      call table%add_column('attitude', '/ rad', digits=2)
+      call table%add_column('momentum', digits=2)
+      call table%add_column('energy', digits=2)
+      call table%add_column('norm', digits=2)
       do m = 1, size(methods)
-         if (methods(m)%order < 1) cycle
          points = study%points_of(m)
-         call page%line(method_label(m)//ending_text(study, m, size(points)))
-         call add_points(page, points, study%reference, components /= NO_COMPONENT)
+         if (methods(m)%order < 1 .and. size(points) == 0) cycle
+         call table%add_line(method_label(m)//ending_text(study, m, size(points)))
+         call add_points(table, points, study%reference, components /= NO_COMPONENT)
       end do
+      call page%line('')
+      call page%line(table%text())
    end subroutine add_table
 
    !> Why a method's runs end where they do.
@@ -85,6 +89,10 @@ contains
       !> Row of `methods`, and the number of its runs.
       integer, intent(in) :: method, runs
       character(len=:), allocatable :: text
+      if (methods(method)%order < 1) then
+         text = ', the closed solution'
+         return
+      end if
       select case (study%ending(method))
       case (ROUND_OFF)
          text = ', until shorter steps gain nothing'
@@ -95,14 +103,16 @@ contains
       case (REFUSED)
          text = ': not on this scene ('//trim(study%refusal(method)%message)//')'
       case default
-         text = ''
+         text = ', until the study was stopped'
       end select
-      if (runs == 0 .and. study%ending(method) /= REFUSED) text = ': no run ended in time, or with steps this long'
+      if (runs > 0 .or. study%ending(method) == REFUSED) return
+      text = ': no run ended in time'
+      if (.not. study%refusal(method)%ok()) text = ': no run ended ('//trim(study%refusal(method)%message)//')'
    end function ending_text
 
    !> The runs of one method; of those that say nothing only the last.
-   subroutine add_points(page, points, reference, has_momentum)
-      type(page_t), intent(inout) :: page
+   subroutine add_points(table, points, reference, has_momentum)
+      type(table_t), intent(inout) :: table
       type(work_point_t), intent(in) :: points(:)
       type(reference_t), intent(in) :: reference
       !> A component of the momentum is conserved.
@@ -112,45 +122,41 @@ contains
          if (reference%known() .and. i < size(points)) then
             if (points(i)%attitude_error > hopeless .and. points(i + 1)%attitude_error > hopeless) cycle
          end if
-         call page%line(row(cells(points(i), reference, has_momentum)))
+         call add_run(table, points(i), reference, has_momentum)
       end do
    end subroutine add_points
 
-   !> The cells of a run; shape (10).
-   pure function cells(point, reference, has_momentum) result(texts)
+   !> The row of a run.
+   subroutine add_run(table, point, reference, has_momentum)
+      type(table_t), intent(inout) :: table
       type(work_point_t), intent(in) :: point
       type(reference_t), intent(in) :: reference
       logical, intent(in) :: has_momentum
-      character(len=12) :: texts(10)
-      texts(1) = rounded_text(point%time_step, 5)
-      texts(2) = count_text(point%steps)
-      texts(3) = ''
-      if (point%cut_steps > 0) texts(3) = count_text(point%cut_steps)
-      texts(4) = rounded_text(1e3_wp*point%seconds, 3)
-      texts(5) = rounded_text(point%nanoseconds(), 3)
-      texts(6) = rounded_text(point%iterations, 3)
-      texts(7) = '-'
-      if (reference%known()) then
-         texts(7) = rounded_text(point%attitude_error, 2)
-         if (point%attitude_error < reference%uncertainty) texts(7) = '<'//rounded_text(reference%uncertainty, 2)
+      call table%add_row()
+      call table%put(point%time_step)
+      call table%put(count_text(point%steps))
+      if (point%cut_steps > 0) then
+         call table%put(count_text(point%cut_steps))
+      else
+         call table%put('')
       end if
-      texts(8) = '-'
-      if (has_momentum) texts(8) = rounded_text(point%momentum_error, 2)
-      texts(9) = rounded_text(point%energy_error, 2)
-      texts(10) = rounded_text(point%norm_error, 2)
-   end function cells
-
-   !> A line of the table.
-   pure function row(texts) result(line)
-      !> Shape (10).
-      character(len=*), intent(in) :: texts(:)
-      character(len=:), allocatable :: line
-      integer :: i
-      line = ''
-      do i = 1, size(texts)
-         line = line//repeat(' ', max(widths(i) - len_trim(texts(i)), 1))//trim(texts(i))
-      end do
-      line = trim(line)
-   end function row
+      call table%put(1e3_wp*point%seconds)
+      call table%put(point%nanoseconds())
+      call table%put(point%iterations)
+      if (.not. reference%known()) then
+         call table%put('-')
+      else if (point%attitude_error < reference%uncertainty) then
+         call table%put(reference%uncertainty, before='<')
+      else
+         call table%put(point%attitude_error)
+      end if
+      if (has_momentum) then
+         call table%put(point%momentum_error)
+      else
+         call table%put('-')
+      end if
+      call table%put(point%energy_error)
+      call table%put(point%norm_error)
+   end subroutine add_run
 
 end module nutate_cost_table

@@ -30,8 +30,8 @@ contains
       call page%line('')
       call page%line('Options')
       do i = 1, size(options)
-         if (is_listed(topic, trim(options(i)%verbs))) call add_entry( &
-            page, trim(options(i)%name)//' '//options(i)%value, options(i)%purpose)
+         if (is_listed(topic, trim(options(i)%verbs))) call page%item( &
+            trim(options(i)%name)//' '//options(i)%value, options(i)%purpose)
       end do
       if (topic == 'run') call add_run_notes(page)
       if (topic == 'cost') call add_cost_notes(page)
@@ -47,12 +47,12 @@ contains
       call page%line('')
       call page%line('Usage')
       do i = 1, size(verbs)
-         call add_entry(page, 'nutate '//trim(verbs(i)%name)//' '//trim(verbs(i)%object), verbs(i)%purpose)
+         call page%item('nutate '//trim(verbs(i)%name)//' '//trim(verbs(i)%object), verbs(i)%purpose)
       end do
-      call add_entry(page, 'nutate SCENE', 'short for nutate run SCENE')
-      call add_entry(page, 'nutate help COMMAND', 'options of a command; nutate COMMAND --help does the same')
-      call add_entry(page, 'nutate --help', 'show this help')
-      call add_entry(page, 'nutate --version', 'show the version')
+      call page%item('nutate SCENE', 'short for nutate run SCENE')
+      call page%item('nutate help COMMAND', 'options of a command; nutate COMMAND --help does the same')
+      call page%item('nutate --help', 'show this help')
+      call page%item('nutate --version', 'show the version')
       call add_exit_codes(page)
    end subroutine add_overview
 
@@ -71,7 +71,7 @@ contains
       call page%line('')
       call page%line("Columns: t, then the sets asked for by --set output.columns=NAME,NAME,...")
       do i = 1, size(column_sets)
-         call add_entry(page, column_sets(i)%name, column_sets(i)%headers)
+         call page%item(column_sets(i)%name, column_sets(i)%headers)
       end do
       call add_exit_codes(page)
    end subroutine add_run_notes
@@ -132,13 +132,5 @@ contains
       call page%line('Exit status: 0 success; 2 the command line or the scene is wrong; 3 the run failed half-way;')
       call page%line('4 the output cannot be written')
    end subroutine add_exit_codes
-
-   subroutine add_entry(page, name, purpose)
-      type(page_t), intent(inout) :: page
-      character(len=*), intent(in) :: name, purpose
-      character(len=26) :: column
-      column = name
-      call page%line('  '//column//trim(purpose))
-   end subroutine add_entry
 
 end module nutate_help

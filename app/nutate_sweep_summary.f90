@@ -16,6 +16,7 @@ module nutate_sweep_summary
    use nutate_sweep_listing, only: status_in_words
    use nutate_sweep_progress, only: sweep_progress_t
    use nutate_sweep_sums, only: sweep_sums_t
+   use nutate_table, only: table_t
    implicit none
    private
 
@@ -99,20 +100,30 @@ contains
       end if
    end subroutine add_members
 
-   !> Mean and deviation of every field.
+   !> Mean, deviation and extremes of every field.
    subroutine add_fields(page, layout, sums)
       type(page_t), intent(inout) :: page
       type(row_layout_t), intent(in) :: layout
       type(sweep_sums_t), intent(in) :: sums
+      type(table_t) :: table
       integer :: i
       if (sums%codes(0) == 0) return
-      call page%line('  mean +- deviation, least to greatest')
+      table%indent = 4
+      call table%add_column('field')
+      call table%add_column('mean', digits=6)
+      call table%add_column('deviation', digits=3)
+      call table%add_column('least', digits=6)
+      call table%add_column('greatest', digits=6)
       do i = 3, layout%width()
          if (sums%count(i) == 0) cycle
-         call page%line('    '//trim(layout%names(i))//repeat(' ', max(30 - len_trim(layout%names(i)), 2))// &
-                        rounded_text(sums%mean(i))//' +- '//rounded_text(sums%deviation(i), 3)//', '// &
-                        rounded_text(sums%least(i))//' to '//rounded_text(sums%greatest(i)))
+         call table%add_row()
+         call table%put(layout%names(i))
+         call table%put(sums%mean(i))
+         call table%put(sums%deviation(i))
+         call table%put(sums%least(i))
+         call table%put(sums%greatest(i))
       end do
+      call page%line(table%text())
    end subroutine add_fields
 
 end module nutate_sweep_summary

@@ -32,7 +32,6 @@ contains
    !> The help page.
    function mpi_help() result(page)
       type(page_t) :: page
-      character(len=26) :: column
       integer :: i
       call page%line('nutate-mpi: run the members of an ensemble by the processes of MPI, and keep a row of each')
       call page%line('')
@@ -41,8 +40,7 @@ contains
       call page%line('Options')
       do i = 1, size(options)
          if (.not. is_listed('sweep', trim(options(i)%verbs)) .or. is_listed(trim(options(i)%name), not_here)) cycle
-         column = trim(options(i)%name)//' '//options(i)%value
-         call page%line('  '//column//trim(options(i)%purpose))
+         call page%item(trim(options(i)%name)//' '//options(i)%value, options(i)%purpose)
       end do
       call page%line('')
       call page%line('The file is that of nutate sweep, to the last byte, for any number of processes. All of them')

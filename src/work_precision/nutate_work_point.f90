@@ -2,7 +2,7 @@
 !> from an integration of their own; and the point between two runs where the error is a given one.
 module nutate_work_point
    use nutate_kinds, only: wp, long
-   use nutate_methods, only: make_stepper
+   use nutate_methods, only: make_stepper, methods
    use nutate_quaternion, only: attitude_distance
    use nutate_reference, only: reference_t
    use nutate_status, only: status_t
@@ -117,6 +117,11 @@ contains
       associate (summary => outcome%summary)
          point%steps = summary%steps
          if (point%tolerance > 0.0_wp) point%time_step = problem%duration()/max(real(summary%steps, wp), 1.0_wp)
+         ! Where no step is looked at the closed solution has the end at once.
+         if (methods(point%method)%order < 1) then
+            point%steps = 1
+            point%time_step = problem%duration()
+         end if
          point%cut_steps = summary%cut_steps
          point%parts = summary%parts
          point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)

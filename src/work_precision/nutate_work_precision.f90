@@ -7,7 +7,7 @@ module nutate_work_precision
    use nutate_kinds, only: wp
    use nutate_methods, only: methods
    use nutate_reference, only: reference_methods, reference_t
-   use nutate_status, only: status_t, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, NUTATE_STEP_LIMIT, NUTATE_STOPPED
    use nutate_stopwatch, only: stopwatch_t
    use nutate_measured_run, only: fastest_rate, lean_rate, problem_t
    use nutate_work_point, only: measure_point, work_point_t
@@ -51,7 +51,7 @@ module nutate_work_precision
       type(work_point_t), allocatable :: points(:)
       !> `UNDER_WAY`, ...; shape (rows of `methods`).
       integer :: ending(size(methods)) = UNDER_WAY
-      !> Why methods were refused; shape (rows of `methods`).
+      !> Why methods were refused, or else their last run that failed did; shape (rows of `methods`).
       type(status_t) :: refusal(size(methods))
       logical :: done = .false.
       !> Step of level 0, by method, s.
@@ -93,8 +93,6 @@ contains
       where (methods%lean) self%first_step = longest_step(problem%duration(), min(self%rate, lean_rate(problem)), &
                                                           time_step)
       allocate (self%points(0))
-      ! A method without an order has no step to choose.
-      where (methods%order < 1) self%ending = REFUSED
    end subroutine begin
 
    !> Does the next part of the study: a level of the reference until that is settled, then a run.
@@ -168,8 +166,11 @@ contains
       type(status_t), intent(in) :: status
       integer :: levels
 
+      if (status%code == NUTATE_STOPPED) return
       levels = most_levels
       if (.not. self%reference%known()) levels = levels_without_reference
+      ! The closed solution has no steps to be shortened.
+      if (methods(point%method)%order < 1) levels = 1
       associate (m => point%method)
          if (status%ok() .and. .not. point%is_cut_up()) then
             self%points = [self%points, point]
@@ -178,9 +179,9 @@ contains
             end if
          else if (status%code == NUTATE_STEP_LIMIT) then
             self%ending(m) = OUT_OF_TIME
-         else if (.not. status%ok() .and. (self%level + 1 == levels .or. status%subject /= '')) then
-            self%ending(m) = REFUSED
+         else if (.not. status%ok()) then
             self%refusal(m) = status
+            if (self%level + 1 == levels .or. status%subject /= '') self%ending(m) = REFUSED
          end if
          if (self%ending(m) == UNDER_WAY .and. self%level + 1 == levels) self%ending(m) = LAST_LEVEL
       end associate

@@ -163,15 +163,25 @@ class OtherCommands(SignalTest):
         run.send_signal(signal.SIGTERM)
         self.ends_by(run, signal.SIGTERM, ["box.nml: stopped by SIGTERM"])
 
-    def test_a_cost_study_writes_nothing(self):
+    def test_a_cost_study_shows_what_it_has(self):
         self.write("kept.csv", "method,order,\n")
-        for seconds in (0.0, 0.3, 1.0):
-            run = self.start("cost", "top.nml", "--csv", "kept.csv", stdout=subprocess.DEVNULL)
-            time.sleep(seconds)
-            run.send_signal(signal.SIGINT)
-            self.ends_by(run, signal.SIGINT, ["top.nml: stopped by SIGINT; nothing was written"])
-            self.assertEqual(self.read("kept.csv"), "method,order,\n")
-            self.assertEqual(self.names(), ["box.nml", "kept.csv", "top.nml"])
+        run = self.start("cost", "top.nml", "--csv", "kept.csv", "--set", "integrator.end_time=1e5")
+        time.sleep(0.2)
+        run.send_signal(signal.SIGINT)
+        self.ends_by(run, signal.SIGINT, ["top.nml: stopped by SIGINT; nothing was written"])
+        self.assertEqual(self.names(), ["box.nml", "kept.csv", "top.nml"])
+        run = self.start("cost", "top.nml", "--csv", "kept.csv", stdout=subprocess.PIPE)
+        time.sleep(2.0)
+        run.send_signal(signal.SIGINT)
+        text = run.stdout.read().decode()
+        self.ends_by(run, signal.SIGINT, ["top.nml: stopped by SIGINT after ", " runs; kept in kept.csv.partial"])
+        self.assertIn("cheapest first", text)
+        self.assertRegex(text, "rk4, until the study was stopped\n.*E-")
+        rows = self.read("kept.csv.partial").splitlines()
+        self.assertGreater(len(rows), 2)
+        self.assertEqual({row.count(",") for row in rows}, {14})
+        self.assertEqual(self.read("kept.csv"), "method,order,\n")
+        self.assertEqual(self.names(), ["box.nml", "kept.csv", "kept.csv.partial", "top.nml"])
 
 
 if __name__ == "__main__":
