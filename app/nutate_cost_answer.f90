@@ -29,7 +29,7 @@ contains
       if (.not. study%reference%known()) return
       call table%add_column('accuracy', '/ rad', digits=2)
       call table%add_column('time', '/ ms', digits=2)
-      call table%add_column('energy', digits=2)
+      call table%add_column('energy', digits=1)
       call table%add_column()
       call table%add_column('&integrator, cheapest first', &
                             '*: cheapest that keeps the invariants; auto: chosen by auto')
@@ -79,7 +79,7 @@ contains
          call table%put('')
          call table%put('-')
          call table%put('-')
-         call table%put('  auto')
+         call table%put(' auto')
          call table%put(method_text(auto)//', which does not reach it here')
       end if
    end subroutine add_ranking
@@ -94,7 +94,7 @@ contains
       real(wp), intent(in) :: tolerance
       call table%put(1e3_wp*point%seconds)
       call table%put(point%energy_error)
-      call table%put(merge('*', ' ', is_best)//merge(' auto', '     ', is_automatic))
+      call table%put(merge('*', ' ', is_best)//merge('auto', '    ', is_automatic))
       if (methods(point%method)%order < 1) then
          call table%put(method_text(point%method)//', accuracy='//number_text(tolerance, 2))
       else if (point%tolerance > 0.0_wp) then

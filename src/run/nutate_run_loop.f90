@@ -106,13 +106,15 @@ contains
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      integer(long) :: steps, next_poll
+      integer(long) :: steps, tries, next_poll
       real(wp) :: watched, sense, quiet_until
       logical :: over, looks, follows
       type(mark_t) :: mark
       type(hunt_t), allocatable :: hunts(:)
 
-      next_poll = (progress%summary%steps/policy%steps_per_poll + 1)*policy%steps_per_poll
+      ! What is tried counts, not steps: one that is cut may take thousands of parts.
+      tries = progress%summary%parts + progress%record%continued
+      next_poll = (tries/policy%steps_per_poll + 1)*policy%steps_per_poll
       over = is_over(progress)
       looks = .false.
       follows = allocated(progress%events)
@@ -148,8 +150,9 @@ contains
          end if
          if (present(observer) .and. (progress%summary%steps /= steps .or. over)) then
             call finish_step(progress, policy, system, watched, over, observer, status)
-            if (progress%summary%steps >= next_poll .and. status%code == 0 .and. progress%summary%steps /= steps) then
-               next_poll = next_poll + policy%steps_per_poll
+            tries = progress%summary%parts + progress%record%continued
+            if (tries >= next_poll .and. status%code == 0 .and. progress%summary%steps /= steps) then
+               next_poll = (tries/policy%steps_per_poll + 1)*policy%steps_per_poll
                call observer%poll(fraction_done(progress), status)
                if (observer%wants_archive) call offer(progress, policy, observer, status)
             end if
