@@ -106,15 +106,13 @@ contains
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      integer(long) :: steps, tries, next_poll
+      integer(long) :: steps, next_poll
       real(wp) :: watched, sense, quiet_until
       logical :: over, looks, follows
       type(mark_t) :: mark
       type(hunt_t), allocatable :: hunts(:)
 
-      ! What is tried counts, not steps: one that is cut may take thousands of parts.
-      tries = progress%summary%parts + progress%record%continued
-      next_poll = (tries/policy%steps_per_poll + 1)*policy%steps_per_poll
+      next_poll = poll_after(progress, policy)
       over = is_over(progress)
       looks = .false.
       follows = allocated(progress%events)
@@ -122,7 +120,7 @@ contains
       quiet_until = -sense*huge(1.0_wp)
       do while (status%code == 0 .and. .not. over)
          steps = progress%summary%steps
-         if (progress%summary%parts + progress%record%continued >= progress%plan%max_steps) then
+         if (tries_of(progress) >= progress%plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
             if (present(observer)) then
                if (observer%keeps_archives) call offer(progress, policy, observer, status)
@@ -150,9 +148,8 @@ contains
          end if
          if (present(observer) .and. (progress%summary%steps /= steps .or. over)) then
             call finish_step(progress, policy, system, watched, over, observer, status)
-            tries = progress%summary%parts + progress%record%continued
-            if (tries >= next_poll .and. status%code == 0 .and. progress%summary%steps /= steps) then
-               next_poll = (tries/policy%steps_per_poll + 1)*policy%steps_per_poll
+            if (tries_of(progress) >= next_poll .and. status%code == 0 .and. progress%summary%steps /= steps) then
+               next_poll = poll_after(progress, policy)
                call observer%poll(fraction_done(progress), status)
                if (observer%wants_archive) call offer(progress, policy, observer, status)
             end if
@@ -162,6 +159,19 @@ contains
          end if
       end do
    end subroutine take_steps
+
+   !> Steps of a run so far, with the parts of those that were cut: one step may take thousands.
+   pure integer(long) function tries_of(progress) result(tries)
+      type(progress_t), intent(in) :: progress
+      tries = progress%summary%parts + progress%record%continued
+   end function tries_of
+
+   !> The tries after which the next poll is due.
+   pure integer(long) function poll_after(progress, policy) result(tries)
+      type(progress_t), intent(in) :: progress
+      class(step_policy_t), intent(in) :: policy
+      tries = (tries_of(progress)/policy%steps_per_poll + 1)*policy%steps_per_poll
+   end function poll_after
 
    !> Finds out if anything can happen in the next step.
    subroutine see_ahead(progress, policy, system, step, mark, looks, quiet_until)

@@ -46,7 +46,7 @@ class Study(CommandLineTest):
             self.assertEqual(sum(line.startswith(method + ",") for line in lines), 1, method)
         for words in ("box.nml: Free box", "exact motion of a free body", "exact, the closed solution", "time_step="):
             self.assertIn(words, done.stdout)
-        self.assertLessEqual(max(map(len, lines)), 100)
+        self.assertLessEqual(max(map(len, lines)), 110)
         # The answer is the last table, and nothing stands below it.
         self.assertEqual([rows[0][0] for rows in self.answer(done.stdout)], ["1E-4", "1E-6", "1E-8", "1E-10"])
         self.assertEqual(self.names(), ["box.nml", "top.nml"])
