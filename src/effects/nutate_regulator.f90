@@ -399,16 +399,18 @@ contains
    end function next_sample
 
    !> Holds from now on what the law asks for, cut off at the limit; nothing outside of the window.
-   pure subroutine hold(self, t, q, omega)
+   pure subroutine hold(self, t, q, omega, moment)
       class(regulator_t), intent(inout) :: self
-      !> A time inside of what follows, s.
+      !> Time of the sample, s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
+      !> A time inside of what follows, s: it tells whether the window is open.
+      real(wp), intent(in) :: moment
       self%was_on = self%on
       self%held = 0.0_wp
       self%held_by_wheels = 0.0_wp
-      if (.not. (self%on .and. t >= self%start .and. t <= self%stop)) return
+      if (.not. (self%on .and. moment >= self%start .and. moment <= self%stop)) return
       if (self%by == BY_WHEELS) then
          self%held_by_wheels = matmul(self%wanted(t, q, omega), self%share)
          return

@@ -93,7 +93,7 @@ contains
                 (regulator%on .eqv. regulator%was_on)) cycle
             if (.not. changed) call find_motion(system, state, motion)
             changed = .true.
-            call regulator%hold(state%t + 2*sense*margin, quat_normalized(state%q), motion%relative)
+            call regulator%hold(state%t, quat_normalized(state%q), motion%relative, state%t + 2*sense*margin)
          end select
       end do
       if (changed) call command_wheels(system%effects)
