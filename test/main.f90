@@ -35,6 +35,7 @@ program unit
    use test_conserve, only: collect_conserve
    use test_conserve_limits, only: collect_conserve_limits
    use test_control, only: collect_control
+   use test_controllers, only: collect_controllers
    use test_dense_output, only: collect_dense_output
    use test_discrete_states, only: collect_discrete_states
    use test_earth_frames, only: collect_earth_frames
@@ -301,6 +302,7 @@ contains
          new_testsuite("regulators", collect_regulators), &
          new_testsuite("saturation", collect_saturation), &
          new_testsuite("wheel_limits", collect_wheel_limits), &
+         new_testsuite("controllers", collect_controllers), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels), &
          new_testsuite("work_share", collect_work_share) &

@@ -18,7 +18,7 @@ module nutate_accuracy
    use nutate_methods, only: method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t
-   use nutate_progress, only: progress_t, start_run
+   use nutate_progress, only: progress_t, start_run, watch_limits
    use nutate_quaternion, only: attitude_distance
    use nutate_run_loop, only: drive
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -429,6 +429,7 @@ contains
       else
          call start_run(own, system%effects, progress%state, plan, status)
          if (status%ok()) call control%begin(system, settings, own, status)
+         if (status%ok()) call watch_limits(own, system, status)
          if (status%ok()) call drive(own, control, system, status, observer)
       end if
       if (status%code == NUTATE_STEP_LIMIT) status = fail(NUTATE_STEP_LIMIT, needs_more(plan%max_steps))
@@ -486,6 +487,7 @@ contains
       plan%end_time = plan%end_time + shift
       call start_run(own, noisy%effects, state, plan, status)
       if (status%ok()) call control%begin(noisy, settings, own, status)
+      if (status%ok()) call watch_limits(own, noisy, status)
       if (.not. status%ok()) return
       call control%disturb(noise)
       call drive(own, control, noisy, status, observer)

@@ -7,14 +7,14 @@ module nutate_control
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
    use nutate_regulator, only: regulator_t
-   use nutate_saturation, only: add_saturations, can_saturate, take_saturations
+   use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, take_saturations
    use nutate_speed_limits, only: add_speed_limits, has_speed_limits, take_speed_limits
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: limit_events, needs_control, next_sample, take_limits, take_samples
+   public :: free_senses, is_watched, limit_events, needs_control, next_sample, take_limits, take_samples
 
 contains
 
@@ -24,6 +24,12 @@ contains
       type(effect_list_t), intent(in) :: effects
       needs_control = has_speed_limits(effects) .or. can_saturate(effects) .or. has_samples(effects)
    end function needs_control
+
+   !> True where runs watch over something: also over the zeros of e₀, where laws at all times jump.
+   pure logical function is_watched(effects)
+      type(effect_list_t), intent(in) :: effects
+      is_watched = needs_control(effects) .or. can_jump(effects)
+   end function is_watched
 
    !> The events of all limits.
    function limit_events(effects) result(events)

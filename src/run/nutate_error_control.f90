@@ -50,7 +50,7 @@ module nutate_error_control
       real(wp) :: longest = huge(1.0_wp)
       !> +1 forward, -1 backward in time.
       real(wp) :: sense = 1.0_wp
-      !> Digits of the time that its sum cannot hold, s: without them the steps would not add up to the run.
+      !> Digits of the time that its sum cannot hold, s.
       real(wp) :: t_compensation = 0.0_wp
       !> Noise of a pilot run, for the ends of steps that nothing projects.
       type(noise_t) :: noise
@@ -107,6 +107,7 @@ contains
       if (rows_inside .and. self%equal%suit) call self%half%keep_steps()
       if (rows_inside .and. .not. (self%method%dense .or. self%equal%suit) .and. status%ok()) &
          call get_stepper(system, own, self%branch, status)
+      if (allocated(self%probe) .and. status%ok()) call get_stepper(system, own, self%probe, status)
       if (allocated(self%work)) deallocate (self%work)
       allocate (self%work(system%effects%n_works()), source=0.0_wp)
       self%longest = huge(self%longest)
@@ -210,7 +211,6 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: next
       real(wp) :: error
-
       next = progress%state
       progress%record%iterations = 0
       progress%record%unproved = 0

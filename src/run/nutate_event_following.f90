@@ -237,8 +237,8 @@ contains
             events%due(events%n_due) = k
             events%switches = events%switches + 1
             if (events%switches > most_switches) status = fail(NUTATE_STEP_LIMIT, &
-               "more than 1000 switches in one step, "// &
-               "the last by the event '"//trim(watched%event%name)//"': they follow each other without end")
+               'more than 1000 switches in one step, the last by '//words_of(watched%event)// &
+               ': they follow each other without end')
          end associate
       end subroutine happen
 
@@ -256,6 +256,17 @@ contains
 
    end subroutine follow_events
 
+   !> What an event is in a message.
+   pure function words_of(event) result(words)
+      class(event_t), intent(in) :: event
+      character(len=:), allocatable :: words
+      words = "the event '"//trim(event%name)//"'"
+      select type (event)
+      class is (limit_event_t)
+         words = 'the '//trim(event%words)
+      end select
+   end function words_of
+
    !> True if an event ends the run when it happens for the n-th time.
    pure logical function ends_run(event, n)
       class(event_t), intent(in) :: event
@@ -271,11 +282,12 @@ contains
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       real(wp) :: before
-      logical :: changed
+      logical :: changed, settled
       integer :: i
       associate (events => progress%events)
          before = potential_energy(system%effects, progress%state%q, progress%state%t)
          changed = .false.
+         settled = .false.
          do i = 1, events%n_due
             associate (event => events%watched(events%due(i))%event)
                select case (event%action)
@@ -285,16 +297,16 @@ contains
                   call system%effects%switch(event%effect, .false.)
                case (SWITCH_LIMIT)
                   call settle(event, system, progress%state)
-                  ! What others ask for may have jumped with it.
-                  events%watched(events%n_asked + 1:)%side = 0
                case default
                   call system%effects%switch(event%effect)
                end select
                changed = changed .or. event%action /= SWITCH_LIMIT
+               settled = settled .or. event%action == SWITCH_LIMIT
             end associate
          end do
          events%n_due = 0
          call events%take_system(system)
+         if (settled) call events%hold_sides()
          call add_increment(progress%summary%world_work, progress%world_compensation, &
                             potential_energy(system%effects, progress%state%q, progress%state%t) - before)
       end associate

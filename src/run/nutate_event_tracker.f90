@@ -7,7 +7,7 @@ module nutate_event_tracker
    use nutate_event, only: CROSSING, event_t, most_parts, part_t, second_rate
    use nutate_event_roots, only: node_t
    use nutate_kinds, only: wp, eps, long
-   use nutate_limit_event, only: limit_slot_t
+   use nutate_limit_event, only: limit_event_t, limit_slot_t
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_motion_bounds, only: bound_motion, motion_bounds_t
    use nutate_state, only: state_t
@@ -108,6 +108,8 @@ module nutate_event_tracker
       procedure :: fall_asleep
       !> Takes a system with other effects on.
       procedure :: take_system
+      !> Takes the sides on which the quantities of limits are, as the system has it.
+      procedure :: hold_sides
       !> The parts of an event's function.
       procedure :: look
       !> Makes functions and slopes known at the start of a step.
@@ -167,7 +169,9 @@ contains
          end associate
       end do
       call self%take_system(system)
-      if (size(limits) > 0) call take_limits(self%system, state)
+      if (size(limits) == 0) return
+      call take_limits(self%system, state)
+      call self%hold_sides()
    end subroutine begin
 
    !> Takes over how often the first events have happened in an earlier run, and on which side they are.
@@ -200,6 +204,23 @@ contains
       self%asleep = .false.
       self%bounds = bound_motion(system)
    end subroutine take_system
+
+   !> Takes the sides on which the quantities of limits are, as the system has it. At its level the round-off of a
+   !> quantity does not tell: what then is at its limit, and is not seen to leave it, would stay there.
+   pure subroutine hold_sides(self)
+      class(event_tracker_t), intent(inout) :: self
+      integer :: i
+      do i = self%n_asked + 1, size(self%watched)
+         associate (watched => self%watched(i))
+            watched%side = 0
+            select type (event => watched%event)
+            class is (limit_event_t)
+               watched%side = event%side_held(self%system)
+            end select
+            if (watched%side /= 0) watched%near = 0.0_wp
+         end associate
+      end do
+   end subroutine hold_sides
 
    !> True if nothing can happen up to a time.
    pure logical function sleeps_until(self, t, sense)

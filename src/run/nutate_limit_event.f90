@@ -14,7 +14,11 @@ module nutate_limit_event
 
    !> Something comes to a limit, or leaves it.
    type, abstract, extends(event_t) :: limit_event_t
+      !> What it is in messages; the summary of a run lists those with a `name`.
+      character(len=64) :: words = ''
    contains
+      !> The side of its level on which the quantity is, as the system has it; 0: the system does not know.
+      procedure :: side_held => no_side
       !> Makes the system what it is from there on.
       procedure(settle_limit), deferred :: settle
    end type limit_event_t
@@ -34,5 +38,13 @@ module nutate_limit_event
          type(state_t), intent(in) :: state
       end subroutine settle_limit
    end interface
+
+contains
+
+   pure integer function no_side(self, system)
+      class(limit_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      no_side = 0
+   end function no_side
 
 end module nutate_limit_event

@@ -1,19 +1,22 @@
 !> How far a run has come: its state, what it took, and all else that changes on the way but for the steppers.
 module nutate_progress
    use nutate_archive, only: archive_t
+   use nutate_control, only: is_watched
    use nutate_effect_list, only: effect_list_t
-   use nutate_event_tracker, only: event_tracker_t
+   use nutate_event_tracker, only: event_list_t, event_tracker_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_system, only: system_t
    implicit none
    private
 
    public :: progress_t, run_summary_t, way_t
-   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, transfer_progress
+   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, transfer_progress, &
+      watch_limits
 
    !> What a run took.
    type :: run_summary_t
@@ -122,6 +125,18 @@ contains
       allocate (self%summary%work(effects%n_works()), self%work_compensation(effects%n_works()), source=0.0_wp)
       self%next_break = effects%next_break(state%t, sign(1.0_wp, plan%end_time - state%t))
    end subroutine start_run
+
+   !> Lets a run look for what limits, samples and laws that jump bring with them, and for no other events. Errors:
+   !> those of the tracker.
+   subroutine watch_limits(self, system, status)
+      !> Started.
+      type(progress_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      if (.not. is_watched(system%effects)) return
+      allocate (self%events)
+      call self%events%begin(event_list_t(), system, self%state, status)
+   end subroutine watch_limits
 
    !> True at the end of the run.
    pure logical function is_over(self)

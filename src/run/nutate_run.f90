@@ -7,7 +7,7 @@
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
-   use nutate_control, only: needs_control
+   use nutate_control, only: is_watched, needs_control
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: fixed_steps_t
    use nutate_event_tracker, only: event_list_t
@@ -180,7 +180,7 @@ contains
                        'them)', 'accuracy')
          return
       end if
-      if (events%count() == 0 .and. .not. needs_control(system%effects)) return
+      if (events%count() == 0 .and. .not. is_watched(system%effects)) return
       do i = 1, events%count()
          if (events%slots(i)%item%action /= 0 .and. progress%plan%goal%accuracy > 0.0_wp) then
             status = fail(NUTATE_BAD_ARGUMENT, &

@@ -1,10 +1,10 @@
 !> Limits of what regulators ask for at all times, as events of a run: of the torque, of the moment of magnets, of the
 !> torque of motors. At its limit a component stays there until the law asks for less. A motor whose wheel is at the
 !> limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further. And where e₀
-!> passes zero such a law jumps: between its zeros its sign is held.
+!> passes zero a law jumps, with limits or without: between its zeros its sign is held.
 module nutate_saturation
    use nutate_effect_list, only: effect_list_t
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, eps
    use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
@@ -15,10 +15,13 @@ module nutate_saturation
    implicit none
    private
 
-   public :: add_saturations, can_saturate, take_saturations
+   public :: add_saturations, can_jump, can_saturate, free_senses, take_saturations
 
    !> What is farther from its limit than this part of it was not found there: it has jumped.
    real(wp), parameter :: near = 1e-3_wp
+
+   !> Round-off of e₀, of unit quaternions.
+   real(wp), parameter :: zero_scalar = 8*eps
 
    !> What a law asks for comes to a limit or leaves it, or changes its sign.
    type, extends(limit_event_t) :: saturation_event_t
@@ -29,6 +32,7 @@ module nutate_saturation
    contains
       procedure :: value => asked_amount
       procedure :: settle => settle_saturation
+      procedure :: side_held => side_of_cut
    end type saturation_event_t
 
    !> e₀ of a regulator passes zero.
@@ -38,6 +42,7 @@ module nutate_saturation
    contains
       procedure :: value => error_scalar
       procedure :: settle => settle_turnover
+      procedure :: side_held => side_of_sense
    end type turnover_event_t
 
 contains
@@ -87,43 +92,57 @@ contains
       do i = 1, effects%n_torques
          if (turns_over(effects, i)) then
             do k = -1, 1, 2
-               call add_one(turnover_event_t(torque=i, action=SWITCH_LIMIT, direction=k), events)
+               call add_one(turnover_event_t(words='zero of e0 of '//controller(effects, i), torque=i, &
+                                             action=SWITCH_LIMIT, direction=k), events)
             end do
          end if
          if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
          do k = 1, 3
-            call add_sides(saturation_event_t(name=name_of(effects, i), torque=i, place=k, action=SWITCH_LIMIT), &
-                           limit_of_torque(effects, i), events)
+            call add_sides(saturation_event_t(name=name_of(effects, i), words=controller(effects, i), torque=i, &
+                                              place=k, action=SWITCH_LIMIT), limit_of_torque(effects, i), events)
          end do
       end do
       do i = 1, effects%n_wheels
          if (limit_of_motor(effects, i) < huge(1.0_wp)) &
-            call add_sides(saturation_event_t(name='limit of motor', place=i, action=SWITCH_LIMIT), &
-                           limit_of_motor(effects, i), events)
+            call add_sides(saturation_event_t(name='limit of motor', words=driver(effects), place=i, &
+                                              action=SWITCH_LIMIT), limit_of_motor(effects, i), events)
          if (.not. feeds_back(effects, i) .or. .not. effects%wheels(i)%speed_limit < huge(1.0_wp)) cycle
          do k = -1, 1, 2
-            call add_one(saturation_event_t(place=i, action=SWITCH_LIMIT, direction=k), events)
+            call add_one(saturation_event_t(words='zero of the torque of '//driver(effects), place=i, &
+                                            action=SWITCH_LIMIT, direction=k), events)
          end do
       end do
    end subroutine add_saturations
 
-   !> True for a regulator whose law, with a limit at all times, jumps with the sign of e₀.
+   !> True where the law of a regulator, at all times, jumps with the sign of e₀.
+   pure logical function can_jump(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      can_jump = .false.
+      do i = 1, effects%n_torques
+         can_jump = can_jump .or. turns_over(effects, i)
+      end do
+   end function can_jump
+
+   !> True for a regulator whose law, at all times, jumps with the sign of e₀.
    pure logical function turns_over(effects, i)
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
-      integer :: k
       turns_over = .false.
       select type (regulator => effects%torques(i)%item)
       class is (regulator_t)
-         if (regulator%law /= POINTING .or. regulator%sample > 0.0_wp) return
-         turns_over = limit_of_torque(effects, i) < huge(1.0_wp)
-         if (regulator%by /= BY_WHEELS) return
-         do k = 1, effects%n_wheels
-            turns_over = turns_over .or. limit_of_motor(effects, k) < huge(1.0_wp)
-            if (feeds_back(effects, k)) turns_over = turns_over .or. effects%wheels(k)%speed_limit < huge(1.0_wp)
-         end do
+         turns_over = regulator%law == POINTING .and. .not. regulator%sample > 0.0_wp
       end select
    end function turns_over
+
+   !> Lets the laws follow the sign of e₀, for steps that no run watches over.
+   pure subroutine free_senses(effects)
+      type(effect_list_t), intent(inout) :: effects
+      integer :: i
+      do i = 1, effects%n_torques
+         if (turns_over(effects, i)) call hold_sense(effects, i, 0)
+      end do
+   end subroutine free_senses
 
    !> What the limit of a regulator is one of.
    pure function name_of(effects, i) result(name)
@@ -149,6 +168,38 @@ contains
       end select
    end function feeds_back
 
+   !> A controller in messages: by its name, or as the n-th one.
+   pure function controller(effects, i) result(words)
+      type(effect_list_t), intent(in) :: effects
+      !> Which torque it is.
+      integer, intent(in) :: i
+      character(len=40) :: words
+      integer :: n, k
+      n = 0
+      do k = 1, i
+         select type (regulator => effects%torques(k)%item)
+         class is (regulator_t)
+            n = n + 1
+         end select
+      end do
+      write (words, '(a,i0)') 'controller ', n
+      if (effects%torques(i)%item%label /= '') words = "controller '"//trim(effects%torques(i)%item%label)//"'"
+   end function controller
+
+   !> The controller that drives the motors at all times; there is one at most.
+   pure function driver(effects) result(words)
+      type(effect_list_t), intent(in) :: effects
+      character(len=40) :: words
+      integer :: i
+      words = ''
+      do i = 1, effects%n_torques
+         select type (regulator => effects%torques(i)%item)
+         class is (regulator_t)
+            if (regulator%by == BY_WHEELS .and. .not. regulator%sample > 0.0_wp) words = controller(effects, i)
+         end select
+      end do
+   end function driver
+
    !> Adds the events of a limit and of that below zero: what is asked for comes to it, with a name, or leaves it.
    subroutine add_sides(form, limit, events)
       type(saturation_event_t), intent(in) :: form
@@ -162,6 +213,7 @@ contains
          event%level = side*limit
          event%direction = side
          write (event%name, '(a,i0)') trim(form%name)//' ', form%place
+         event%words = trim(event%name)//' of '//form%words
          call add_one(event, events)
          event%direction = -side
          event%name = ''
@@ -214,6 +266,39 @@ contains
       end select
    end function error_scalar
 
+   !> The side of an amount on which a component at its limit, or within it, leaves it; that of zero where a motor whose
+   !> wheel is at the limit of its speed gives nothing, or brakes.
+   pure integer function side_of_cut(self, system) result(side)
+      class(saturation_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      side = 0
+      if (self%torque > 0) then
+         select type (regulator => system%effects%torques(self%torque)%item)
+         class is (regulator_t)
+            side = merge(self%side, -self%side, regulator%cut(self%place) == self%side)
+         end select
+      else
+         select type (motor => system%effects%wheels(self%place)%motor)
+         class is (regulated_motor_t)
+            if (self%side == 0) then
+               side = merge(motor%at_limit, -motor%at_limit, motor%blocked)
+            else
+               side = merge(self%side, -self%side, motor%cut == self%side)
+            end if
+         end select
+      end if
+   end function side_of_cut
+
+   pure integer function side_of_sense(self, system) result(side)
+      class(turnover_event_t), intent(in) :: self
+      type(system_t), intent(in) :: system
+      side = 0
+      select type (regulator => system%effects%torques(self%torque)%item)
+      class is (regulator_t)
+         side = regulator%sense
+      end select
+   end function side_of_sense
+
    !> The law has jumped: what is at a limit is found anew.
    pure subroutine settle_turnover(self, system, state)
       class(turnover_event_t), intent(in) :: self
@@ -228,7 +313,7 @@ contains
       type(effect_list_t), intent(inout) :: effects
       !> Which one.
       integer, intent(in) :: torque
-      !> 1 or -1.
+      !> 1 or -1; 0: it follows e₀.
       integer, intent(in) :: sense
       logical :: drives
       integer :: i
@@ -295,17 +380,28 @@ contains
    pure subroutine take_saturations(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
-      type(turnover_event_t) :: turnover
-      type(motion_t) :: motion
       integer :: i
-      motion%state = state
       do i = 1, system%effects%n_torques
-         if (.not. turns_over(system%effects, i)) cycle
-         turnover%torque = i
-         call hold_sense(system%effects, i, merge(-1, 1, turnover%value(system, motion) < 0.0_wp))
+         if (turns_over(system%effects, i)) call hold_sense(system%effects, i, sense_at(system, i, state))
       end do
       call find_saturations(system, state)
    end subroutine take_saturations
+
+   !> sgn(e₀) of a regulator; where e₀ is zero but for round-off, half a turn from the target, that to which it goes.
+   pure integer function sense_at(system, torque, state) result(sense)
+      type(system_t), intent(in) :: system
+      !> Which one.
+      integer, intent(in) :: torque
+      type(state_t), intent(in) :: state
+      type(turnover_event_t) :: turnover
+      type(motion_t) :: motion
+      real(wp) :: scalar
+      turnover%torque = torque
+      call find_motion(system, state, motion)
+      scalar = turnover%value(system, motion)
+      if (abs(scalar) <= zero_scalar) scalar = turnover%rate(system, motion)
+      sense = merge(-1, 1, scalar < 0.0_wp)
+   end function sense_at
 
    !> Finds out what is at, or beyond, its limit.
    pure subroutine find_saturations(system, state)

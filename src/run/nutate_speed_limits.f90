@@ -66,7 +66,9 @@ contains
             reached = speed_event_t(wheel=i, becomes=side, direction=side, action=SWITCH_LIMIT, &
                                     level=side*effects%wheels(i)%speed_limit)
             write (reached%name, '("limit of wheel ",i0)') i
-            left = speed_event_t(wheel=i, direction=-side, action=SWITCH_LIMIT, level=released_at*reached%level)
+            reached%words = reached%name
+            left = speed_event_t(wheel=i, words=reached%name, direction=-side, action=SWITCH_LIMIT, &
+                                 level=released_at*reached%level)
             allocate (grown(n + 1)%item, source=reached)
             allocate (grown(n + 2)%item, source=left)
             n = n + 2

@@ -6,7 +6,7 @@ module nutate_c_event_runs
    use nutate_c_rows, only: row_taker_t, write_row
    use nutate_c_settings, only: settings_of_run, take_choice
    use nutate_c_stepping, only: take_back
-   use nutate_control, only: needs_control
+   use nutate_control, only: free_senses, is_watched, needs_control
    use nutate_kinds, only: wp
    use nutate_progress, only: progress_t
    use nutate_run, only: run_t
@@ -20,10 +20,10 @@ module nutate_c_event_runs
 
 contains
 
-   !> True where single steps would not do: there are events, limits of speed or samples.
+   !> True where single steps would not do: there are events, limits of speed, samples or laws that jump.
    pure logical function needs_whole_run(handle)
       type(stepper_handle_t), intent(in) :: handle
-      needs_whole_run = handle%events%count() > 0 .or. needs_control(handle%system%effects)
+      needs_whole_run = handle%events%count() > 0 .or. is_watched(handle%system%effects)
    end function needs_whole_run
 
    !> Runs to the end of a plan, or to where an event ends it; the rows are those of the plan. A run that begins where
@@ -127,6 +127,7 @@ contains
       logical, intent(in) :: on_grid
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects = run%events%system%effects
+      if (.not. needs_control(handle%system%effects)) call free_senses(handle%system%effects)
       handle%run = run%progress_t
       handle%last_state = run%state
       handle%under_way = on_grid
