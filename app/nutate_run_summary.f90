@@ -59,6 +59,7 @@ contains
       if (scene%plan%goal%active() .and. run%summary%settings%order < 1) then
          call page%item('steps', count_text(run%summary%steps)//' of the closed solution, to t = '// &
                         rounded_text(run%state%t)//' s')
+         if (scene%plan%goal%accuracy > 0.0_wp) call add_error(page, scene%plan%goal%accuracy, run)
       else if (scene%plan%goal%active()) then
          call add_control(page, scene%plan, run)
       else
@@ -84,25 +85,37 @@ contains
       type(page_t), intent(inout) :: page
       type(run_plan_t), intent(in) :: plan
       type(run_t), intent(in) :: run
-      associate (summary => run%summary)
-      call page%item('steps', count_text(summary%steps)//' chosen by their error, to t = '// &
-                     rounded_text(run%state%t)//' s; '//count_text(summary%cut_steps)//' more refused')
-      if (plan%goal%accuracy <= 0.0_wp) then
-         call page%item('error of a step', 'below '//rounded_text(plan%goal%local_tolerance, 3)//' rad')
-      else if (summary%estimate <= plan%goal%accuracy) then
-         call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end, '// &
-                        rounded_text(plan%goal%accuracy, 3)//' asked for')
-      else if (summary%round_off > plan%goal%accuracy) then
-         call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end; the '// &
-                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach: of round-off alone come '// &
-                        rounded_text(summary%round_off, 3))
+      call page%item('steps', count_text(run%summary%steps)//' chosen by their error, to t = '// &
+                     rounded_text(run%state%t)//' s; '//count_text(run%summary%cut_steps)//' more refused')
+      if (plan%goal%accuracy > 0.0_wp) then
+         call add_error(page, plan%goal%accuracy, run)
       else
-         call page%item('estimated error', rounded_text(summary%estimate, 3)//' rad of attitude at the end; the '// &
-                        rounded_text(plan%goal%accuracy, 3)//' asked for is out of reach: no steps could be '// &
-                        'shown to meet it')
+         call page%item('error of a step', 'below '//rounded_text(plan%goal%local_tolerance, 3)//' rad')
       end if
-      end associate
    end subroutine add_control
+
+   !> The estimated error, beside the accuracy that was asked for.
+   subroutine add_error(page, accuracy, run)
+      type(page_t), intent(inout) :: page
+      !> rad.
+      real(wp), intent(in) :: accuracy
+      type(run_t), intent(in) :: run
+      character(len=:), allocatable :: text
+      associate (summary => run%summary)
+         text = rounded_text(summary%estimate, 3)//' rad of attitude at the end'
+         if (summary%estimate <= accuracy) then
+            text = text//', '//rounded_text(accuracy, 3)//' asked for'
+         else
+            text = text//'; the '//rounded_text(accuracy, 3)//' asked for is out of reach: '
+            if (summary%round_off > accuracy) then
+               text = text//'of round-off alone come '//rounded_text(summary%round_off, 3)
+            else
+               text = text//'no steps could be shown to meet it'
+            end if
+         end if
+      end associate
+      call page%item('estimated error', text)
+   end subroutine add_error
 
    !> How often and when each event happened, what ended the run, and what switches have changed the energy by.
    subroutine add_events(page, watcher, run)

@@ -7,7 +7,7 @@
 !> `--attack SEED STAGES` does so with the attack on the true root, `--attack SEED case NUMBER` repeats one case of it
 !> (see tools/attack.sh). `--accuracy`
 !> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see
-!> tools/accuracy.sh).
+!> tools/accuracy.sh). `--exact` runs random free bodies against the oracle, `--exact CASE` repeats one.
 program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
@@ -50,6 +50,7 @@ program unit
    use test_events, only: collect_events
    use test_exact_elliptic, only: collect_exact_elliptic
    use test_exact_free, only: collect_exact_free
+   use test_exact_round_off, only: collect_exact_round_off, report_round_off
    use test_exact_steady, only: collect_exact_steady
    use test_exact_top, only: collect_exact_top
    use test_exact_top_limits, only: collect_exact_top_limits
@@ -147,6 +148,7 @@ contains
          if (suite_name == '--attack-events') call run_event_attack()
          if (suite_name == '--attack-paths') call run_path_attack()
          if (suite_name == '--accuracy') call run_accuracy(test_name)
+         if (suite_name == '--exact') call run_exact(test_name)
       end if
       if (.not. allocated(suite_name)) then
          do i = 1, size(suites)
@@ -244,6 +246,7 @@ contains
          new_testsuite("euler", collect_euler), &
          new_testsuite("exact_elliptic", collect_exact_elliptic), &
          new_testsuite("exact_free", collect_exact_free), &
+         new_testsuite("exact_round_off", collect_exact_round_off), &
          new_testsuite("exact_steady", collect_exact_steady), &
          new_testsuite("exact_top", collect_exact_top), &
          new_testsuite("exact_top_limits", collect_exact_top_limits), &
@@ -424,6 +427,19 @@ contains
       if (failures > 0) call stop_with("the accuracy was not kept")
       stop
    end subroutine run_accuracy
+
+   !> Runs random free bodies, or the case of a number, against the oracle; does not return.
+   subroutine run_exact(case)
+      character(len=:), allocatable, intent(in) :: case
+      integer :: number, problem, failures
+      number = 0
+      problem = 0
+      if (allocated(case)) read (case, *, iostat=problem) number
+      if (problem /= 0 .or. (allocated(case) .and. number < 1)) call stop_with("--exact takes the number of a case")
+      call report_round_off(number, number, failures)
+      if (failures > 0) call stop_with("an error exceeds its estimate")
+      stop
+   end subroutine run_exact
 
    subroutine stop_listing(suites, name)
       type(testsuite_type), intent(in) :: suites(:)

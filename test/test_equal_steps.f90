@@ -43,10 +43,35 @@ contains
       testsuite = [ &
                   new_unittest("they suit short motions in uniform fields", suited_motions), &
                   new_unittest("an accuracy is kept with few runs", accuracy_is_kept), &
+                  new_unittest("errors that cancel in one pair are noticed", cancelled_errors_are_noticed), &
                   new_unittest("rows leave the motion as it is", rows_change_nothing), &
                   new_unittest("a plan with steps that were found is the same run", found_steps_are_kept), &
                   new_unittest("steppers that have made a noisy run are as new", steppers_are_as_new)]
    end subroutine collect_equal_steps
+
+   !> A dipole for which the errors of orders 8 and 9 cancel at the steps of the first pilot run: its end is seven times
+   !> nearer to that of the next one than it ought to be.
+   subroutine cancelled_errors_are_noticed(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(state_t) :: state, reference
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      problem = free_body([1.70903754553769316_wp, 1.15144412096108439_wp, 1.48243426433196035_wp], &
+                          [-1.9649968383920205e-4_wp, 1.2050443191317919e-3_wp, 1.0892317730914886e-3_wp])
+      call problem%system%effects%add(dipole_t( &
+                         [2.2924914017966495e-7_wp, -1.4274739862532194e-6_wp, -7.6493895359554742e-6_wp], &
+                         [0.62722671637516036_wp, 0.52275795117657053_wp, 0.57733072908594441_wp]))
+      state = problem%start
+      reference = problem%start
+      call integrate(problem%system, integrator_settings_t(method='rk8', conserve=.true.), state, &
+                     run_plan_t(end_time=1e4_wp, goal=run_goal_t(accuracy=1e-9_wp)), status, summary=summary)
+      if (status%ok()) call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), &
+                         reference, run_plan_t(end_time=1e4_wp, goal=run_goal_t(accuracy=1e-12_wp)), status)
+      call check(error, status%ok(), trim(status%message))
+      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, reference%q), summary%estimate, &
+                                                   "error")
+   end subroutine cancelled_errors_are_noticed
 
    subroutine suited_motions(error)
       type(error_type), allocatable, intent(out) :: error

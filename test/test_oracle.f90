@@ -24,8 +24,8 @@ module test_oracle
 
    !> Columns of the extrapolation, of n = 2, 4, 6, … steps each.
    integer, parameter :: columns = 14
-   !> Error of a step, relative to |q| and |L|.
-   real(qp), parameter :: tolerance = 1e-25_qp
+   !> Error of a step, relative to |q| and |L|, unless a smaller one is asked for.
+   real(qp), parameter :: usual_tolerance = 1e-25_qp
    real(qp), parameter :: pi = 3.14159265358979323846264338327950288_qp
    !> Components of y: q, L.
    integer, parameter :: n_y = 7
@@ -35,6 +35,8 @@ module test_oracle
       real(qp) :: inverse_inertia(3, 3), rotor(3)
       !> Largest |L|, to which errors are relative.
       real(qp) :: momentum
+      !> Error of a step.
+      real(qp) :: tolerance = usual_tolerance
       !> The torque acts in this part of the run; shape (number of torques).
       logical, allocatable :: acts(:)
    end type motion_t
@@ -42,18 +44,21 @@ module test_oracle
 contains
 
    !> The attitude at the end time.
-   subroutine find_true_attitude(system, start, end_time, q)
+   subroutine find_true_attitude(system, start, end_time, q, tolerance)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: start
       !> s.
       real(wp), intent(in) :: end_time
       !> Shape (4).
       real(qp), intent(out) :: q(4)
+      !> Of a step.
+      real(qp), intent(in), optional :: tolerance
       type(motion_t) :: motion
       real(wp) :: t, next, sense
       real(qp) :: y(n_y), step
       integer :: k
       call prepare(motion, system, start, end_time - start%t, y)
+      if (present(tolerance)) motion%tolerance = tolerance
       sense = sign(1.0_wp, end_time - start%t)
       allocate (motion%acts(system%effects%n_torques))
       t = start%t
@@ -178,8 +183,8 @@ contains
       end do
       old = abs(next - table(:, columns - 1))
       scale = max(motion%momentum, maxval(abs(next(5:7))))
-      error = maxval(old(1:4))/tolerance
-      error = max(error, maxval(old(5:7))/(tolerance*scale))
+      error = maxval(old(1:4))/motion%tolerance
+      error = max(error, maxval(old(5:7))/(motion%tolerance*scale))
    end subroutine take_step
 
    !> n steps h of the explicit midpoint rule, the first one Euler's.

@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
 # Runs random scenes against the oracle of the tests, all of them, and puts the table that came out into docs/accuracy.md,
-# between its markers; or one run again, or those from one to another (2001:4000). Fails if the accuracy was not kept.
+# between its markers; or one run again, or those from one to another (2001:4000). Then random free bodies against their
+# closed solution; or one of them. Fails if the accuracy was not kept, or an error of the closed solution exceeds its
+# estimate.
 #    tools/accuracy.sh [CASE[:CASE]]
+#    tools/accuracy.sh exact [CASE]
 set -u
 . "$(dirname "$0")/environment.sh"
 
@@ -10,6 +13,7 @@ parts=build/accuracy
 
 quietly build-accuracy build build-accuracy --tests || exit 1
 path=$(fpm_path test unit)
+[ "${1-}" != exact ] || exec "$path" --exact "${@:2}"
 [ $# -eq 0 ] || exec "$path" --accuracy "$@"
 
 mkdir -p "$parts"
@@ -17,4 +21,5 @@ mkdir -p "$parts"
 status=$?
 cat "$parts/kept.md"
 [ -s "$parts/kept.md" ] && insert_part accuracy "$document" kept "$parts"
+"$path" --exact || status=1
 exit $status

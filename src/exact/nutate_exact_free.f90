@@ -14,9 +14,9 @@
 module nutate_exact_free
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_elliptic_phase, only: elliptic_clock_t, elliptic_phase_t, winding_t
-   use nutate_kinds, only: wp, pi
+   use nutate_kinds, only: wp, eps, pi
    use nutate_principal_frame, only: check_frame, handedness, identity_frame, time_horizon, turned
-   use nutate_quaternion, only: quat_conjugate, quat_exp, quat_norm, quat_normalized, quat_product
+   use nutate_quaternion, only: attitude_distance, quat_conjugate, quat_exp, quat_norm, quat_normalized, quat_product
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    implicit none
    private
@@ -28,6 +28,11 @@ module nutate_exact_free
    !> Binary exponent of the fastest rotation and of the greatest momentum that are admitted: 2¹²³ are left for
    !> factors.
    integer, parameter :: fastest_power = 900
+   !> Rounding that every datum and every angle is taken to have for the estimate of the error: that of some ten
+   !> operations on the way from the data to the rates. Twice what 4000 random bodies need (`tools/accuracy.sh exact`).
+   real(wp), parameter :: rounding = 2*eps
+   !> The response to it is that to a larger change, of which no rounding hides a part, unless that leads too far (rad).
+   real(wp), parameter :: probe = 16*eps, too_far = 0.1_wp
 
    !> A body, its start, and the constants of its motion.
    type :: free_body_t
@@ -52,6 +57,8 @@ module nutate_exact_free
       real(wp) :: root_ratio = 1.0_wp
       type(elliptic_clock_t) :: clock
       type(winding_t) :: winding
+      !> The data, as they were given: moments and axes.
+      real(wp) :: moments(3) = 1.0_wp, axes(3, 3) = identity_frame
       !> Winding at t = 0 (rad).
       real(wp) :: winding0 = 0.0_wp
       !> Conjugate of the solution's quaternion at t = 0.
@@ -65,6 +72,8 @@ module nutate_exact_free
       procedure :: evaluate
       !> Period of the body momentum (s).
       procedure :: period
+      !> Estimate of the error of the attitude at a time.
+      procedure :: round_off
    end type free_body_t
 
 contains
@@ -88,6 +97,8 @@ contains
       if (present(axes)) principal = axes
       call check_start(moments, q0, momentum0, principal, status)
       if (.not. status%ok()) return
+      self%moments = moments
+      self%axes = principal
       self%q0 = quat_normalized(q0)
       self%momentum0 = momentum0
       component = matmul(transpose(principal), momentum0)
@@ -131,6 +142,62 @@ contains
       period = 0
       if (.not. self%steady) period = self%clock%period()
    end function period
+
+   !> Estimate of the error of the attitude at a time that round-off makes (rad), π where nothing is left of it.
+   !>
+   !> Angles that grow with time, φ = rate·t, are off by a rounding of themselves. The rates, the period and the
+   !> distance from the separatrix are off by what a rounding of each datum makes of them: solutions beside this one,
+   !> each with one datum a little larger, say what that comes to at this time.
+   pure real(wp) function round_off(self, t)
+      class(free_body_t), intent(in) :: self
+      !> Time (s), of either sign.
+      real(wp), intent(in) :: t
+      type(elliptic_phase_t) :: phase
+      real(wp) :: q(4), momentum(3), moments(3), start(3)
+      integer :: i
+      call self%evaluate(t, q, momentum)
+      if (self%steady) then
+         round_off = norm2(self%omega0)*abs(t)
+      else
+         phase = self%clock%phase(max(-self%horizon, min(t, self%horizon)))
+         round_off = self%precession*abs(t) + abs(self%winding%angle(phase) - self%winding0)
+      end if
+      round_off = rounding*(1 + round_off)
+      do i = 1, 3
+         moments = self%moments
+         start = self%momentum0
+         moments(i) = moments(i) + probe*merge(moments(i), maxval(moments), is_exact(self))
+         call add_response(self, moments, start, t, q, round_off)
+         start(i) = start(i) + probe*merge(start(i), norm2(start), is_exact(self))
+         call add_response(self, self%moments, start, t, q, round_off)
+      end do
+      round_off = min(round_off, pi)
+   end function round_off
+
+   !> True where the principal components of the momentum are the data themselves: no product has rounded them.
+   pure logical function is_exact(self)
+      class(free_body_t), intent(in) :: self
+      is_exact = all(abs(self%axes - identity_frame) <= 0.0_wp) .and. count(abs(self%q0) > 0.0_wp) == 1
+   end function is_exact
+
+   !> Adds how far from an attitude a solution beside this one ends.
+   pure subroutine add_response(self, moments, momentum0, t, q, total)
+      class(free_body_t), intent(in) :: self
+      !> Its data.
+      real(wp), intent(in) :: moments(3), momentum0(3)
+      !> s; attitude of this solution then.
+      real(wp), intent(in) :: t, q(4)
+      !> rad.
+      real(wp), intent(inout) :: total
+      type(free_body_t) :: beside
+      type(status_t) :: status
+      real(wp) :: other(4), momentum(3), distance
+      call beside%prepare(moments, self%q0, momentum0, status, self%axes)
+      if (.not. status%ok()) return
+      call beside%evaluate(t, other, momentum)
+      distance = attitude_distance(q, other)
+      total = total + merge(distance, distance*(rounding/probe), distance > too_far)
+   end subroutine add_response
 
    !> Constants of the motion for momentum > 0.
    pure subroutine solve(self, moments, n, principal)

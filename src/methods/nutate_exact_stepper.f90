@@ -13,7 +13,7 @@ module nutate_exact_stepper
    implicit none
    private
 
-   public :: exact_t
+   public :: exact_t, round_off_of_exact
 
    !> Turn in a step of a length that is left to the method, rad: where steps are seen, Euler angles are followed from
    !> one to the next, and are lost at 2π; elsewhere far below the turn at which digits of the direction are lost.
@@ -41,6 +41,21 @@ module nutate_exact_stepper
    end type exact_t
 
 contains
+
+   !> Estimate of the attitude error of the closed solution after a time, rad: that of round-off.
+   pure real(wp) function round_off_of_exact(system, state, duration) result(round_off)
+      !> Without effects.
+      type(system_t), intent(in) :: system
+      !> The start.
+      type(state_t), intent(in) :: state
+      !> s, of either sign.
+      real(wp), intent(in) :: duration
+      type(free_body_t) :: solution
+      type(status_t) :: status
+      round_off = 0.0_wp
+      call solution%prepare(system%body%moments, state%q, body_momentum(state), status, system%body%axes)
+      if (status%ok()) round_off = solution%round_off(duration)
+   end function round_off_of_exact
 
    !> Errors: `NUTATE_BAD_ARGUMENT` where there is an effect: only a free body is solved in closed form.
    subroutine set_up(self, system, settings, status)

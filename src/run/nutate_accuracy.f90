@@ -14,6 +14,7 @@ module nutate_accuracy
    use nutate_disturbance, only: disturb_problem
    use nutate_equal_steps, only: equal_steps_t
    use nutate_error_control, only: error_control_t
+   use nutate_exact_stepper, only: round_off_of_exact
    use nutate_kinds, only: wp, eps, long, pi
    use nutate_methods, only: method_of, method_t
    use nutate_noise, only: noise_t
@@ -44,9 +45,9 @@ module nutate_accuracy
       real(wp) :: power
       !> Round-off that steps make, in units of the response to noise of ½ε.
       real(wp) :: round_off
-      !> Two ends can be near each other by accident; not with the series, nor where the errors of both runs have one
-      !> form.
-      logical :: hears_accidents
+      !> Bounds above this part of the accuracy may be met by accident: two ends can be near each other. Not with the
+      !> series; errors of equal steps grow by terms of several orders, which can cancel in whichever bound.
+      real(wp) :: only_just
    end type behaviour_t
 
    !> Of the series; of explicit steps of order 8, and of lower ones, which pay more for a smaller tolerance; of
@@ -54,15 +55,15 @@ module nutate_accuracy
    !> tolerance is a measure of their number alone: A has two in five of those of B.
    type(behaviour_t), parameter :: &
       of_series = behaviour_t(caution=1e4_wp, ratio=1e3_wp, coarsest_a=1e-5_wp, coarsest_b=1e-8_wp, &
-                              power=0.75_wp, round_off=8.0_wp, hears_accidents=.false.), &
+                              power=0.75_wp, round_off=8.0_wp, only_just=1.0_wp), &
       of_explicit = behaviour_t(caution=300.0_wp, ratio=300.0_wp, coarsest_a=1e-4_wp, coarsest_b=1e-6_wp, &
-                                power=0.8_wp, round_off=6.0_wp, hears_accidents=.true.), &
+                                power=0.8_wp, round_off=6.0_wp, only_just=0.2_wp), &
       of_low_order = behaviour_t(caution=30.0_wp, ratio=100.0_wp, coarsest_a=1e-3_wp, coarsest_b=1e-4_wp, &
-                                 power=0.8_wp, round_off=6.0_wp, hears_accidents=.true.), &
+                                 power=0.8_wp, round_off=6.0_wp, only_just=0.2_wp), &
       of_halves = behaviour_t(caution=100.0_wp, ratio=100.0_wp, coarsest_a=1e-3_wp, coarsest_b=1e-4_wp, &
-                              power=0.84_wp, round_off=5.0_wp, hears_accidents=.true.), &
+                              power=0.84_wp, round_off=5.0_wp, only_just=0.2_wp), &
       of_equal_steps = behaviour_t(caution=1.0_wp, ratio=3815.0_wp, coarsest_a=1.0_wp, coarsest_b=1.0_wp, &
-                                   power=0.75_wp, round_off=6.0_wp, hears_accidents=.false.)
+                                   power=0.75_wp, round_off=6.0_wp, only_just=0.0_wp)
 
    !> The smallest tolerance of use, far below round-off.
    real(wp), parameter :: finest = 1e-17_wp
@@ -86,8 +87,6 @@ module nutate_accuracy
    real(wp), parameter :: by_accident = 50.0_wp
    !> A floor above this part of the accuracy is measured twice, and the larger counts.
    real(wp), parameter :: doubtful_floor = 1.0_wp/30.0_wp
-   !> Bounds above this part of the accuracy are met only just: most of those that are met by accident.
-   real(wp), parameter :: only_just = 0.2_wp
    !> Under torques momentum grows by like increments, which round alike: errors no longer cancel from step to step.
    !> Beyond so many steps they are taken to add up.
    real(wp), parameter :: cancelling_steps = 1000.0_wp
@@ -139,7 +138,8 @@ contains
 
    !> The tolerance of steps that makes the attitude error at the end time at most the accuracy of the goal, and an
    !> estimate of that error. Where round-off or instability keep the accuracy out of reach, the estimate and the part
-   !> of round-off in it stay above the accuracy. A method without an error needs no pilots.
+   !> of round-off in it stay above the accuracy. A method without an error needs no pilots: it has
+   !> that of round-off alone.
    !>
    !> Errors: those of the runs, and what the observer returned.
    subroutine find_tolerance(system, settings, progress, control, status, observer, last)
@@ -163,8 +163,13 @@ contains
 
       search%method = method_of(settings)
       search%accuracy = progress%plan%goal%accuracy
-      if (search%method%order < 1) progress%plan%goal%local_tolerance = search%accuracy
-      if (search%method%order < 1) return
+      if (search%method%order < 1) then
+         progress%plan%goal%local_tolerance = search%accuracy
+         progress%summary%round_off = round_off_of_exact(system, progress%state, &
+                                                         progress%plan%end_time - progress%state%t)
+         progress%summary%estimate = progress%summary%round_off
+         return
+      end if
       search%behaviour = behaviour_of(search%method)
       search%drifts = system%effects%n_works() > 0
       call set_first_pair(search, control%equal)
@@ -388,9 +393,8 @@ contains
    pure logical function is_doubtful(search)
       type(search_t), intent(in) :: search
       is_doubtful = search%floor > doubtful_floor*search%accuracy
-      if (search%behaviour%hears_accidents .and. search%first_pair) &
-         is_doubtful = is_doubtful .or. (search%truncation <= search%accuracy .and. &
-                                         search%truncation > only_just*search%accuracy)
+      if (search%first_pair) is_doubtful = is_doubtful .or. (search%truncation <= search%accuracy .and. &
+                             search%truncation > search%behaviour%only_just*search%accuracy)
       is_doubtful = is_doubtful .and. search%n_noisy == 1
    end function is_doubtful
 

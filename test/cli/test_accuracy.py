@@ -132,6 +132,16 @@ class Accuracy(CommandLineTest):
             for row in rows:
                 self.assertLess(abs(row["energy_residual"]), 1e-13 * 5436)
 
+    def test_the_closed_solution_has_an_estimated_error(self):
+        long = ("--set", "integrator.end_time=1e5", "--set", "output.interval=1e4")
+        self.write("free.nml", FREE)
+        self.assertRegex(self.succeed("run", "free.nml", *long).stderr,
+                         r"\n  estimated error +[\d.]+E-1[0-2] rad of attitude at the end, 1E-8 asked for\n")
+        fine = (*long, "--set", "integrator.accuracy=1e-14")
+        self.assertRegex(self.succeed("run", "free.nml", *fine).stderr, r"at the end; the 1E-14 asked for is out of reach: "
+                         r"of round-off alone come [\d.]+E-1[0-2]\n")
+        self.assertRegex(self.succeed("check", "free.nml", *fine).stdout, r"\n  accuracy +out of reach: [\d.]+E-1[0-2] rad")
+
     def test_a_tolerance_of_steps_alone_is_auto(self):
         self.write("alone.nml", BRUELS.replace("accuracy = 1e-8, order = 8, linear_solver = 'reduced'",
                                                 "local_tolerance = 1e-8"))
