@@ -27,7 +27,7 @@ module test_exact_round_off
    character(len=20), parameter :: kinds(8) = [character(len=20) :: 'any moments', 'symmetric', 'nearly symmetric', &
       'near the separatrix', 'near an axis', 'turned axes', 'extreme moments', 'about an axis']
    !> Cases of the full report, and of `make test`.
-   integer, parameter :: all_cases = 4000, some_cases = 160
+   integer, parameter :: all_cases = 2000, some_cases = 160
    !> The oracle follows no more than this, rad.
    real(wp), parameter :: longest_turn = 300.0_wp
    !> Nor a growth by more than the exponential of this.
