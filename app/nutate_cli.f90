@@ -58,6 +58,7 @@ module nutate_cli
                'take a key out of the scene; may be given several times'), &
       option_t('--plot', 'FILE.svg|png', 'run,cost', &
                'draw with gnuplot: of run the history, of cost errors against time'), &
+      option_t('--all', '', 'cost', 'draw every method with --plot, not six of them'), &
       option_t('--csv', 'FILE', 'cost,sweep', 'write one row for each run, or member, as CSV; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
       option_t('--quiet', '', 'run,sweep', 'no progress bar and no summary; errors are still shown'), &
@@ -93,6 +94,8 @@ module nutate_cli
       real(wp) :: every_seconds = 60.0_wp
       !> Where to draw and to write the runs of a work-precision study; not allocated where not wanted.
       character(len=:), allocatable :: plot, csv
+      !> The picture of a work-precision study has every method.
+      logical :: draws_all = .false.
       !> Time for a work-precision study, s.
       real(wp) :: seconds = 20.0_wp
       !> What is wrong with the arguments; not allocated if nothing is.
@@ -259,6 +262,8 @@ contains
          command%threads = int(min(count, 4096_long))
       case ('--merge')
          command%merges = .true.
+      case ('--all')
+         command%draws_all = .true.
       case ('--quiet')
          command%quiet = .true.
       case ('--max-steps')

@@ -188,7 +188,7 @@ contains
          call report_file(command%csv, status, exit_code)
       end if
       if (outputs%has_plot) then
-         call draw_cost(outputs%plot, scene%title, study, status)
+         call draw_cost(outputs%plot, scene%title, study, command%draws_all, status)
          call report_file(command%plot, status, exit_code)
       end if
    end subroutine show

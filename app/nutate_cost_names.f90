@@ -6,10 +6,19 @@ module nutate_cost_names
    implicit none
    private
 
-   public :: method_label, short_label, hopeless
+   public :: method_label, full_label, hopeless
 
    !> Attitude errors above this say nothing but that the step is too long, rad.
    real(wp), parameter :: hopeless = 1.0_wp
+
+   !> What a method is called in full; others go by their name.
+   type :: name_t
+      character(len=24) :: name, words
+   end type name_t
+
+   type(name_t), parameter :: names(6) = [ &
+      name_t('nielsen_krenk', 'Nielsen-Krenk'), name_t('rk4', 'Runge-Kutta rk4'), name_t('rk8', 'Runge-Kutta rk8'), &
+      name_t('dop853', 'Dormand-Prince dop853'), name_t('taylor', 'Taylor series'), name_t('exact', 'closed solution')]
 
 contains
 
@@ -23,14 +32,22 @@ contains
       if (methods(method)%linear_solver /= '') label = label//' ('//trim(methods(method)%linear_solver)//')'
    end function method_label
 
-   !> The same without the name, where the order says enough: `order 6 (reduced)`, `dop853`.
-   pure function short_label(method) result(label)
+   !> The same in full, for pictures: `Nielsen-Krenk, order 8, reduced`.
+   pure function full_label(method) result(label)
       !> Row of `methods`.
       integer, intent(in) :: method
       character(len=:), allocatable :: label
-      label = method_label(method)
-      if (has_relatives(method)) label = label(len_trim(family_of(methods(method))) + 2:)
-   end function short_label
+      integer :: i
+      associate (row => methods(method))
+         label = trim(row%name)
+         do i = 1, size(names)
+            if (names(i)%name == row%name) label = trim(names(i)%words)
+         end do
+         if (has_relatives(method)) label = label//', order '//count_text(int(row%order, long))
+         if (row%linear_solver /= '') label = label//', '//trim(row%linear_solver)
+         if (row%projected) label = label//', projected'
+      end associate
+   end function full_label
 
    !> There are rows that differ from this one in order or solver only.
    pure logical function has_relatives(method)

@@ -1,13 +1,13 @@
 !> A work-precision diagram, drawn by gnuplot: attitude error and energy residual against time.
 module nutate_cost_plot
    use nutate_console, only: count_text
-   use nutate_cost_names, only: hopeless, short_label
+   use nutate_cost_names, only: hopeless, full_label
    use nutate_decimal, only: rounded_text
    use nutate_gnuplot, only: picture_t, colours, gnuplot_quoted
    use nutate_kinds, only: wp, long
    use nutate_methods, only: family_of, methods
    use nutate_status, only: status_t
-   use nutate_work_point, only: work_point_t
+   use nutate_work_point, only: point_at_error, work_point_t
    use nutate_work_precision, only: work_precision_t, REFUSED
    implicit none
    private
@@ -21,31 +21,100 @@ module nutate_cost_plot
       'set logscale xy', &
       'set format ''10^{%T}''', &
       'set lmargin at screen 0.12', &
-      'set rmargin at screen 0.73']
+      'set rmargin at screen 0.66']
 
 contains
 
-   !> Draws the runs. Errors: `NUTATE_IO`; nothing is left then.
-   subroutine draw_cost(picture, title, study, status)
+   !> Draws the runs: of all methods, or of those that most people choose from. Errors: `NUTATE_IO`; nothing is left
+   !> then.
+   subroutine draw_cost(picture, title, study, draws_all, status)
       !> Open.
       type(picture_t), intent(inout) :: picture
       character(len=*), intent(in) :: title
       type(work_precision_t), intent(in) :: study
+      !> All methods are drawn.
+      logical, intent(in) :: draws_all
       type(status_t), intent(out) :: status
+      logical :: drawn(size(methods))
       integer :: i
-      call picture%begin(900, 860)
+      drawn = is_drawn(study, draws_all)
+      call picture%begin(980, 860)
       do i = 1, size(head)
          call picture%put(trim(head(i)))
       end do
       call add_data(picture, study)
-      call picture%put('set xrange ['//power_text(minval(study%points%seconds), 0)//':'// &
-                       power_text(maxval(study%points%seconds), 1)//']')
+      associate (seconds => pack(study%points%seconds, drawn(study%points%method)))
+         call picture%put('set xrange ['//power_text(minval(seconds), 0)//':'//power_text(maxval(seconds), 1)//']')
+      end associate
       call picture%put('set multiplot title '//gnuplot_quoted(title)//' noenhanced')
-      if (study%reference%known()) call add_panel(picture, study, 'attitude')
-      call add_panel(picture, study, 'energy')
+      if (study%reference%known()) call add_panel(picture, study, drawn, 'attitude')
+      call add_panel(picture, study, drawn, 'energy')
       call picture%put('unset multiplot')
       call picture%draw(status)
    end subroutine draw_cost
+
+   !> Methods that are drawn: all that are there, or with the projection those of explicit steps and series, and the best
+   !> order of each form of the conserving step; of a study without any of them all. Shape (rows of `methods`).
+   function is_drawn(study, draws_all) result(drawn)
+      type(work_precision_t), intent(in) :: study
+      logical, intent(in) :: draws_all
+      logical :: drawn(size(methods)), measured(size(methods))
+      integer :: m
+      measured = [(any(study%points%method == m), m=1, size(methods))]
+      drawn = methods%order > 0 .or. measured
+      if (draws_all) return
+      drawn = methods%order > 0 .and. methods%projected
+      do m = 1, size(methods)
+         if (methods(m)%linear_solver /= '') drawn(m) = m == best_order(study, m)
+      end do
+      if (.not. any(drawn .and. measured)) drawn = measured
+   end function is_drawn
+
+   !> Of the rows that differ from one by their order alone, that which costs least for the smallest error that any of
+   !> them attains; without a reference the highest order that has a run.
+   integer function best_order(study, method) result(best)
+      type(work_precision_t), intent(in) :: study
+      !> Row of `methods`.
+      integer, intent(in) :: method
+      type(work_point_t) :: point
+      real(wp) :: error, seconds
+      integer :: m, decade
+      logical :: relatives(size(methods))
+      relatives = family_of(methods) == family_of(methods(method)) .and. &
+                  methods%linear_solver == methods(method)%linear_solver
+      best = findloc(relatives, .true., dim=1, back=.true.)
+      do m = 1, best
+         if (relatives(m) .and. any(study%points%method == m)) best = m
+      end do
+      if (.not. study%reference%known()) return
+      do decade = -12, -1
+         error = 10.0_wp**decade
+         seconds = huge(1.0_wp)
+         do m = 1, size(methods)
+            if (.not. relatives(m) .or. error < study%reference%uncertainty) cycle
+            point = point_at_error(study%points_of(m), methods(m)%order, error)
+            if (.not. point%exists() .or. point%seconds >= seconds) cycle
+            seconds = point%seconds
+            best = m
+         end do
+         if (seconds < huge(1.0_wp)) return
+      end do
+   end function best_order
+
+   !> The number of points up to the minimum of a curve: behind it round-off grows.
+   pure integer function useful(points, floor_of_errors) result(n)
+      !> Of one method, longest step first.
+      type(work_point_t), intent(in) :: points(:)
+      !> What the attitude is known to, rad.
+      real(wp), intent(in) :: floor_of_errors
+      n = size(points)
+      if (n == 0) return
+      if (all(points%attitude_error >= 0.0_wp)) then
+         n = minloc(max(points%attitude_error, floor_of_errors, lowest), dim=1)
+      else if (.not. methods(points(1)%method)%conserving) then
+         n = minloc(max(points%energy_error, lowest), dim=1)
+      end if
+   end function useful
 
    !> A block of data for each method: time (ms), attitude error, energy residual.
    subroutine add_data(picture, study)
@@ -57,7 +126,7 @@ contains
       do m = 1, size(methods)
          call picture%put('$m'//count_text(int(m, long))//' << EOD')
          points = study%points_of(m)
-         do i = 1, size(points)
+         do i = 1, useful(points, study%reference%uncertainty)
             attitude = 'NaN'
             if (points(i)%attitude_error >= 0.0_wp .and. points(i)%attitude_error <= hopeless) &
                attitude = rounded_text(max(points(i)%attitude_error, study%reference%uncertainty, lowest), 6)
@@ -69,39 +138,43 @@ contains
    end subroutine add_data
 
    !> One panel: `attitude` above, or `energy` below. The upper one has the legend.
-   subroutine add_panel(picture, study, what)
+   subroutine add_panel(picture, study, drawn, what)
       type(picture_t), intent(inout) :: picture
       type(work_precision_t), intent(in) :: study
+      !> Shape (rows of `methods`).
+      logical, intent(in) :: drawn(:)
       character(len=*), intent(in) :: what
       if (what == 'attitude' .or. .not. study%reference%known()) then
-         call picture%put('set key at screen 0.99, screen 0.94 right top samplen 2.5 noenhanced')
+         call picture%put('set key at screen 0.67, screen 0.94 left top Left reverse samplen 2.5 noenhanced')
       else
          call picture%put('unset key')
       end if
       if (what == 'attitude') then
          call picture%put('set tmargin at screen 0.94; set bmargin at screen 0.54; set format x ''''; '// &
                           'set ylabel ''attitude error  (rad)'' offset 1')
-         call picture%put('plot '//curves(study, '2'))
+         call picture%put('plot '//curves(study, drawn, '2'))
       else
          call picture%put('set tmargin at screen 0.50; set bmargin at screen 0.10; set format x ''10^{%T}''; '// &
                           'set ylabel ''worst energy residual'' offset 1; '// &
                           'set xlabel ''time of a run  (ms)''')
-         call picture%put('plot '//curves(study, '3'))
+         call picture%put('plot '//curves(study, drawn, '3'))
       end if
    end subroutine add_panel
 
    !> What a panel draws: a curve for each method, and for one without a run its line of the legend, with the reason.
-   function curves(study, column) result(text)
+   function curves(study, drawn, column) result(text)
       type(work_precision_t), intent(in) :: study
+      !> Shape (rows of `methods`).
+      logical, intent(in) :: drawn(:)
       !> Of the data.
       character(len=*), intent(in) :: column
       character(len=:), allocatable :: text, label
       integer :: m
       text = ''
       do m = 1, size(methods)
-         if (methods(m)%order < 1) cycle
+         if (.not. drawn(m)) cycle
          if (text /= '') text = text//', '
-         label = short_label(m)
+         label = full_label(m)
          if (any(study%points%method == m)) then
             text = text//'$m'//count_text(int(m, long))//' using 1:'//column
          else
@@ -128,6 +201,10 @@ contains
       character(len=:), allocatable :: text
       integer :: i, colour
       logical :: is_new, repeats
+      if (methods(method)%order < 1) then
+         text = 'linecolor rgb ''black'' pointtype 3'
+         return
+      end if
       colour = 0
       do i = 1, method
          is_new = .not. any(family_of(methods(:i - 1)) == family_of(methods(i)) .and. &

@@ -1,6 +1,6 @@
 """Gives programs mutated and extreme scenes (test/cli/fuzzing.py) and keeps those that they take amiss.
 
-    tools/fuzz.py [--seed S] [--cases N] [--case K] [--keep FOLDER] PROGRAM...
+    tools/fuzz.py [--seed S] [--cases N] [--case K] [--wide-case K] [--keep FOLDER] PROGRAM...
 
 The last line is `N passed, N failed`. `--case K` repeats one case and shows what becomes of it.
 """
@@ -29,6 +29,28 @@ def try_case(job):
     verdicts = [fuzzing.judge(program, case) for program in programs]
     faults = [f"{program}: {verdict.fault}" for program, verdict in zip(programs, verdicts) if verdict.fault]
     return number, faults, [verdict.statuses for verdict in verdicts], max(verdict.seconds for verdict in verdicts)
+
+
+def try_wide_case(job):
+    """The same for the commands `cost`, `plot` and `sweep`."""
+    seed, number, programs = job
+    case = fuzzing.make_wide_case(programs[0], seed, number)
+    verdicts = [fuzzing.judge_wide(program, case) for program in programs]
+    return number, [f"{program}: {verdict.fault}" for program, verdict in zip(programs, verdicts) if verdict.fault], case
+
+
+def run_wide_cases(options, programs):
+    """All wide cases on some processes; the number of those that failed."""
+    failed = 0
+    numbers = range(options.wide) if options.wide_case is None else [options.wide_case]
+    with multiprocessing.Pool(options.jobs) as pool:
+        for number, faults, case in pool.imap_unordered(try_wide_case, [(options.seed, number, programs) for number in numbers]):
+            if faults:
+                failed += 1
+                keep(options.keep, options.seed, f"wide_{number}", case)
+                print("\n".join(f"wide case {number}: {fault}" for fault in faults), flush=True)
+    print(f"cost, plot and sweep: {len(numbers) - failed} passed, {failed} failed")
+    return failed
 
 
 def keep(folder, seed, number, case):
@@ -92,13 +114,18 @@ def main():
     parser.add_argument("--cases", type=int, default=20000, help="how many")
     parser.add_argument("--first", type=int, default=0, help="number of the first")
     parser.add_argument("--case", type=int, help="this one alone")
+    parser.add_argument("--wide", type=int, default=200, help="how many scenes go to cost, plot and sweep")
+    parser.add_argument("--wide-case", type=int, help="this one of them alone")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("build/fuzz"), help="folder for failures")
     options = parser.parse_args()
     programs = [os.path.abspath(program) for program in options.programs]
     if options.case is not None:
         return 1 if repeat_case(options, programs) else 0
-    return 1 if run_cases(options, programs) else 0
+    if options.wide_case is not None:
+        return 1 if run_wide_cases(options, programs) else 0
+    failed = run_wide_cases(options, programs)
+    return 1 if run_cases(options, programs) + failed else 0
 
 
 if __name__ == "__main__":

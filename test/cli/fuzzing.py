@@ -9,6 +9,7 @@ import pathlib
 import random
 import re
 import resource
+import shutil
 import subprocess
 import tempfile
 
@@ -72,15 +73,12 @@ def judge(program, case):
     """Gives a case to `check` and `run` of a program, in an empty folder."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder)
-        (path / "scene.nml").write_bytes(case.text)
-        (path / "table.csv").write_bytes(TABLE)
-        (path / "motor.csv").write_bytes(MOTOR)
+        put_scene(path, case.text)
         statuses, longest = [], 0.0
         for command in ("check", "run"):
             started = processor_seconds()
             try:
-                done = subprocess.run([program, *arguments_of(command, case)], cwd=folder, capture_output=True,
-                                      stdin=subprocess.DEVNULL, timeout=PATIENCE, check=False)
+                done = call(program, arguments_of(command, case), folder)
             except subprocess.TimeoutExpired:
                 return Verdict(f"{command}: hangs", statuses, PATIENCE)
             seconds = processor_seconds() - started
@@ -94,6 +92,75 @@ def judge(program, case):
         if statuses[0] != statuses[1] and 2 in statuses:
             return Verdict(f"check and run disagree: {statuses}", statuses, longest)
         return Verdict("", statuses, longest)
+
+
+WIDE_COMMANDS = (("cost", "scene.nml", "--seconds", "0.3"), ("run", "scene.nml", "--quiet", "--max-steps", "200", "--output", "h.csv"),
+                 ("plot", "h.csv", "--output", "h.svg"),
+                 ("sweep", "scene.nml", "--set", "ensemble.members=3", "--output", "rows.npy"))
+
+
+def make_wide_case(program, seed, number):
+    """A legal scene of that seed and number that `check` admits: most others are refused by all commands alike."""
+    dice = random.Random(f"nutate wide {seed} {number}")
+    for _ in range(200):
+        text = write_scene(dice)
+        with tempfile.TemporaryDirectory() as folder:
+            put_scene(pathlib.Path(folder), text)
+            if call(program, ("check", "scene.nml"), folder).returncode == 0:
+                break
+    if b"&ensemble" not in text:
+        text += b"&ensemble members = 3 /\n&vary key = 'initial.angular_velocity.3', distribution = 'normal', sigma = 0.1 /\n"
+    return Case(text, [], True)
+
+
+def judge_wide(program, case):
+    """Gives a case to the commands that cost more than `check` and `run`: a study of costs, a picture, a sweep."""
+    statuses, longest = [], 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        put_scene(pathlib.Path(folder), case.text)
+        for arguments in WIDE_COMMANDS:
+            command = arguments[0]
+            if command == "plot" and not (shutil.which("gnuplot") and (pathlib.Path(folder) / "h.csv").exists()):
+                continue
+            started = processor_seconds()
+            try:
+                done = call(program, arguments, folder)
+            except subprocess.TimeoutExpired:
+                return Verdict(f"{command}: hangs", statuses, PATIENCE)
+            seconds = processor_seconds() - started
+            longest = max(longest, seconds)
+            statuses.append(done.returncode)
+            fault = fault_of_wide(done)
+            if not fault and command == "cost" and seconds > 0.5 + 2.5 * ALLOWED_SECONDS:
+                fault = f"took {seconds:.1f} s"
+            if fault:
+                return Verdict(f"{command}: {fault}", statuses, longest)
+    return Verdict("", statuses, longest)
+
+
+def fault_of_wide(done):
+    """What is wrong with what a command said and its exit status; blank where nothing is."""
+    said = done.stdout + done.stderr
+    if done.returncode not in (0, 2, 3):
+        return f"exit status {done.returncode}, {done.stderr[-400:]!r}"
+    if re.search(rb"runtime error|Backtrace|\bnan\b|[*]{3}", said, re.IGNORECASE):
+        return f"a failure or a number that is none: {said[-400:]!r}"
+    if done.returncode != 0 and len(done.stderr.strip()) < 10:
+        return f"no reason: {done.stderr!r}"
+    return ""
+
+
+def put_scene(folder, text):
+    """Writes a scene with the tables that it may name."""
+    (folder / "scene.nml").write_bytes(text)
+    (folder / "table.csv").write_bytes(TABLE)
+    (folder / "motor.csv").write_bytes(MOTOR)
+
+
+def call(program, arguments, folder):
+    """Runs a program in a folder."""
+    return subprocess.run([program, *arguments], cwd=folder, capture_output=True, stdin=subprocess.DEVNULL, timeout=PATIENCE,
+                          check=False)
 
 
 def allowed_seconds(case, folder):

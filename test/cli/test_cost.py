@@ -181,15 +181,17 @@ class Plot(CommandLineTest):
         text = self.read("it's a.svg")
         self.assertIn("<svg", text)
         self.assertTrue(text.rstrip().endswith("</svg>"))
-        for words in ("Free box", "order 8", "attitude error", "energy residual"):
+        for words in ("Free box", "Nielsen-Krenk, order ", ", reduced", ", lapack", "Runge-Kutta rk4, projected", "attitude error",
+                      "energy residual"):
             self.assertIn(words, text)
         self.assertEqual(self.names(), ["box.nml", "it's a.svg", "top.nml"])
 
     def test_methods_without_a_run_stay_in_the_legend(self):
-        self.succeed("cost", "top.nml", "--seconds", "0.5", "--plot", "a.svg", "--set", "integrator.projection=.false.",
+        self.succeed("cost", "top.nml", "--seconds", "0.5", "--plot", "a.svg", "--all", "--set", "integrator.projection=.false.",
                      "--set", "integrator.auxiliary_inertia=10")
         text = self.read("a.svg")
-        for words in ("order 8 (reduced): not here", "order 2 (lapack)", "rk4", "dop853+conserve", "taylor"):
+        for words in ("Nielsen-Krenk, order 8, reduced: not here", "Nielsen-Krenk, order 2, lapack", "Runge-Kutta rk4",
+                      "Dormand-Prince dop853, projected", "Taylor series"):
             self.assertIn(words, text)
 
     def test_png(self):
@@ -207,18 +209,31 @@ class Plot(CommandLineTest):
         self.assertEqual(self.read("a.svg"), "<svg>earlier</svg>")
         self.assertEqual(self.names(), ["a.svg", "bin", "box.nml", "top.nml"])
 
-    def test_no_two_curves_look_alike(self):
-        os.mkdir(self.path("bin"))
+    def script(self, *options):
+        """The script that gnuplot gets."""
+        os.makedirs(self.path("bin"), exist_ok=True)
         self.write("bin/gnuplot", '#!/bin/sh\ncp "$2" kept.gp && echo "<svg></svg>" >"$3"\n')
         os.chmod(self.path("bin/gnuplot"), stat.S_IRWXU)
-        self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", "a.svg",
+        self.succeed("cost", "box.nml", "--seconds", "0.5", "--plot", "a.svg", *options,
                      env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
-        panels = [line for line in self.read("kept.gp").splitlines() if line.startswith("plot ")]
-        self.assertEqual(len(panels), 2)
-        for panel in panels:
-            styles = re.findall(r"with linespoints (.*?) title", panel)
-            self.assertGreater(len(styles), 12)
-            self.assertEqual(len(set(styles)), len(styles), styles)
+        return self.read("kept.gp")
+
+    def test_no_two_curves_look_alike(self):
+        for options, least, most in (((), 6, 6), (("--all",), 13, 20)):
+            panels = [line for line in self.script(*options).splitlines() if line.startswith("plot ")]
+            self.assertEqual(len(panels), 2)
+            for panel in panels:
+                styles = re.findall(r"with linespoints (.*?) title", panel)
+                self.assertTrue(least <= len(styles) <= most, styles)
+                self.assertEqual(len(set(styles)), len(styles), styles)
+
+    def test_no_curve_goes_on_behind_its_minimum(self):
+        blocks = re.findall(r"<< EOD\n(.*?)EOD", self.script("--all"), re.DOTALL)
+        errors = [[float(row.split()[1]) for row in block.splitlines() if "NaN" not in row] for block in blocks]
+        self.assertGreater(sum(len(block) for block in errors), 20)
+        for block in errors:
+            if block:
+                self.assertEqual(block.index(min(block)), len(block) - 1)
 
 
 class Refusals(CommandLineTest):

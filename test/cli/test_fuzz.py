@@ -7,7 +7,7 @@ import unittest
 import unittest.mock
 
 import fuzzing
-from support import CommandLineTest
+from support import ROOT, CommandLineTest
 
 SEED = 1
 CASES = 200 if os.environ.get("NUTATE_SLOW_BUILD") else 500
@@ -25,6 +25,26 @@ class Fuzz(CommandLineTest):
         # Cases that all fail alike would show nothing.
         for status in (0, 2, 3):
             self.assertGreater(statuses[status], CASES//20, statuses)
+
+
+class Wide(CommandLineTest):
+    """The first 20 of the scenes that `make fuzz` gives to `cost`, `plot` and `sweep`, and the scenes that come along."""
+
+    def test_cost_plot_and_sweep_succeed_or_name_the_reason(self):
+        costs = collections.Counter()
+        for number in range(20):
+            verdict = fuzzing.judge_wide(self.program, fuzzing.make_wide_case(self.program, SEED, number))
+            with self.subTest(repeat=f"make fuzz FUZZ='--seed {SEED} --wide-case {number}'"):
+                self.assertEqual(verdict.fault, "")
+            costs[verdict.statuses[0]] += 1
+        # Where all were refused nothing would be shown.
+        self.assertGreater(costs[0], 2, costs)
+
+    def test_cost_of_every_scene_that_comes_along(self):
+        for scene in sorted((ROOT / "scenes").glob("*.nml")):
+            with self.subTest(scene.name):
+                done = fuzzing.call(self.program, ("cost", str(scene), "--seconds", "0.3"), self.folder)
+                self.assertEqual(fuzzing.fault_of_wide(done), "")
 
 
 class Extreme(CommandLineTest):
@@ -70,6 +90,18 @@ class Judge(CommandLineTest):
                 (f"[ $1 = check ] || {{ {good}; echo '2'; }} >history.csv", "another length")):
             with self.subTest(script=script):
                 self.assertIn(fault, self.fault_of(script))
+
+    def test_faults_of_cost_plot_and_sweep_are_seen(self):
+        case = fuzzing.make_case(SEED, 0)
+        for script, fault in (("exit 0", ""), ("kill -FPE $$", "exit status -8"), ("exit 2", "no reason"),
+                              ("echo 'Fortran runtime error: wide' >&2; exit 2", "a number that is none"),
+                              ("[ $1 = cost ] || echo '  NaN '", "a number that is none"), ("echo '1 ****'", "a number that is none"),
+                              ("[ $1 = sweep ] && exit 1; exit 0", "sweep: exit status 1")):
+            self.write("program", "#!/bin/sh\n" + script)
+            os.chmod(self.path("program"), 0o755)
+            with self.subTest(script=script):
+                found = fuzzing.judge_wide(self.path("program"), case).fault
+                self.assertTrue(fault in found and bool(fault) == bool(found), found)
 
     def test_long_run_is_seen(self):
         with unittest.mock.patch.object(fuzzing, "ALLOWED_SECONDS", 0.0):
