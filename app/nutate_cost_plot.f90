@@ -44,7 +44,8 @@ contains
       end do
       call add_data(picture, study)
       associate (seconds => pack(study%points%seconds, drawn(study%points%method)))
-         call picture%put('set xrange ['//power_text(minval(seconds), 0)//':'//power_text(maxval(seconds), 1)//']')
+         call picture%put('set xrange ['//power_text(minval(seconds), 0)//':'// &
+                          power_text(maxval(seconds), 1)//']')
       end associate
       call picture%put('set multiplot title '//gnuplot_quoted(title)//' noenhanced')
       if (study%reference%known()) call add_panel(picture, study, drawn, 'attitude')
@@ -53,7 +54,7 @@ contains
       call picture%draw(status)
    end subroutine draw_cost
 
-   !> Methods that are drawn: all that are there, or with the projection those of explicit steps and series, and the best
+   !> Methods that are drawn. By default these are the explicit methods and series with the projection, and the best
    !> order of each form of the conserving step; of a study without any of them all. Shape (rows of `methods`).
    function is_drawn(study, draws_all) result(drawn)
       type(work_precision_t), intent(in) :: study
