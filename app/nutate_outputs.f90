@@ -84,8 +84,24 @@ contains
          allocate (self%items(0))
          self%problem = ''
       end if
-      self%items = [self%items, item_t(name, 0, words)]
+      call append(self%items, name, 0, words)
    end subroutine read_file
+
+   !> Adds an item. An array constructor of items would lose memory with gfortran 12.
+   subroutine append(items, name, kind, words)
+      type(item_t), allocatable, intent(inout) :: items(:)
+      character(len=*), intent(in) :: name, words
+      integer, intent(in) :: kind
+      type(item_t), allocatable :: longer(:)
+      integer :: n
+      n = size(items)
+      allocate (longer(n + 1))
+      longer(:n) = items
+      longer(n + 1)%name = name
+      longer(n + 1)%kind = kind
+      longer(n + 1)%words = words
+      call move_alloc(longer, items)
+   end subroutine append
 
    !> Begins with a scene and the tables that it names.
    subroutine read_scene(self, scene)
@@ -121,7 +137,7 @@ contains
          self%problem = objection(name, kind, .true.)
          if (self%problem == '') self%problem = objection(partial_name(name), kind, .false.)
       end if
-      self%items = [self%items, item_t(name, kind)]
+      call append(self%items, name, kind, '')
    end subroutine add
 
    !> Says what is wrong with the files, if anything is.

@@ -41,7 +41,7 @@ module nutate_progress
       real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
       !> What a run by settings was done with: those given, with what they left open. And why this method, in a few
       !> words, where it was chosen.
-      type(integrator_settings_t) :: settings
+      type(integrator_settings_t) :: settings = integrator_settings_t()
       character(len=112) :: choice = ''
    contains
       !> Shows its values to an archive.
