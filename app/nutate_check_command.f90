@@ -151,7 +151,7 @@ contains
          do k = 1, size(kinds)
             if (kinds(k)%group%name /= scene%groups(i)%name) cycle
             call page%item(trim(scene%groups(i)%name), settings_text(scene%groups(i), kinds(k)%group%keys)// &
-                           switch_text(scene%groups(i)))
+                           controller_text(scene, scene%groups(i))//switch_text(scene%groups(i)))
             is_free = .false.
          end do
       end do
@@ -178,6 +178,29 @@ contains
       text = text(min(3, len(text) + 1):)
    end function settings_text
 
+   !> What a controller is given from elsewhere: the field of its magnets, the inertia that its gains are multiplied by.
+   pure function controller_text(scene, group) result(text)
+      type(scene_t), intent(in) :: scene
+      type(group_t), intent(in) :: group
+      character(len=:), allocatable :: text
+      text = ''
+      if (group%name /= 'regulator') return
+      if (.not. group%has('field') .and. (group%text('law', '') == 'bdot' .or. group%text('by', '') == 'magnets')) &
+         text = '; field = &earth_field (default)'
+      if (group%text('gains', 'inertia') == 'scalar') return
+      if (.not. (group%has('attitude_gain') .or. group%has('rate_gain'))) return
+      if (group%has('inertia')) then
+         text = text//'; gains times the inertia given'
+         return
+      end if
+      associate (j => scene%nominal%inertia)
+         text = text//'; gains times the inertia of the body, '//vector_text([j(1, 1), j(2, 2), j(3, 3)])
+         if (any(abs([j(1, 2), j(1, 3), j(2, 3)]) > 0.0_wp)) text = text//', '//vector_text([j(1, 2), j(1, 3), j(2, 3)])
+         text = text//' kg m^2'
+      end associate
+      if (scene%ensemble%active()) text = text//', before variation'
+   end function controller_text
+
    !> What an effect is called, and that it is off.
    pure function switch_text(group) result(text)
       type(group_t), intent(in) :: group
@@ -186,6 +209,7 @@ contains
       if (group%has('name')) text = "; called '"//group%text('name', '')//"'"
       if (.not. group%flag('on', .true.)) text = text//'; off at the start'
    end function switch_text
+
    !> The values that a group has for a key.
    pure function values_text(group, key) result(text)
       type(group_t), intent(in) :: group

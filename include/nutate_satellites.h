@@ -80,7 +80,8 @@ int nutate_system_add_motor_table(nutate_system *system, size_t wheel, size_t n,
 /* A regulator that points the body: &regulator law = 'quaternion', behind all wheels that it acts by.
  *   ==>  by          "torque", "wheels" or "magnets"
  *   ==>  target      [4], attitude, body to space; or NULL: 1
- *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia, 1/s2 and 1/s, else as they are, N m and N m s
+ *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia of the body, 1/s2 and 1/s, else as they are,
+ *                                   N m and N m s; a nominal inertia, and gain matrices: nutate_system_add_groups
  *   ==>  field       [3], space axes, T, for magnets; or NULL: with magnets that of the Earth
  *   ==>  sample      s, from one sample to the next; 0: it acts at all times
  *   ==>  limit       of each component of the torque, N m, or of the moment of the magnets, A m2; INFINITY: none */

@@ -29,7 +29,7 @@ class Wheel(NamedTuple):
 class WheelMounting(Recipe):
     """The part of a System that has wheels, the Earth's field and forces. Frames, orbits and regulators are added as in a scene:
     system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("regulator", law="quaternion", by="wheels",
-    attitude_gain=0.01, rate_gain=0.12, sample=0.5)."""
+    attitude_gain=0.01, rate_gain=0.12, sample=0.5); inertia=..., attitude_gain_matrix=..., rate_gain_matrix=... as there."""
 
     def add_earth_field(self, moment: Optional[npt.ArrayLike] = None, *, epoch_angle: float = 0.0,
                         coefficients: Optional[npt.ArrayLike] = None) -> None:

@@ -9,7 +9,7 @@ module nutate_body
    implicit none
    private
 
-   public :: body_t, make_body, make_shape_body, diagonal, parallel_axis, without, whole_body
+   public :: body_t, make_body, make_shape_body, diagonal, parallel_axis, without, symmetric, whole_body
 
    !> How far a moment may exceed the sum of the other two, relative to the largest moment, before the body is
    !> called impossible: flat plates given with rounded numbers are valid.
@@ -364,5 +364,12 @@ contains
          matrix(i, i) = d(i)
       end do
    end function diagonal
+
+   !> The symmetric matrix of six numbers: 11, 22, 33, 12, 13, 23.
+   pure function symmetric(d) result(matrix)
+      real(wp), intent(in) :: d(6)
+      real(wp) :: matrix(3, 3)
+      matrix = reshape([d(1), d(4), d(5), d(4), d(2), d(6), d(5), d(6), d(3)], [3, 3])
+   end function symmetric
 
 end module nutate_body

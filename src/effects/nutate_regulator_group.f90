@@ -1,7 +1,7 @@
 !> The scene group `&regulator`.
 module nutate_regulator_group
    use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE
-   use nutate_body, only: body_t, diagonal
+   use nutate_body, only: body_t, diagonal, make_body, symmetric
    use nutate_effect, only: effect_t
    use nutate_keys, only: group_t, key_t, KEY_TEXT
    use nutate_kinds, only: wp
@@ -15,16 +15,19 @@ module nutate_regulator_group
    public :: regulator_keys, build_regulator
 
    !> Keys of the scene group `&regulator`.
-   type(key_t), parameter :: regulator_keys(13) = [ &
+   type(key_t), parameter :: regulator_keys(16) = [ &
       key_t(name='law', kind=KEY_TEXT, choices='quaternion,bdot', required=.true.), &
       key_t(name='by', kind=KEY_TEXT, choices='torque,wheels,magnets'), &
       key_t(name='target', least=4, most=4), &
       key_t(name='target_from', kind=KEY_TEXT, choices='space,orbit'), &
-      key_t(name='attitude_gain', range=NON_NEGATIVE), &
-      key_t(name='rate_gain', range=NON_NEGATIVE), &
+      key_t(name='attitude_gain', range=NON_NEGATIVE, instead_of='attitude_gain_matrix'), &
+      key_t(name='rate_gain', range=NON_NEGATIVE, instead_of='rate_gain_matrix'), &
       key_t(name='gains', kind=KEY_TEXT, choices='inertia,scalar'), &
+      key_t(name='inertia', least=3, most=6), &
+      key_t(name='attitude_gain_matrix', least=3, most=9, instead_of='attitude_gain'), &
+      key_t(name='rate_gain_matrix', least=3, most=9, instead_of='rate_gain'), &
       key_t(name='gain', range=NON_NEGATIVE), &
-      key_t(name='field', least=3, most=3, range=ANY_DIRECTION, default='&earth_field'), &
+      key_t(name='field', least=3, most=3, range=ANY_DIRECTION), &
       key_t(name='sample', range=POSITIVE), &
       key_t(name='limit', range=POSITIVE), &
       key_t(name='start'), &
@@ -36,10 +39,10 @@ contains
    !> `add_regulator` gives them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses; a target that is no unit
-   !> quaternion; an empty window.
+   !> quaternion; an empty window. `NUTATE_BAD_BODY` for an inertia that no body has.
    subroutine build_regulator(group, body, effect, status)
       type(group_t), intent(in) :: group
-      !> Its wheels locked.
+      !> Its wheels locked; in an ensemble that of the scene before variation, which the controller is designed for.
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
@@ -72,7 +75,6 @@ contains
       type(body_t), intent(in) :: body
       type(regulator_t), intent(inout) :: regulator
       type(status_t), intent(inout) :: status
-      real(wp) :: unit(3, 3)
       select case (group%text('by', 'torque'))
       case ('wheels')
          regulator%by = BY_WHEELS
@@ -89,19 +91,60 @@ contains
       end if
       regulator%target = quat_normalized(regulator%target)
       regulator%follows_orbit = group%text('target_from', 'space') == 'orbit'
-      unit = body%inertia
+      call take_gains(group, body%inertia, regulator, status)
+   end subroutine take_pointing
+
+   !> K and D: matrices as given, or gains times the inertia or the unit matrix. Errors: `NUTATE_BAD_BODY` for a given
+   !> inertia that no body has.
+   subroutine take_gains(group, inertia, regulator, status)
+      type(group_t), intent(in) :: group
+      !> Where the group gives none, kg m²; shape (3,3).
+      real(wp), intent(in) :: inertia(3, 3)
+      type(regulator_t), intent(inout) :: regulator
+      type(status_t), intent(inout) :: status
+      type(body_t) :: nominal
+      real(wp) :: unit(3, 3)
+      unit = inertia
+      if (group%has('inertia')) then
+         ! Of moments and tensor only: idealised bodies break the triangle rule.
+         call make_body(matrix_of(group, 'inertia'), nominal, status, check_triangle=.false.)
+         if (.not. status%ok()) return
+         unit = nominal%inertia
+      end if
       if (group%text('gains', 'inertia') == 'scalar') unit = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
       regulator%attitude_gain = group%number('attitude_gain', 0.0_wp)*unit
+      if (group%has('attitude_gain_matrix')) regulator%attitude_gain = matrix_of(group, 'attitude_gain_matrix')
       regulator%rate_gain = group%number('rate_gain', 0.0_wp)*unit
-   end subroutine take_pointing
+      if (group%has('rate_gain_matrix')) regulator%rate_gain = matrix_of(group, 'rate_gain_matrix')
+   end subroutine take_gains
+
+   !> The matrix of three numbers (its diagonal), six (a symmetric one: 11, 22, 33, 12, 13, 23) or nine (row by row).
+   pure function matrix_of(group, key) result(matrix)
+      type(group_t), intent(in) :: group
+      !> Present, with one of these counts.
+      character(len=*), intent(in) :: key
+      real(wp) :: matrix(3, 3), numbers(9)
+      integer :: n
+      n = group%count_of(key)
+      numbers = 0.0_wp
+      numbers(1:n) = group%vector(key, numbers(1:n))
+      select case (n)
+      case (3)
+         matrix = diagonal(numbers(1:3))
+      case (6)
+         matrix = symmetric(numbers(1:6))
+      case default
+         matrix = transpose(reshape(numbers, [3, 3]))
+      end select
+   end function matrix_of
 
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses.
    subroutine check_keys(group, status)
       type(group_t), intent(in) :: group
       type(status_t), intent(out) :: status
-      character(len=13), parameter :: of_pointing(6) = [character(len=13) :: &
+      character(len=20), parameter :: of_pointing(9) = [character(len=20) :: &
                                                         'by', 'target', 'target_from', 'attitude_gain', 'rate_gain', &
-                                                        'gains']
+                                                        'gains', 'inertia', 'attitude_gain_matrix', 'rate_gain_matrix']
       integer :: i
       if (group%text('law', '') == 'bdot') then
          do i = 1, size(of_pointing)
@@ -111,8 +154,7 @@ contains
          call demand('gain')
       else
          if (group%has('gain')) call refuse('gain', " with the law 'quaternion' (expected attitude_gain and rate_gain)")
-         call demand('attitude_gain')
-         call demand('rate_gain')
+         call check_gains(group, status)
          if (group%text('by', 'torque') /= 'magnets' .and. group%has('field')) &
             call refuse('field', " without magnets (expected by = 'magnets' with it)")
       end if
@@ -133,5 +175,40 @@ contains
       end subroutine refuse
 
    end subroutine check_keys
+
+   !> Errors: `NUTATE_BAD_ARGUMENT` for gains that are missing, or given twice; for matrices of other counts; for what
+   !> they have no use for.
+   subroutine check_gains(group, status)
+      type(group_t), intent(in) :: group
+      type(status_t), intent(inout) :: status
+      logical :: matrices
+      matrices = .not. (group%has('attitude_gain') .or. group%has('rate_gain'))
+      call check_gain('attitude_gain', 'attitude_gain_matrix')
+      call check_gain('rate_gain', 'rate_gain_matrix')
+      if (all(group%count_of('inertia') /= [0, 3, 6])) &
+         call refuse('inertia has another count of values (expected 3 or 6 numbers)', 'inertia')
+      if (group%has('gains') .and. matrices) &
+         call refuse('gains beside gain matrices (expected attitude_gain or rate_gain with it)', 'gains')
+      if (group%has('inertia') .and. (matrices .or. group%text('gains', 'inertia') == 'scalar')) &
+         call refuse("inertia without gains by it (expected attitude_gain or rate_gain, and gains = 'inertia')", 'inertia')
+
+   contains
+
+      subroutine check_gain(key, matrix)
+         character(len=*), intent(in) :: key, matrix
+         if (.not. (group%has(key) .or. group%has(matrix))) &
+            call refuse('the regulator has no '//key//' (expected it)', '')
+         if (group%has(key) .and. group%has(matrix)) &
+            call refuse(matrix//' beside '//key//' (expected one of them)', matrix)
+         if (all(group%count_of(matrix) /= [0, 3, 6, 9])) &
+            call refuse(matrix//' has another count of values (expected 3, 6 or 9 numbers)', matrix)
+      end subroutine check_gain
+
+      subroutine refuse(words, key)
+         character(len=*), intent(in) :: words, key
+         if (status%ok()) status = fail(NUTATE_BAD_ARGUMENT, words, key)
+      end subroutine refuse
+
+   end subroutine check_gains
 
 end module nutate_regulator_group

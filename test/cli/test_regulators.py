@@ -76,6 +76,65 @@ class Regulators(CommandLineTest):
         speed = next(k for k, name in enumerate(header) if name.startswith("wheel1_speed"))
         self.assertAlmostEqual(max(abs(row[speed]) for row in rows), 12.0, delta=0.5)
 
+    def test_members_are_controlled_by_the_inertia_before_variation(self):
+        varied = "&ensemble members = 5, seed = 3, histories = 2 /\n" \
+                 "&vary key = 'body.inertia', distribution = 'uniform', low = 80, 95, 30, high = 100, 105, 50 /\n"
+        for name, wheels, by in (("torque", "", ""), ("wheels", WHEELS, ", by = 'wheels', sample = 0.5")):
+            scene = wheels + LAW + by + " /\n" + BODY
+            self.write(f"{name}.nml", scene + varied)
+            self.succeed("sweep", f"{name}.nml", "--quiet", "--csv", "rows.csv")
+            header, rows = self.history("rows.csv")
+            for row in rows:
+                member = str(int(row[0]))
+                inertia = ",".join(repr(x) for x in row[2:5])
+                # The true inertia to the body, the nominal one to the controller; and what a controller would do that knew it.
+                own, nominal = ["--set", f"body.inertia={inertia}"], ["--set", "regulator.inertia=90,100,40"]
+                ends = [self.history("run.csv")[1][-1] for options in (own + nominal, own)
+                        if self.succeed("run", f"{name}.nml", "--quiet", "--output", "run.csv", *options)]
+                self.assertEqual(row[5:5 + len(ends[0])], ends[0])
+                self.assertGreater(max(abs(a - b) for a, b in zip(*ends)), 1e-4)
+                again = self.succeed("sweep", f"{name}.nml", "--member", member, "--quiet").stdout
+                self.assertEqual(again.splitlines()[1], self.read("rows.csv").splitlines()[int(member)])
+            self.assertEqual(self.history(f"{name}.member2.csv")[1][-1], rows[1][5:5 + len(ends[0])])
+
+    def test_gains_as_numbers_and_as_matrices_are_the_same(self):
+        tensor = BODY.replace("inertia = 90.0, 100.0, 40.0", "inertia_tensor = 90.0, 100.0, 40.0, 5.0, -3.0, 2.0")
+        rows = {}
+        for name, keys in (("plain", "attitude_gain = 0.25, rate_gain = 0.5"),
+                           ("given", "attitude_gain = 0.25, rate_gain = 0.5, inertia = 90, 100, 40, 5, -3, 2"),
+                           ("symmetric", "attitude_gain_matrix = 22.5, 25, 10, 1.25, -0.75, 0.5, rate_gain = 0.5"),
+                           ("full", "attitude_gain = 0.25, rate_gain_matrix = 45, 2.5, -1.5, 2.5, 50, 1, -1.5, 1, 20"),
+                           ("turned", "attitude_gain = 0.25, rate_gain_matrix = 45, 9, -9, -4, 50, 1, 3, 1, 20"),
+                           ("transposed", "attitude_gain = 0.25, rate_gain_matrix = 45, -4, 3, 9, 50, 1, -9, 1, 20"),
+                           ("scalar", "attitude_gain = 2, rate_gain = 3, gains = 'scalar'"),
+                           ("diagonal", "attitude_gain_matrix = 2, 2, 2, rate_gain_matrix = 3, 3, 3")):
+            self.write(f"{name}.nml", f"&regulator law = 'quaternion', {keys} /\n" + tensor)
+            self.succeed("run", f"{name}.nml", "--quiet")
+            rows[name] = self.read(f"{name}.csv")
+        for name in ("given", "symmetric", "full"):
+            self.assertEqual(rows[name], rows["plain"])
+        self.assertEqual(rows["diagonal"], rows["scalar"])
+        self.assertEqual(len({rows[name] for name in ("plain", "turned", "transposed", "scalar")}), 4)
+
+    def test_check_says_whose_inertia_gains_use(self):
+        varied = "&ensemble members = 5 /\n&vary key = 'body.inertia', distribution = 'uniform', " \
+                 "low = 80, 95, 30, high = 100, 105, 50 /\n"
+        self.write("plain.nml", LAW + " /\n" + BODY)
+        self.write("varied.nml", LAW + " /\n" + BODY + varied)
+        own = "gains times the inertia of the body, 90, 100, 40 kg m^2"
+        for scene, settings, said, unsaid in (
+                ("plain", (), own, "before variation"), ("varied", (), own + ", before variation", "given"),
+                ("varied", ("regulator.inertia=90,100,41",), "gains times the inertia given", "before variation"),
+                ("plain", ("regulator.gains='scalar'",), "gains = scalar", "gains times"),
+                ("plain", ("regulator.attitude_gain_matrix=1,1,1", "regulator.rate_gain_matrix=2,2,2"),
+                 "attitude_gain_matrix = 1, 1, 1", "gains times")):
+            options = [word for setting in settings for word in ("--set", setting)]
+            text = self.succeed("check", f"{scene}.nml", *options).stdout
+            line = next(line for line in text.splitlines() if "law = quaternion" in line)
+            self.assertIn(said, line)
+            self.assertNotIn(unsaid, line)
+            self.assertNotIn("&earth_field", line)
+
     def test_what_does_not_go_is_said(self):
         self.write("all_times.nml", LAW + " /\n" + BODY)
         self.fail_with(2, "run", "all_times.nml", "--set", "integrator.method=taylor", says=("expected sample",))

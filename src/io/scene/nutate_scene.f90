@@ -4,6 +4,7 @@
 !> (`nutate_scene_lexer`), checked against the tables of keys (`nutate_scene_check`), and built part by part
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
+   use nutate_body, only: body_t
    use nutate_control, only: needs_control
    use nutate_columns, only: columns_t, need_attitude
    use nutate_effect_list, only: effect_list_t
@@ -55,6 +56,8 @@ module nutate_scene
       character(len=:), allocatable :: shape
       !> Body and effects.
       type(system_t) :: system
+      !> The body as the scene was read, before an ensemble varies it: controllers are designed for it.
+      type(body_t), allocatable :: nominal
       !> The state at t = 0.
       type(state_t) :: initial
       !> With a goal the method may be `auto`, and the order open, which a run chooses.
@@ -209,7 +212,9 @@ contains
       real(wp) :: q(4), omega(3)
       call build_body(first_group(scene%groups, 'body'), scene%system%body, scene%shape, error)
       if (error%raised) return
-      call build_effects(scene%groups, scene%system, error, scene%file(1:index(scene%file, '/', back=.true.)))
+      if (.not. allocated(scene%nominal)) scene%nominal = scene%system%body
+      call build_effects(scene%groups, scene%system, error, scene%file(1:index(scene%file, '/', back=.true.)), &
+                         scene%nominal)
       if (error%raised) return
       call build_initial(first_group(scene%groups, 'initial'), scene%system%effects, q, omega, error)
       if (.not. error%raised) scene%initial = make_state(scene%system, q, omega)

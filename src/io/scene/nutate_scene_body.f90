@@ -1,7 +1,7 @@
 !> `&body`: the rigid body from its moments, its tensor or its shape.
 module nutate_scene_body
    use nutate_admissible, only: POSITIVE, SHAPE_LENGTH
-   use nutate_body, only: body_t, diagonal, make_body, make_shape_body
+   use nutate_body, only: body_t, diagonal, make_body, make_shape_body, symmetric
    use nutate_keys, only: group_t, key_t, name_length, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_scene_error, only: scene_error_t, allow_one_of, demand_one_of, demand_with
@@ -127,8 +127,7 @@ contains
          tensor = diagonal(group%vector('inertia', j(1:3)))
          return
       end if
-      j = group%vector('inertia_tensor', j)
-      tensor = reshape([j(1), j(4), j(5), j(4), j(2), j(6), j(5), j(6), j(3)], [3, 3])
+      tensor = symmetric(group%vector('inertia_tensor', j))
    end function given_tensor
 
    !> Line of the key that a body's error is about: of what gave the inertia, or of the key itself.

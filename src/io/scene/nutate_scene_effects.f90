@@ -44,7 +44,7 @@ contains
 
    !> Adds the effects that the groups name, in their order but an orbit first and regulators last, to a system. What is
    !> made from a body is made from the whole one, its wheels locked.
-   subroutine build_effects(groups, system, error, folder)
+   subroutine build_effects(groups, system, error, folder, nominal)
       !> The tables that they name are read.
       type(group_t), intent(inout) :: groups(:)
       !> Its body is used, its effects are added.
@@ -52,6 +52,8 @@ contains
       type(scene_error_t), intent(inout) :: error
       !> Where names of tables begin, `/` at its end; default: the working directory.
       character(len=*), intent(in), optional :: folder
+      !> What controllers are designed for; default: the body.
+      type(body_t), intent(in), optional :: nominal
       type(effect_kind_t), allocatable :: kinds(:)
       type(body_t) :: body
       integer :: i, k, pass
@@ -59,6 +61,7 @@ contains
       kinds = effect_kinds(with_keys=.false.)
       body = whole_body(system%body)
       do pass = FIRST, LAST
+         if (pass == LAST .and. present(nominal)) body = nominal
          do i = 1, size(groups)
             if (pass_of(groups(i)) /= pass) cycle
             do k = 1, size(kinds)
