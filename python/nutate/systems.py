@@ -20,7 +20,7 @@ def group(name: str, /, **values: Any) -> str:
             return "'" + value.replace("'", "''") + "'"
         if isinstance(value, (bool, np.bool_)):
             return ".true." if value else ".false."
-        return ", ".join(repr(float(number)) for number in np.atleast_1d(value))
+        return ", ".join(repr(float(number)) for number in np.ravel(value))
 
     given = [f"{key} = {text(value)}" for key, value in values.items() if value is not None]
     return f"&{name} " + ", ".join(given) + " /\n"

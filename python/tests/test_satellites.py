@@ -74,6 +74,23 @@ class SatellitesTest(unittest.TestCase):
         with self.assertRaisesRegex(nutate.NutateValueError, "there is no wheel"):
             make_box().set_motor(0, 0.1)
 
+    def test_gains_of_controllers_are_numbers_or_matrices(self):
+        tensor = np.array([[90.0, 5.0, -3.0], [5.0, 100.0, 2.0], [-3.0, 2.0, 40.0]])
+        ends = []
+        for keys in ({"attitude_gain": 0.25, "rate_gain": 0.5},
+                     {"attitude_gain": 0.25, "rate_gain": 0.5, "inertia": (90, 100, 40, 5, -3, 2)},
+                     {"attitude_gain_matrix": 0.25 * tensor, "rate_gain_matrix": 0.5 * tensor},
+                     {"attitude_gain": 0.25, "rate_gain": 0.5, "inertia": (90, 100, 40)}):
+            system = nutate.System(tensor=tensor)
+            system.add("regulator", law="quaternion", sample=0.25, **keys)
+            stepper = nutate.Stepper(system, time_step=0.1)
+            stepper.set_state(q=(0, 1, 0, 0), omega=(0.02, -0.01, 0.03))
+            stepper.run(40)
+            ends.append([*stepper.quaternion, *stepper.angular_velocity])
+        self.assertEqual(ends[1], ends[0])
+        self.assertEqual(ends[2], ends[0])
+        self.assertNotEqual(ends[3], ends[0])
+
     def test_wheels_are_those_of_the_columns(self):
         system = nutate.System(moments=(90, 100, 40))
         system.add("orbit", altitude=500e3, inclination=97.4, degrees=True)
