@@ -190,7 +190,8 @@ contains
       if (group%has('gains') .and. matrices) &
          call refuse('gains beside gain matrices (expected attitude_gain or rate_gain with it)', 'gains')
       if (group%has('inertia') .and. (matrices .or. group%text('gains', 'inertia') == 'scalar')) &
-         call refuse("inertia without gains by it (expected attitude_gain or rate_gain, and gains = 'inertia')", 'inertia')
+         call refuse("inertia without gains by it (expected attitude_gain or rate_gain, and gains = 'inertia')", &
+                     'inertia')
 
    contains
 
