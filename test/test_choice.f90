@@ -63,6 +63,7 @@ contains
                   new_unittest("auto needs a goal, and nothing beside it", auto_is_refused), &
                   new_unittest("fixed steps take order 2 where nothing is named", fixed_steps_take_order_2), &
                   new_unittest("closed solution with accuracy and rows at intervals", closed_solution_with_accuracy), &
+                  new_unittest("no row a rounding of the time before the end", no_row_next_to_the_end), &
                   new_unittest("pilots that nothing tells apart keep their difference", pilots_alike), &
                   new_unittest("a chaotic motion is not called solved", chaos_is_not_called_solved)]
    end subroutine collect_choice
@@ -387,6 +388,28 @@ contains
       call check(error, status%ok() .and. summary%steps == 1, "the end at once")
       if (.not. allocated(error)) call check_close(error, state%q, last%q, 16*eps, "the end")
    end subroutine closed_solution_with_accuracy
+
+   !> Where 1e-9 of an interval is below the last digit of the time: 101 rows, wherever the end is rounded to.
+   subroutine no_row_next_to_the_end(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: problem
+      type(spectator_t) :: spectator
+      type(state_t) :: state
+      type(run_summary_t) :: summary
+      type(status_t) :: status
+      integer :: k
+      problem = box()
+      problem%start%t = 1e7_wp
+      do k = -1, 1
+         spectator%rows = 0
+         call run(problem, 'taylor', run_plan_t(end_time=1e7_wp + 10 + k*spacing(1e7_wp), interval=0.1_wp, &
+                                                goal=run_goal_t(local_tolerance=1e-12_wp)), spectator, state, summary, &
+                  status)
+         call check(error, status%ok(), trim(status%message))
+         if (.not. allocated(error)) call check(error, spectator%rows, 101, "rows")
+         if (allocated(error)) return
+      end do
+   end subroutine no_row_next_to_the_end
 
    !> Order 8 on damping so strong that its steps have one length whatever the rate.
    subroutine pilots_alike(error)

@@ -3,7 +3,7 @@
 module nutate_state
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: most_wheels
+   use nutate_limits, only: is_same_time, most_wheels
    implicit none
    private
 
@@ -32,6 +32,8 @@ module nutate_state
       procedure :: take
       !> True for this attitude and momentum, to the last digit.
       procedure :: is_at
+      !> The time from which the work of potentials that move counts in the next step.
+      procedure :: world_start
       !> Shows its values to an archive.
       procedure :: transfer => transfer_state
       !> The same of what belongs to wheels, and of the work of the world.
@@ -49,6 +51,16 @@ contains
       difference = abs(self%q - q) + abs(self%p - p)
       is_at = (difference(1) + difference(2)) + (difference(3) + difference(4)) <= 0.0_wp
    end function is_at
+
+   !> The time from which the work of potentials that move counts in the next step, s: that up to which it is counted,
+   !> unless the state was put to another time. Between the two, potentials that move would gain what nobody counts.
+   pure real(wp) function world_start(self, dt)
+      class(state_t), intent(in) :: self
+      !> The step, s.
+      real(wp), intent(in) :: dt
+      world_start = self%t
+      if (is_same_time(self%t, self%world_time, dt)) world_start = self%world_time
+   end function world_start
 
    !> Becomes a copy of another one; without wheels that costs less than an assignment.
    pure subroutine take(self, other, wheels)

@@ -10,7 +10,7 @@ module nutate_limits
    public :: greatest_number, least_number, least_size, greatest_length, least_length, greatest_step, least_step, &
       greatest_turn, most_steps, same_time, whole_tolerance, attitude_tolerance, manifold_tolerance, greatest_norm, &
       least_norm, least_momentum, greatest_power, least_power, most_wheels
-   public :: is_moderate, is_direction, is_unit, is_step, is_countable, in_words
+   public :: is_moderate, is_direction, is_unit, is_step, is_same_time, is_countable, in_words
 
    !> Any number that is given, and the momentum, energy and torque that follow: the square of such a number and the
    !> product of three stay finite. The power of ten is for those who read decimals.
@@ -35,6 +35,9 @@ module nutate_limits
    !> far above what rounding leaves of times that were meant to be whole numbers of them, far below any part of a step
    !> that makes a difference.
    real(wp), parameter :: same_time = 1e-9_wp
+   !> The same for the time of a state that a run put to the end of a step, t0 + kΔt, and that to which the step came by
+   !> its own sum: rounding tells them apart by 1e-6 of a step a thousand million steps away from t0.
+   real(wp), parameter :: same_end = 1e-6_wp
    !> How far a quotient of two times may be from the whole number that is meant, relative to it: both are given with
    !> ten digits.
    real(wp), parameter :: whole_tolerance = 1e-9_wp
@@ -61,6 +64,13 @@ contains
       is_moderate = ieee_is_finite(x)
       if (is_moderate) is_moderate = abs(x) <= greatest_number
    end function is_moderate
+
+   !> True for two times of the end of one step that only rounding tells apart.
+   pure logical function is_same_time(t, other, step)
+      !> s, the step of either sign.
+      real(wp), intent(in) :: t, other, step
+      is_same_time = abs(t - other) <= same_end*abs(step) + 4*spacing(other)
+   end function is_same_time
 
    !> A vector long enough to have a direction.
    pure logical function is_direction(v)

@@ -166,7 +166,8 @@ contains
          n = count_steps(scene%initial%t, plan)
          if (n < 1 .or. n > min(plan%max_steps, most_steps)) then
             words = 'there are more than 10000000 steps'
-         else if (abs(plan%end_time - real(n, wp)*plan%time_step) > same_time*plan%time_step) then
+         else if (abs(plan%end_time - real(n, wp)*plan%time_step) > same_time*plan%time_step + &
+                  spacing(plan%end_time)) then
             words = 'the last step is shorter than the others'
          end if
       end associate

@@ -4,6 +4,7 @@ module nutate_exact_stepper
    use nutate_exact_free, only: free_body_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum
    use nutate_kinds, only: wp
+   use nutate_limits, only: is_same_time
    use nutate_quaternion, only: quat_norm, quat_product
    use nutate_range, only: check_start
    use nutate_state, only: state_t
@@ -18,10 +19,6 @@ module nutate_exact_stepper
    !> Turn in a step of a length that is left to the method, rad: where steps are seen, Euler angles are followed from
    !> one to the next, and are lost at 2π; elsewhere far below the turn at which digits of the direction are lost.
    real(wp), parameter :: usual_turn = 1.0_wp, longest_turn = 1e6_wp
-
-   !> Part of a step by which the time of a state may differ from that of the last step: runs set it to t0 + kΔt, which
-   !> rounds otherwise.
-   real(wp), parameter :: same_time = 1e-6_wp
 
    !> A stepper without an error: every step goes back to the state that the solution started from.
    type, extends(dense_stepper_t) :: exact_t
@@ -111,7 +108,7 @@ contains
       !> s.
       real(wp), intent(in) :: dt
       is_last = all(abs(state%q - self%last%q) <= 0.0_wp) .and. all(abs(state%p - self%last%p) <= 0.0_wp) .and. &
-                abs(state%t - self%last%t) <= same_time*abs(dt) + 4*spacing(self%last%t)
+                is_same_time(state%t, self%last%t, dt)
    end function is_last
 
    !> The solution at a time.

@@ -291,7 +291,8 @@ contains
             if (due) t = plan%times(progress%rows + 1)
          else
             t = progress%t_first + sense*plan%interval*real(progress%rows + 1, wp)
-            due = sense*(plan%end_time - t) > same_time*plan%interval
+            due = sense*(plan%end_time - t) > same_time*plan%interval + &
+                  min(4*eps*max(abs(progress%t_first), abs(plan%end_time)), 0.25_wp*plan%interval)
          end if
          due = due .and. sense*(t - progress%state%t) <= 0.0_wp
       end associate

@@ -7,7 +7,7 @@ module nutate_hamiltonian
    use nutate_body, only: body_t
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
-   use nutate_limits, only: is_moderate, same_time
+   use nutate_limits, only: is_moderate
    use nutate_quaternion, only: cross, quat_conjugate, quat_left_matrix, quat_product, rotate_to_body, &
       rotate_to_space, vector_quat_product
    use nutate_small_products, only: times_vector
@@ -246,14 +246,12 @@ contains
       type(state_t), intent(in) :: before, after
       !> s.
       real(wp), intent(in) :: dt
-      real(wp) :: start, middle, change(4), mean(4), n(3), gamma(4)
+      real(wp) :: middle, change(4), mean(4), n(3), gamma(4)
       integer :: i
       middle = before%t + 0.5_wp*dt
-      start = before%t
-      if (abs(before%world_time - start) <= same_time*abs(dt)) start = before%world_time
       change = (after%q - before%q) + (after%q_compensation - before%q_compensation)
       mean = 0.5_wp*(before%q + after%q)
-      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, start)
+      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, before%world_start(dt))
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
             if (.not. potential%moves) cycle

@@ -401,10 +401,11 @@ contains
       type(state_t), intent(inout) :: state
       associate (work => self%rates%work(size(self%rates%work)))
          work = moving_energy(system%effects, state%q, self%first%t + time) &
-                - moving_energy(system%effects, self%first%q, self%first%t) &
+                - moving_energy(system%effects, self%first%q, self%first%world_start(time)) &
                 + self%series%torques%work_until(system%effects%n_torques + 1, self%series%order, &
                                                  self%series%time_unit, time/self%series%time_unit, self%series%tail)
          state%world_work = self%first%world_work + work
+         state%world_time = self%first%t + time
       end associate
    end subroutine book_world_work
 
