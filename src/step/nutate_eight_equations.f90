@@ -383,14 +383,14 @@ contains
 
    !> Takes from the increment of p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes neither
    !> the angular momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|. A turn keeps
-   !> q·p, so that at the end of the step it lies along q1.
+   !> q·p, so that at the end of the step it lies along q1. In axes that turn, `momentum_increment` has done so.
    pure subroutine make_tangent(self, q1, dp)
       class(eight_equations_t), intent(in) :: self
       !> At the end of the step; shape (4).
       real(wp), intent(in) :: q1(4)
       !> p1 - p0, kg m²/s; shape (4).
       real(wp), intent(inout) :: dp(4)
-      if (.not. self%is_tangent()) return
+      if (self%turn%there .or. .not. self%is_tangent()) return
       dp = dp - (self%w0(1)*self%momentum_unit/dot_product(q1, q1))*q1
    end subroutine make_tangent
 
