@@ -340,7 +340,7 @@ contains
       type(status_t) :: status
       integer(long) :: n, rows
       call page%line('output')
-      call columns%choose(scene%output%columns, status, scene%output%degrees)
+      call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
       if (status%ok()) call page%item('columns', columns%header())
       refusal = ''
       if (scene%plan%goal%active()) then

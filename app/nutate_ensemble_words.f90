@@ -32,7 +32,7 @@ contains
       type(columns_t) :: columns
       type(status_t) :: status
       character(len=:), allocatable :: obstacle
-      call columns%choose(scene%output%columns, status, scene%output%degrees)
+      call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
       obstacle = batch_obstacle(scene, columns)
       associate (settings => scene%integrator)
          if (obstacle == '') then

@@ -58,7 +58,7 @@ contains
       integer(long), intent(in) :: rows
       type(columns_t) :: columns
       type(status_t) :: status
-      call columns%choose(scene%output%columns, status)
+      call columns%choose(scene%output%columns, status, effects=scene%system%effects)
       history_bytes = usual_field*real(rows, wp)*real(columns%width, wp)
    end function history_bytes
 

@@ -66,6 +66,7 @@ contains
       !> No progress bar; no invariants, unless there are checkpoints: the run that is resumed may show them.
       logical, intent(in) :: quiet
       self%sees_every_step = self%history%sees_every_step
+      self%wants_works = self%history%wants_works
       self%keeps_archives = self%checkpoint%is_wanted()
       ! At once, so that what cannot be written is known at the start.
       self%wants_archive = self%keeps_archives

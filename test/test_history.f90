@@ -126,7 +126,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(column_sets)
-         call check(error, size(split_list(trim(column_sets(i)%headers))) == column_sets(i)%width, &
+         ! Of a set with a column for each effect the pattern of their names stands there.
+         call check(error, size(split_list(trim(column_sets(i)%headers))) == max(column_sets(i)%width, 1), &
                     trim(column_sets(i)%name))
          if (allocated(error)) return
       end do

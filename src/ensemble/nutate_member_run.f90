@@ -8,7 +8,7 @@ module nutate_member_run
    use nutate_member, only: member_t
    use nutate_member_watcher, only: look_stride, member_watcher_t, sweep_asker_t
    use nutate_observer, only: run_record_t
-   use nutate_progress, only: total_work
+   use nutate_progress, only: put_works
    use nutate_row_layout, only: bits_of, row_layout_t
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
@@ -50,7 +50,7 @@ contains
       call lock_texts()
       self%layout = layout
       call self%member%prepare(scene)
-      call self%watcher%columns%choose(scene%output%columns, status, scene%output%degrees)
+      call self%watcher%columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
       call self%together%prepare(scene, self%watcher%columns)
       call unlock_texts()
       if (present(sweep)) self%watcher%sweep => sweep
@@ -114,6 +114,7 @@ contains
             call watcher%columns%start(scene%system, scene%initial, j0, scene%plan%end_time < 0.0_wp)
             call watcher%invariants%start(scene%system, scene%initial, j0, scene%integrator%attitude)
          end associate
+         watcher%wants_works = watcher%columns%needs_works
          watcher%sees_every_step = watcher%columns%follows_steps .or. associated(watcher%history)
          watcher%rows_at_steps = scene%output%by_default .and. .not. associated(watcher%history)
          asker%sweep => watcher%sweep
@@ -134,7 +135,7 @@ contains
       real(wp) :: columns(self%layout%columns - self%layout%values)
       integer :: i, at
       record = run%record
-      record%work = total_work(run%summary)
+      call put_works(run%summary, record)
       if (allocated(run%events)) then
          call look_at_end(run%events%system)
       else

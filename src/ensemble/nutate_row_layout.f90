@@ -42,7 +42,7 @@ contains
       type(columns_t) :: columns
       character(len=:), allocatable :: name
       integer :: i
-      call columns%choose(scene%output%columns, status, scene%output%degrees)
+      call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
       if (.not. status%ok()) return
       layout%names = [character(len=field_length) :: 'member', 'status', scene%ensemble%targets%name]
       layout%values = size(layout%names)

@@ -147,14 +147,16 @@ contains
    end subroutine choose_step
 
    !> The state at a time, inside the last step if steps are kept. Errors: `NUTATE_BAD_ARGUMENT` elsewhere.
-   subroutine state_at(self, system, t, state, work, status)
+   subroutine state_at(self, system, t, state, work, status, works)
       class(exact_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: t
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
+      real(wp), intent(inout), optional :: works(:)
       work = 0.0_wp
+      if (present(works)) works = 0.0_wp
       if (.not. self%solved .or. (self%keeps_steps .and. .not. is_inside(self, t))) then
          status = fail(NUTATE_BAD_ARGUMENT, outside)
       else

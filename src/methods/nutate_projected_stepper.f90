@@ -146,20 +146,24 @@ contains
    end subroutine mark_step
 
    !> The state at a time inside the last step, projected. Errors: those of the stepper and of the projection.
-   recursive subroutine state_at(self, system, t, state, work, status)
+   recursive subroutine state_at(self, system, t, state, work, status, works)
       class(projected_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: t
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
+      real(wp), intent(inout), optional :: works(:)
       type(state_t) :: inside
-      real(wp) :: given
-      call self%base%state_at(system, t, inside, work, status)
+      real(wp) :: given, done, each(size(self%work))
+      call self%base%state_at(system, t, inside, work, status, each)
       given = 0.0_wp
       if (status%ok()) call self%projection%project_inside(system, inside, work, status, self%base%step_error, given)
+      done = sum(abs(each))
+      if (abs(given) > 0.0_wp .and. done > 0.0_wp) call book_share(system%effects, given, done, each, inside)
       if (status%ok()) state = inside
       work = work + given
+      if (present(works)) works(:) = each
    end subroutine state_at
 
    !> What the stepper and the projection remember.

@@ -271,7 +271,7 @@ contains
    !> it. Neither the steps that follow nor their memory notice.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` where no step was kept, or the time is outside of it; those of the step.
-   recursive subroutine state_taken_again(self, system, t, state, work, status)
+   recursive subroutine state_taken_again(self, system, t, state, work, status, works)
       class(stepper_t), intent(inout) :: self
       !> The one of the step.
       type(system_t), intent(in) :: system
@@ -282,8 +282,11 @@ contains
       !> Work of all torques from the start of the step to `t`, J.
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
+      !> Work of each until then, J; shape (n_works).
+      real(wp), intent(inout), optional :: works(:)
       type(state_t) :: inside
       work = 0.0_wp
+      if (present(works)) works = 0.0_wp
       if (.not. (allocated(self%again) .and. is_inside(self, t))) then
          status = fail(NUTATE_BAD_ARGUMENT, outside)
          return
@@ -302,6 +305,7 @@ contains
             end if
             if (status%code /= 0) return
             work = sum(again%work)
+            if (present(works)) works(:) = again%work
             self%step_error = again%step_error
          end select
          inside%t = t

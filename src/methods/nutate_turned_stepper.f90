@@ -127,20 +127,21 @@ contains
    end subroutine mark_step
 
    !> The state at a time inside the last step, turned. Errors: those of the stepper, and of a turn.
-   recursive subroutine state_at(self, system, t, state, work, status)
+   recursive subroutine state_at(self, system, t, state, work, status, works)
       class(turned_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: t
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
+      real(wp), intent(inout), optional :: works(:)
       type(state_t) :: inside
       if (.not. self%turn%there) then
-         call self%base%state_at(system, t, state, work, status)
+         call self%base%state_at(system, t, state, work, status, works)
          self%step_error = self%base%step_error
          return
       end if
-      call self%base%state_at(self%standing, t, inside, work, status)
+      call self%base%state_at(self%standing, t, inside, work, status, works)
       self%step_error = self%base%step_error
       if (.not. status%ok()) return
       if (abs(t - self%start) > 0.0_wp) then

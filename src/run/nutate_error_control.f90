@@ -13,8 +13,9 @@ module nutate_error_control
    use nutate_methods, only: get_stepper, make_stepper, method_of, method_t
    use nutate_noise, only: noise_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: count_step, progress_t, total_work
+   use nutate_progress, only: add_works, count_step, progress_t, put_works
    use nutate_quaternion, only: attitude_distance, quat_norm
+   use nutate_step_cutting, only: go_inside
    use nutate_step_length, only: step_length_t
    use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
@@ -41,9 +42,9 @@ module nutate_error_control
       logical :: probed = .false.
       !> Work of each torque in the step tried, J; shape (number of torques).
       real(wp), allocatable :: work(:)
-      !> State and work of all torques before the last step, J.
+      !> State before the last step, and the works, J.
       type(state_t) :: start
-      real(wp) :: work_before = 0.0_wp
+      type(run_record_t) :: before
       !> Largest |L| seen, kg m²/s.
       real(wp) :: momentum_scale = 0.0_wp
       !> Longest step that may be chosen after one that failed, s.
@@ -165,7 +166,8 @@ contains
       if (rest <= merge(1.5_wp, 1.0_wp, self%equal%suit)*self%length%next) step = rest
       self%start = progress%state
       self%probed = .false.
-      self%work_before = total_work(progress%summary)
+      if (allocated(progress%record%works)) self%before = progress%record
+      call put_works(progress%summary, self%before)
       call try(self, system, progress, step, accepted, status)
       self%longest = merge(huge(self%longest), self%length%next, accepted)
       if (status%ok() .and. accepted .and. step >= rest) then
@@ -370,27 +372,20 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
-      integer :: i
-      real(wp) :: since, middle
+      real(wp) :: since, each(size(self%work))
       state = self%start
       record = progress%record
-      record%work = self%work_before
+      record%work = self%before%work
+      if (allocated(record%works)) record%works(:) = self%before%works
       if (self%method%dense .or. self%equal%suit) then
-         call self%half%state_at(system, t, state, since, status)
-         if (status%ok()) record%work = self%work_before + since
-         return
+         call self%half%state_at(system, t, state, since, status, each)
+         if (status%ok()) record%work = record%work + since
+      else
+         each = 0.0_wp
+         if (abs(t - self%start%t) > 0.0_wp) &
+            call go_inside(self%branch, system, t, progress%state%t, state, record%work, status, each)
       end if
-      middle = 0.5_wp*(self%start%t + progress%state%t)
-      do i = 1, 2
-         if (.not. abs(t - self%start%t) > 0.0_wp) exit
-         call take_part(self%branch, system, state, 0.5_wp*(t - self%start%t), middle, record, status)
-         if (.not. status%ok()) return
-         record%work = record%work + sum(self%branch%work)
-      end do
-      state%t = t
-      record%iterations = progress%record%iterations
-      record%residual = progress%record%residual
-      record%unproved = progress%record%unproved
+      if (status%ok()) call add_works(record, each)
    end subroutine state_inside
 
    !> Makes what looks inside, where the method does not know.
@@ -408,7 +403,7 @@ contains
    end subroutine expect_events
 
    !> The state at a time inside the last step, for events: by the method, or by two steps of a branch of their own.
-   subroutine look_inside(self, system, before, progress, t, state, work, status)
+   subroutine look_inside(self, system, before, progress, t, state, work, status, works)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
@@ -417,22 +412,18 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(inout) :: status
-      integer :: i
+      real(wp), intent(inout), optional :: works(:)
       work = 0.0_wp
+      if (present(works)) works(:) = 0.0_wp
       state = before
       if (abs(t - before%t) < 1e-290_wp) return ! closer to the start than equations can divide by
       if (self%method%dense .or. self%equal%suit) then
-         call self%half%state_at(system, t, state, work, status)
+         call self%half%state_at(system, t, state, work, status, works)
          return
       end if
       if (.not. self%probed) call self%probe%forget_steps()
       self%probed = .true.
-      do i = 1, 2
-         call self%probe%advance(system, state, 0.5_wp*(t - before%t), 0.5_wp*(before%t + progress%state%t), status)
-         if (status%code /= 0) return
-         work = work + sum(self%probe%work)
-      end do
-      state%t = t
+      call go_inside(self%probe, system, t, progress%state%t, state, work, status, works)
    end subroutine look_inside
 
    !> Takes the last step again, shorter. The next step is tried with the length that it had.

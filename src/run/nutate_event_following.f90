@@ -9,7 +9,7 @@ module nutate_event_following
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: progress_t, total_work
+   use nutate_progress, only: progress_t, put_works
    use nutate_run_mark, only: go_back, mark_t
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
@@ -163,17 +163,19 @@ contains
          integer, intent(in) :: k
          type(state_t) :: state
          type(run_record_t) :: record
-         real(wp) :: work
+         real(wp) :: work, each(size(mark%work))
          if (hunts(k)%root%s > 0.0_wp) then
             call policy%look_inside(system, mark%state, progress, mark%state%t + hunts(k)%root%s*length, state, work, &
-                                    status)
+                                    status, each)
             if (status%code /= 0) return
          else
             state = start
             work = 0.0_wp
+            each = 0.0_wp
          end if
          record = progress%record
          record%work = mark%total + work
+         if (allocated(record%works)) record%works(:) = [mark%work + each, progress%summary%world_work]
          call happen(k, state, record)
       end subroutine show_inside
 
@@ -193,7 +195,7 @@ contains
             call policy%retake(system, progress, t, status)
          end if
          if (status%code /= 0) return
-         progress%record%work = total_work(progress%summary)
+         call put_works(progress%summary, progress%record)
          last = start
          if (s > margin) then
             last = progress%state

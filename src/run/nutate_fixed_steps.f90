@@ -289,7 +289,7 @@ contains
    end subroutine expect_events
 
    !> The state at a time inside the last step of the method.
-   subroutine look_inside(self, system, before, progress, t, state, work, status)
+   subroutine look_inside(self, system, before, progress, t, state, work, status, works)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: before
@@ -298,10 +298,11 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(inout) :: status
+      real(wp), intent(inout), optional :: works(:)
       if (associated(self%lent)) then
-         call self%lent%state_at(system, t, state, work, status)
+         call self%lent%state_at(system, t, state, work, status, works)
       else
-         call self%own%state_at(system, t, state, work, status)
+         call self%own%state_at(system, t, state, work, status, works)
       end if
    end subroutine look_inside
 

@@ -23,6 +23,8 @@ module nutate_observer
       integer :: unproved = 0
       !> Work of all torques so far, J.
       real(wp) :: work = 0.0_wp
+      !> The same of each that does work, and last of switches; shape (n_works + 1). Only where the observer wants it.
+      real(wp), allocatable :: works(:)
       !> Lengths tried so far by continuation in Δt (`nutate_continuation`): each counts as a step where steps are
       !> limited.
       integer(long) :: continued = 0
@@ -38,6 +40,8 @@ module nutate_observer
       !> Rows at intervals are not needed: the ends of steps, which cost nothing, are observed instead. Steps stay the
       !> same.
       logical :: rows_at_steps = .false.
+      !> Records are to have `works`.
+      logical :: wants_works = .false.
       !> `keep` is to be called where a run ends at `max_steps`.
       logical :: keeps_archives = .false.
       !> `keep` is to be called after the first row, or after the `poll` that sets this.

@@ -15,8 +15,8 @@ module nutate_progress
    private
 
    public :: progress_t, run_summary_t, way_t
-   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, transfer_progress, &
-      watch_limits
+   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, put_works, add_works, &
+      transfer_progress, watch_limits
 
    !> What a run took.
    type :: run_summary_t
@@ -188,6 +188,22 @@ contains
       type(run_summary_t), intent(in) :: self
       total_work = sum(self%work) + self%world_work
    end function total_work
+
+   !> Puts the works so far into a record.
+   pure subroutine put_works(self, record)
+      type(run_summary_t), intent(in) :: self
+      type(run_record_t), intent(inout) :: record
+      record%work = total_work(self)
+      if (allocated(record%works)) record%works(:) = [self%work, self%world_work]
+   end subroutine put_works
+
+   !> Adds works to those of a record, where it has them; not to their sum.
+   pure subroutine add_works(record, works)
+      type(run_record_t), intent(inout) :: record
+      !> J; shape (n_works).
+      real(wp), intent(in) :: works(:)
+      if (allocated(record%works)) record%works(:size(works)) = record%works(:size(works)) + works
+   end subroutine add_works
 
    !> Gives state and summary away, at the end of a run.
    subroutine conclude_run(self, state, summary)

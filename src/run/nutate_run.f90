@@ -15,7 +15,7 @@ module nutate_run
    use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
    use nutate_observer, only: observer_t
-   use nutate_progress, only: conclude_run, is_over, progress_t, run_summary_t, start_run, total_work
+   use nutate_progress, only: conclude_run, is_over, progress_t, put_works, run_summary_t, start_run
    use nutate_run_loop, only: drive, transfer_run
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
@@ -211,7 +211,7 @@ contains
          self%world_compensation = before%world_compensation
          self%summary%unproved_steps = before%summary%unproved_steps
          self%next_break = before%next_break
-         self%record%work = total_work(self%summary)
+         call put_works(self%summary, self%record)
       end if
       if (.not. (allocated(self%events) .and. allocated(before%events))) return
       self%events = before%events

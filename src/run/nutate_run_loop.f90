@@ -9,7 +9,7 @@ module nutate_run_loop
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: fraction_done, is_over, progress_t, total_work, transfer_progress
+   use nutate_progress, only: fraction_done, is_over, progress_t, put_works, transfer_progress
    use nutate_run_mark, only: mark_progress, mark_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
@@ -40,6 +40,9 @@ contains
       !> Success on entry.
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
+      if (present(observer)) then
+         if (observer%wants_works) progress%record%works = [progress%summary%work, progress%summary%world_work]
+      end if
       if (allocated(progress%events)) then
          call drive_switched(progress, policy, status, observer)
       else
@@ -239,7 +242,7 @@ contains
       if (is_row) call policy%show(system, seen)
       if (observer%sees_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
       if (.not. is_row .or. status%code /= 0) return
-      progress%record%work = total_work(progress%summary)
+      call put_works(progress%summary, progress%record)
       call observer%observe(system, seen, progress%record, status)
    end subroutine finish_step
 
@@ -325,7 +328,7 @@ contains
             state = progress%state
             call policy%show(system, state)
             record = progress%record
-            record%work = total_work(progress%summary)
+            call put_works(progress%summary, record)
          end if
          if (observer%sees_every_step .and. status%ok()) &
             call watch_turn(progress, policy, system, state, watched, observer, status)

@@ -4,7 +4,7 @@ module nutate_step_cutting
    use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: count_part, progress_t, total_work, way_t
+   use nutate_progress, only: add_works, count_part, progress_t, put_works, way_t
    use nutate_run_loop, only: find_row
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
@@ -13,7 +13,7 @@ module nutate_step_cutting
    implicit none
    private
 
-   public :: get_inside, show_part, spare_tries, take_next_part, travel, try, try_piece
+   public :: get_inside, go_inside, show_part, spare_tries, take_next_part, travel, try, try_piece
 
    !> A step that fails is cut into up to 2**deepest_cut parts. A part can be followed where it turns the body by less
    !> than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be another step.
@@ -160,11 +160,38 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
-      real(wp) :: since
+      real(wp) :: since, each(size(stepper%work))
       record = progress%record
-      call stepper%state_at(system, t, state, since, status)
-      record%work = (total_work(progress%summary) - sum(stepper%work)) + since
+      call stepper%state_at(system, t, state, since, status, each)
+      call put_works(progress%summary, record)
+      record%work = (record%work - sum(stepper%work)) + since
+      call add_works(record, each - stepper%work)
    end subroutine get_inside
+
+   !> Moves the start of the last step to a time inside of it, by two steps. Errors: those of the stepper.
+   subroutine go_inside(stepper, system, t, end_time, state, work, status, works)
+      !> Used for nothing else.
+      class(stepper_t), intent(inout) :: stepper
+      type(system_t), intent(in) :: system
+      !> s, and that of the end of the step.
+      real(wp), intent(in) :: t, end_time
+      type(state_t), intent(inout) :: state
+      !> To which theirs is added, J.
+      real(wp), intent(inout) :: work
+      type(status_t), intent(inout) :: status
+      real(wp), intent(inout), optional :: works(:)
+      real(wp) :: length, middle
+      integer :: i
+      length = 0.5_wp*(t - state%t)
+      middle = 0.5_wp*(state%t + end_time)
+      do i = 1, 2
+         call stepper%advance(system, state, length, middle, status)
+         if (status%code /= 0) return
+         work = work + sum(stepper%work)
+         if (present(works)) works(:) = works + stepper%work
+      end do
+      state%t = t
+   end subroutine go_inside
 
    !> Shows what lies inside a part of a nominal step: the rows at times of the plan; its end, to an observer that sees
    !> every step.

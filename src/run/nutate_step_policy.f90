@@ -85,7 +85,7 @@ module nutate_step_policy
       end subroutine get_ready
 
       !> Errors: those of the method.
-      subroutine look(self, system, before, progress, t, state, work, status)
+      subroutine look(self, system, before, progress, t, state, work, status, works)
          import :: step_policy_t, system_t, progress_t, state_t, status_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
@@ -100,6 +100,8 @@ module nutate_step_policy
          real(wp), intent(out) :: work
          !> Success on entry.
          type(status_t), intent(inout) :: status
+         !> Work of each from the start of the step, J; shape (n_works).
+         real(wp), intent(inout), optional :: works(:)
       end subroutine look
 
       !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the

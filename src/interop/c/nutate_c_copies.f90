@@ -213,6 +213,7 @@ contains
       call archive%transfer(handle%first_energy)
       call archive%transfer(handle%work)
       call archive%transfer(handle%work_compensation)
+      call archive%transfer(handle%works)
       call archive%transfer(handle%unproved_steps)
       call archive%transfer(handle%error)
       call archive%transfer(handle%found_tolerance)

@@ -39,6 +39,7 @@ contains
       type(state_t) :: first
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
+      taker%wants_works = handle%columns%needs_works
       handle%failure = 0
       handle%error = 0.0_wp
       handle%found%n = 0
@@ -113,6 +114,7 @@ contains
             call add_increment(handle%work, handle%work_compensation, summary%work(i))
          end do
          call add_increment(handle%work, handle%work_compensation, summary%world_work)
+         handle%works(:) = handle%works + [summary%work, summary%world_work]
          deallocate (summary%work)
          summary%world_work = 0.0_wp
          handle%unproved_steps = handle%unproved_steps + summary%unproved_steps

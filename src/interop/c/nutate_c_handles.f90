@@ -112,6 +112,8 @@ module nutate_c_handles
       type(run_plan_t) :: plan
       !> Work of all torques from before the run under way, J, and the digits that its sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
+      !> The same of each that does work, and last of switches, J; shape (n_works + 1).
+      real(wp), allocatable :: works(:)
       !> Steps from before the run under way in which a root was taken for the true one without a proof.
       integer(long) :: unproved_steps = 0
       !> `estimate` and `round_off` of the last run with an accuracy, rad.

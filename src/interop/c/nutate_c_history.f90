@@ -222,7 +222,8 @@ contains
       integer(c_int), target :: failure(2)
       failure = 0
       call lock_texts()
-      call collector%columns%choose(from%scene%output%columns, status, from%scene%output%degrees)
+      call collector%columns%choose(from%scene%output%columns, status, from%scene%output%degrees, &
+                                    from%scene%system%effects)
       handle%names = collector%columns%header()
       call unlock_texts()
       if (.not. status%ok()) return
@@ -232,6 +233,7 @@ contains
       collector%failure => failure
       collector%whom = from%poll
       collector%sees_every_step = collector%columns%follows_steps
+      collector%wants_works = collector%columns%needs_works
       call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia, &
                                    backward=from%scene%plan%end_time < from%scene%initial%t)
       call add_failure(failure, status)

@@ -78,7 +78,7 @@ contains
          record%iterations = handle%stepper%iterations
          record%residual = handle%stepper%residual
       end if
-      record%work = work_done(handle)
+      call put_works_done(handle, record)
    end function present_record
 
    !> Work of all torques, and of the world, since the state was set, J.
@@ -87,6 +87,18 @@ contains
       work_done = handle%work
       if (allocated(handle%run%summary%work)) work_done = handle%work + total_work(handle%run%summary)
    end function work_done
+
+   !> Puts the works since the state was set into a record.
+   subroutine put_works_done(handle, record)
+      type(stepper_handle_t), intent(in) :: handle
+      type(run_record_t), intent(inout) :: record
+      record%work = work_done(handle)
+      if (.not. handle%columns%needs_works) return
+      record%works = handle%works
+      associate (summary => handle%run%summary)
+         if (allocated(summary%work)) record%works = record%works + [summary%work, summary%world_work]
+      end associate
+   end subroutine put_works_done
 
    !> Steps since the state was set in which a root was taken for the true one without a proof.
    pure integer(long) function unproved_so_far(handle) result(steps)
@@ -107,7 +119,7 @@ contains
       seen = handle%run%state
       call handle%stepper%show(handle%system, seen)
       record = handle%run%record
-      record%work = work_done(handle)
+      call put_works_done(handle, record)
       call put_row(handle, taker, handle%system, seen, record, status)
    end subroutine write_row
 
@@ -153,6 +165,7 @@ contains
       end if
       own = record
       own%work = self%handle%work + record%work
+      if (allocated(own%works)) own%works(:) = self%handle%works + record%works
       call put_row(self%handle, self, system, state, own, status)
    end subroutine take_row
 

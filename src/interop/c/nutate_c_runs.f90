@@ -164,7 +164,7 @@ contains
       type(status_t), intent(inout) :: status
       type(state_t) :: before
       type(columns_t) :: columns
-      real(wp) :: work
+      real(wp), allocatable :: works(:)
       integer(long) :: i, unproved
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
@@ -173,7 +173,7 @@ contains
          if (handle%calls_back) then
             before = handle%run%state
             if (taker%sees_every_step) columns = handle%columns
-            work = sum(handle%run%summary%work)
+            works = handle%run%summary%work
             unproved = handle%run%summary%unproved_steps
          end if
          call take_nominal_step(handle%stepper, handle%system, handle%run, status, taker)
@@ -181,7 +181,8 @@ contains
             if (taker%sees_every_step) handle%columns = columns
             call take_back(handle, before, status)
             deallocate (handle%run%summary%work)
-            call add_increment(handle%work, handle%work_compensation, work)
+            call add_increment(handle%work, handle%work_compensation, sum(works))
+            handle%works(:) = handle%works + [works, 0.0_wp]
             handle%unproved_steps = handle%unproved_steps + unproved
             handle%under_way = .false.
          end if
@@ -302,6 +303,7 @@ contains
       if (.not. status%ok() .or. needs_whole_run(handle)) return
       taker%handle => handle
       taker%sees_every_step = handle%columns%follows_steps
+      taker%wants_works = handle%columns%needs_works
       handle%failure = 0
       handle%error = 0.0_wp
       first = handle%run%state
@@ -331,6 +333,7 @@ contains
       do i = 1, size(summary%work)
          call add_increment(handle%work, handle%work_compensation, summary%work(i))
       end do
+      handle%works(:) = handle%works + [summary%work, summary%world_work]
    end subroutine run_by_plan
 
 end module nutate_c_runs

@@ -334,6 +334,7 @@ contains
       if (allocated(handle%run%events)) deallocate (handle%run%events)
       handle%work = 0.0_wp
       handle%work_compensation = 0.0_wp
+      handle%works = spread(0.0_wp, 1, handle%system%effects%n_works() + 1)
       handle%unproved_steps = 0
       handle%under_way = .false.
       handle%plain = .false.

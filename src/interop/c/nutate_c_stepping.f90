@@ -93,6 +93,7 @@ contains
       else if (status%code == 0) then
          do i = 1, size(handle%stepper%work)
             call add_increment(handle%work, handle%work_compensation, handle%stepper%work(i))
+            handle%works(i) = handle%works(i) + handle%stepper%work(i)
          end do
          if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       else if (status%code == NUTATE_NOT_CONVERGED) then

@@ -3,6 +3,7 @@
 module nutate_columns
    use nutate_archive, only: archive_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
+   use nutate_effect_columns, only: energies_of, energy_headers, work_headers, works_of
    use nutate_effect_list, only: effect_list_t
    use nutate_followed_angles, only: followed_angles_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, potential_energy, &
@@ -10,7 +11,7 @@ module nutate_columns
    use nutate_kinds, only: wp, pi
    use nutate_quaternion, only: quat_conjugate, quat_normalized, quat_product, rotate_to_space
    use nutate_observer, only: run_record_t
-   use nutate_spelling, only: comma_list, nearest_name
+   use nutate_spelling, only: comma_list, nearest_name, split_list
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
@@ -22,9 +23,9 @@ module nutate_columns
    !> One set of columns.
    type :: column_set_t
       character(len=24) :: name = ''
-      !> Number of its columns.
+      !> Number of its columns; 0: one for each effect of the system.
       integer :: width = 0
-      !> Their names, comma separated.
+      !> Their names, comma separated; of a set with one for each effect the pattern of them.
       character(len=80) :: headers = ''
       !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
@@ -42,7 +43,8 @@ module nutate_columns
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
       MOMENTUM_SPACE = 6, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
-      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, WORLD_WORK = 15, ROLL_PITCH_YAW = 22
+      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, WORLD_WORK = 15, ROLL_PITCH_YAW = 22, &
+      ENERGIES = 34, WORKS = 35
 
    !> All sets of columns, in the order in which they stand in a history.
    type(column_set_t), parameter :: column_sets(*) = [ &
@@ -86,7 +88,9 @@ module nutate_columns
       column_set_t('euler_232', 3, 'euler_232_1,euler_232_2,euler_232_3', last_angle=3, sequence='232'), &
       column_set_t('euler_312', 3, 'euler_312_1,euler_312_2,euler_312_3', last_angle=3, sequence='312'), &
       column_set_t('euler_321', 3, 'euler_321_1,euler_321_2,euler_321_3', last_angle=3, sequence='321'), &
-      column_set_t('euler_323', 3, 'euler_323_1,euler_323_2,euler_323_3', last_angle=3, sequence='323')]
+      column_set_t('euler_323', 3, 'euler_323_1,euler_323_2,euler_323_3', last_angle=3, sequence='323'), &
+      column_set_t('energies', 0, 'energy_EFFECT', attitude=.false.), &
+      column_set_t('works', 0, 'work_EFFECT', attitude=.false.)]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -105,8 +109,13 @@ module nutate_columns
    type :: columns_t
       !> The sets asked for, as positions in the table.
       integer, allocatable :: chosen(:)
-      !> Number of columns, that of t included.
+      !> Number of columns, that of t included, and of each chosen set; shape (that of `chosen`).
       integer :: width = 1
+      integer, allocatable, private :: widths(:)
+      !> Names of the columns for each effect, comma separated.
+      character(len=:), allocatable, private :: energies, works
+      !> Records must have `works`.
+      logical :: needs_works = .false.
       !> The state must be shown to `follow` after every step.
       logical :: follows_steps = .false.
       !> Angles in degrees, rates in degrees per second.
@@ -147,7 +156,7 @@ contains
       type(status_t), intent(out) :: status
       !> Angles in degrees, rates in degrees per second, which the names of their columns say; default `.false.`.
       logical, intent(in), optional :: degrees
-      !> Those of the system; default: there is all that columns ask for.
+      !> Those of the system; default: there is all that columns ask for, and no effect that has columns of its own.
       type(effect_list_t), intent(in), optional :: effects
       integer :: i
 
@@ -170,7 +179,15 @@ contains
       self%chosen = pack([(i, i=1, size(column_sets))], [(any(names == column_sets(i)%name), i=1, size(column_sets))])
       self%degrees = .false.
       if (present(degrees)) self%degrees = degrees
-      self%width = 1 + sum(column_sets(self%chosen)%width)
+      self%energies = ''
+      self%works = ''
+      if (present(effects)) self%energies = energy_headers(effects)
+      if (present(effects)) self%works = work_headers(effects)
+      self%widths = column_sets(self%chosen)%width
+      where (self%chosen == ENERGIES) self%widths = size(split_list(self%energies))
+      where (self%chosen == WORKS) self%widths = size(split_list(self%works))
+      self%width = 1 + sum(self%widths)
+      self%needs_works = any(self%chosen == WORKS)
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
       self%follows_steps = any(column_sets(self%chosen)%sequence /= '')
    end subroutine choose
@@ -198,6 +215,12 @@ contains
       else if (set%sun .and. .not. effects%orbit%has_sun()) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a sun that there is not "// &
                        '(expected sun in &orbit with them)', 'columns')
+      else if (set%name == 'energies' .and. energy_headers(effects) == '') then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns 'energies' of potentials that there are not "// &
+                       '(expected one, such as &gravity)', 'columns')
+      else if (set%name == 'works' .and. work_headers(effects) == '') then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns 'works' where nothing does work "// &
+                       '(expected what does, such as &torque)', 'columns')
       end if
    end subroutine check_shown
 
@@ -208,7 +231,11 @@ contains
       integer :: i
       line = 't'
       do i = 1, size(self%chosen)
-         if (self%degrees) then
+         if (self%chosen(i) == ENERGIES) then
+            line = line//','//self%energies
+         else if (self%chosen(i) == WORKS) then
+            line = line//','//self%works
+         else if (self%degrees) then
             line = line//','//in_degrees(column_sets(self%chosen(i)))
          else
             line = line//','//trim(column_sets(self%chosen(i))%headers)
@@ -282,7 +309,7 @@ contains
       values(1) = state%t
       first = 2
       do i = 1, size(self%chosen)
-         last = first + column_sets(self%chosen(i))%width - 1
+         last = first + self%widths(i) - 1
          if (column_sets(self%chosen(i))%sequence /= '') then
             values(first:last) = self%followed(i)%angles()
          else
@@ -352,6 +379,10 @@ contains
          values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
       case (WORLD_WORK)
          values = state%world_work
+      case (ENERGIES)
+         values = energies_of(system%effects, state, size(values))
+      case (WORKS)
+         values = works_of(system%effects, record, size(values))
       case (ROLL_PITCH_YAW)
          values = roll_pitch_yaw_from_quat(lvlh_attitude(system, state))
       case default

@@ -138,6 +138,7 @@ contains
       self%digits = 0
       if (present(digits)) self%digits = digits
       self%sees_every_step = self%columns%follows_steps
+      self%wants_works = self%columns%needs_works
       self%rows = 0
       if (allocated(self%values)) deallocate (self%values, self%line)
       allocate (self%values(self%columns%width))

@@ -427,7 +427,7 @@ contains
 
    !> The state at a time inside the last step, by its series. Errors: `NUTATE_BAD_ARGUMENT` where there is none, or the
    !> time is outside of it; those of the projection.
-   subroutine state_at(self, system, t, state, work, status)
+   subroutine state_at(self, system, t, state, work, status, works)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> s.
@@ -435,9 +435,11 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(out) :: work
       type(status_t), intent(out) :: status
-      real(wp) :: y(n_rates), time, given
+      real(wp), intent(inout), optional :: works(:)
+      real(wp) :: y(n_rates), time, given, done, each(size(self%work))
       integer :: i
       work = 0.0_wp
+      if (present(works)) works = 0.0_wp
       if (.not. self%expanded .or. (self%keeps_steps .and. .not. is_inside(self, t))) then
          status = fail(NUTATE_BAD_ARGUMENT, outside)
          return
@@ -451,13 +453,18 @@ contains
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       if (self%rates%moves) call book_world_work(self, system, time, state)
       do i = 1, size(self%work)
-         work = work + work_of(self, i, time)
+         each(i) = work_of(self, i, time)
+         work = work + each(i)
       end do
       state%t = t
-      if (.not. self%conserve) return
-      given = 0.0_wp
-      call self%projection%project_inside(system, state, work, status, given=given)
-      work = work + given
+      if (self%conserve) then
+         given = 0.0_wp
+         call self%projection%project_inside(system, state, work, status, given=given)
+         done = sum(abs(each))
+         if (abs(given) > 0.0_wp .and. done > 0.0_wp) call book_share(system%effects, given, done, each, state)
+         work = work + given
+      end if
+      if (present(works)) works(:) = each
    end subroutine state_at
 
    !> Projects a copy of the state that the last step left.

@@ -1,0 +1,129 @@
+!> The columns that a history has for each effect: the energy of each potential, the work of all that does work.
+module nutate_effect_columns
+   use nutate_effect_list, only: effect_list_t
+   use nutate_hamiltonian, only: body_direction
+   use nutate_kinds, only: wp
+   use nutate_observer, only: run_record_t
+   use nutate_spelling, only: joined
+   use nutate_state, only: state_t
+   implicit none
+   private
+
+   public :: energy_headers, work_headers, energies_of, works_of
+
+   !> Room for the name of an effect and a number.
+   integer, parameter :: header_length = 34
+
+contains
+
+   !> `energy_gravity,energy_spring1,energy_spring2`: the potentials in the order in which they were added, on or off;
+   !> empty if there is none.
+   pure function energy_headers(effects) result(headers)
+      type(effect_list_t), intent(in) :: effects
+      character(len=:), allocatable :: headers
+      character(len=header_length) :: names(effects%n_potentials + effects%n_off)
+      integer :: i
+      do i = 1, size(names)
+         names(effects%potentials(i)%place) = effects%potentials(i)%item%name
+      end do
+      headers = joined('energy_'//numbered(names))
+   end function energy_headers
+
+   !> `work_damping,work_motor1,work_friction1`: torques, motor and friction of each wheel, the potentials that move,
+   !> and, where there are potentials that can be switched, the switches; empty if there is nothing.
+   pure function work_headers(effects) result(headers)
+      type(effect_list_t), intent(in) :: effects
+      character(len=:), allocatable :: headers
+      character(len=header_length) :: names(effects%n_works() + 1)
+      integer :: i, last
+      last = effects%n_torques
+      do i = 1, last
+         names(i) = effects%torques(i)%item%name
+      end do
+      names(:last) = numbered(names(:last))
+      do i = 1, effects%n_wheels
+         write (names(last + 1), '("motor", i0)') i
+         write (names(last + 2), '("friction", i0)') i
+         last = last + 2
+      end do
+      if (effects%moves) then
+         last = last + 1
+         names(last) = 'moving_potentials'
+      end if
+      if (can_switch(effects)) then
+         last = last + 1
+         names(last) = 'switches'
+      end if
+      headers = joined('work_'//names(:last))
+   end function work_headers
+
+   !> U of each potential, J, 0 of one that is off; shape (n).
+   pure function energies_of(effects, state, n) result(energies)
+      type(effect_list_t), intent(in) :: effects
+      type(state_t), intent(in) :: state
+      !> Number of potentials.
+      integer, intent(in) :: n
+      real(wp) :: energies(n)
+      integer :: i
+      energies = 0.0_wp
+      do i = 1, effects%n_potentials
+         associate (potential => effects%potentials(i))
+            energies(potential%place) = potential%item%energy(body_direction(effects, i, state%q, state%t))
+         end associate
+      end do
+   end function energies_of
+
+   !> The works of a record, J; zeros where it has none, before the run. Shape (n).
+   pure function works_of(effects, record, n) result(works)
+      type(effect_list_t), intent(in) :: effects
+      type(run_record_t), intent(in) :: record
+      !> As many as there are headers.
+      integer, intent(in) :: n
+      real(wp) :: works(n)
+      integer :: fixed
+      works = 0.0_wp
+      if (.not. allocated(record%works)) return
+      fixed = effects%n_torques + 2*effects%n_wheels
+      works(:fixed) = record%works(:fixed)
+      ! Of a member of an ensemble potentials can stand still that move in the scene.
+      if (effects%moves .and. n > fixed) works(fixed + 1) = record%works(fixed + 1)
+      if (can_switch(effects)) works(n) = record%works(size(record%works))
+   end function works_of
+
+   !> Events can switch a potential, which changes the energy at once.
+   pure logical function can_switch(effects)
+      type(effect_list_t), intent(in) :: effects
+      integer :: i
+      can_switch = .false.
+      do i = 1, effects%n_potentials + effects%n_off
+         can_switch = can_switch .or. effects%potentials(i)%item%label /= ''
+      end do
+   end function can_switch
+
+   !> Names with numbers behind those that stand there several times, and without what the header of a table would have
+   !> to mark; shape (that of `names`).
+   pure function numbered(names) result(texts)
+      character(len=*), intent(in) :: names(:)
+      character(len=len(names)) :: texts(size(names)), plain(size(names))
+      integer :: i
+      plain = names
+      do i = 1, size(names)
+         if (plain(i) == '') plain(i) = 'effect'
+         call make_plain(plain(i))
+      end do
+      texts = plain
+      do i = 1, size(names)
+         if (count(plain == plain(i)) > 1) write (texts(i), '(a, i0)') trim(plain(i)), count(plain(:i) == plain(i))
+      end do
+   end function numbered
+
+   pure subroutine make_plain(name)
+      character(len=*), intent(inout) :: name
+      integer :: i
+      character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
+      do i = 1, len_trim(name)
+         if (scan(name(i:i), letters) == 0) name(i:i) = '_'
+      end do
+   end subroutine make_plain
+
+end module nutate_effect_columns
