@@ -39,6 +39,7 @@ program unit
    use test_dense_output, only: collect_dense_output
    use test_discrete_states, only: collect_discrete_states
    use test_earth_frames, only: collect_earth_frames
+   use test_effect_columns, only: collect_effect_columns
    use test_effect_calls, only: collect_effect_calls
    use test_effect_gradients, only: collect_effect_gradients
    use test_effect_physics, only: collect_effect_physics
@@ -239,6 +240,7 @@ contains
          new_testsuite("control", collect_control), &
          new_testsuite("discrete_states", collect_discrete_states), &
          new_testsuite("effect_calls", collect_effect_calls), &
+         new_testsuite("effect_columns", collect_effect_columns), &
          new_testsuite("effect_gradients", collect_effect_gradients), &
          new_testsuite("effect_physics", collect_effect_physics), &
          new_testsuite("effect_reference", collect_effect_reference), &

@@ -13,17 +13,17 @@ from test_nutate import make_box
 SCENES = [
     """&body inertia = 90, 100, 40 / &orbit altitude = 500e3 / &gravity_gradient /
     &initial roll_pitch_yaw = 0.1, -0.1, 0.2, angular_velocity = 3*0, attitude_from = 'orbit', rate_from = 'orbit' /
-    &event when = 'roll', crosses = 0 / &output columns = 'quaternion', 'orbit_attitude', 'energy', 'jacobi' /
+    &event when = 'roll', crosses = 0 / &output columns = 'quaternion', 'orbit_attitude', 'energy', 'jacobi', 'energies' /
     &integrator time_step = 33.3, end_time = 3330, method = '{}' /""",
     """&body inertia = 90, 100, 40 / &orbit semi_major_axis = 1e7, eccentricity = 0.3 / &gravity_gradient /
     &initial angular_velocity = 1e-3, -5e-4, 8e-4 / &event when = 'true_anomaly', crosses = 1 /
-    &output columns = 'quaternion', 'orbit', 'energy', 'world_work' /
+    &output columns = 'quaternion', 'orbit', 'energy', 'world_work', 'energies', 'works' /
     &integrator time_step = 33.3, end_time = 3330, method = '{}' /""",
     """&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03, axis = 1, 1, 0, angle = 0.5 /
     &wheel axis = 1, 0, 0, inertia = 0.05, torque_limit = 0.4, speed_limit = 20 / &wheel axis = 0, 1, 0, inertia = 0.05 /
     &wheel axis = 0, 0, 1, inertia = 0.05 / &rotating_frame rate = 1e-3, 0, 2e-3 /
     &regulator law = 'quaternion', by = 'wheels', attitude_gain = 0.01, rate_gain = 0.12, sample = 0.37 /
-    &output columns = 'quaternion', 'angular_velocity', 'energy', 'wheel1', 'wheel3' /
+    &output columns = 'quaternion', 'angular_velocity', 'energy', 'wheel1', 'wheel3', 'works' /
     &integrator time_step = 0.1, end_time = 10, method = '{}' /""",
 ]
 
@@ -59,6 +59,39 @@ class SatellitesTest(unittest.TestCase):
                 rows.append({name: column[1:] for name, column in stepper.run_to(end).items()})
                 for name, column in whole.items():
                     np.testing.assert_array_equal(column, np.concatenate([part[name] for part in rows]), name)
+
+    def test_works_of_each_effect_count_from_the_state_that_was_set(self):
+        text = """&body inertia = 4, 5, 6 / &damping coefficient = 0.1, 0.2, 0.3 / &torque space = 1, -0.4, 1.6, frequency = 0.7 /
+            &spring body_point = 0.4, 0.1, -0.6, anchor = 0.5, 1, -0.8, stiffness = 5, name = 'band' / {}
+            &wheel axis = 1, 2, 2, inertia = 0.05, speed = 3, torque = 0.2, friction = 0.01 /
+            &initial angular_velocity = 0.7, -1.1, 0.9 / &integrator method = '{}', time_step = 0.02, end_time = 2, {} /
+            &output columns = 'energy', 'world_work', 'energies', 'works' /"""
+        event = "&event when = 'omega3', crosses = 0.8, switch = 'band over' /"
+        switched = 0
+        for method, conserve in (("nielsen_krenk", ""), ("rk8", "conserve = .true."), ("taylor", "")):
+            for events in ("", event):
+                with nutate.Scene(text=text.format(events, method, conserve)) as scene:
+                    stepper = nutate.Stepper(scene)
+                rows = []
+                if not events:
+                    for _ in range(3):
+                        stepper.step(0.02)
+                        rows.append(stepper.row)
+                for history in (stepper.run(7), stepper.run_to(stepper.time + 0.31), stepper.run(5),
+                                stepper.run_to(stepper.time + 0.5, times=stepper.time + np.array([0.013, 0.2777, 0.5]))):
+                    rows += [dict(zip(history, values)) for values in zip(*history.values())]
+                rows += [stepper.row, copy.copy(stepper).row]
+                for row in rows:
+                    works = sum(value for name, value in row.items() if name.startswith("work_"))
+                    self.assertAlmostEqual(works, row["work"] + row["world_work"], delta=1e-13)
+                    self.assertAlmostEqual(row["energy_spring"], row["potential"], delta=1e-14)
+                    self.assertLess(abs(row["energy_residual"]), 1e-12)
+                self.assertEqual(rows[-1], rows[-2])
+                self.assertNotEqual(rows[-1]["work_damping"], 0.0)
+                switched += rows[-1]["work_switches"] != 0.0
+                stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0.2, 0.3))
+                self.assertEqual([value for name, value in stepper.row.items() if name.startswith("work_")], [0.0] * 5)
+        self.assertGreater(switched, 0)
 
     def test_a_program_drives_a_wheel_as_a_table_does(self):
         table, program = driven(), driven(0.2, -0.3)

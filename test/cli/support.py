@@ -50,6 +50,8 @@ ORBIT_COLUMNS = {
     "orbit": ["orbit_x", "orbit_y", "orbit_z", "orbit_radius", "true_anomaly"],
 }
 SUN_COLUMNS = {"eclipse": ["eclipse", "shadow_depth"]}
+# Each stands for a column of each effect.
+EFFECT_COLUMNS = {"energies": ["energy_EFFECT"], "works": ["work_EFFECT"]}
 WHEEL_COLUMNS = {f"wheel{i}": [f"wheel{i}_{name}" for name in ("speed", "momentum", "motor_work", "friction_work")]
                  for i in range(1, 7)}
 

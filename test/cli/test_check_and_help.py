@@ -2,7 +2,7 @@
 import re
 import unittest
 
-from support import BOX, COLUMNS, ORBIT_COLUMNS, SUN_COLUMNS, TOP, WHEEL_COLUMNS, CommandLineTest
+from support import BOX, COLUMNS, EFFECT_COLUMNS, ORBIT_COLUMNS, SUN_COLUMNS, TOP, WHEEL_COLUMNS, CommandLineTest
 
 
 class Check(CommandLineTest):
@@ -175,7 +175,7 @@ class Help(CommandLineTest):
         text = self.succeed("run", "--help").stdout
         for words in ("--output FILE", "--set GROUP.KEY=VALUE", "--quiet", "--max-steps N"):
             self.assertIn(words, text)
-        for name, columns in {**COLUMNS, **ORBIT_COLUMNS, **SUN_COLUMNS, **WHEEL_COLUMNS}.items():
+        for name, columns in {**COLUMNS, **ORBIT_COLUMNS, **SUN_COLUMNS, **WHEEL_COLUMNS, **EFFECT_COLUMNS}.items():
             self.assertIn(name, text)
             self.assertIn(",".join(columns), text)
         self.assertNotIn("--output", self.succeed("check", "--help").stdout)

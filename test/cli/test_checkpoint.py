@@ -85,12 +85,12 @@ class Resumed(CheckpointTest):
     def test_every_method_with_fixed_steps(self):
         for method in CONSERVING + EXPLICIT:
             self.resumes_exactly("forced.nml", (1, 14, 41), *method_settings(*method), "--set",
-                                 f"output.columns={all_columns()}")
+                                 f"output.columns={all_columns()},'energies','works'")
 
     def test_every_method_with_steps_by_their_error(self):
         scene = self.controlled("forced.nml", "local_tolerance", "1e-6")
         for method in CONSERVING + EXPLICIT:
-            self.resumes_exactly(scene, (3,), *method_settings(*method), "--set", f"output.columns={all_columns()}",
+            self.resumes_exactly(scene, (3,), *method_settings(*method), "--set", f"output.columns={all_columns()},'energies','works'",
                                  "--set", "output.interval=0.007")
 
     def test_sums_of_the_series_and_their_compensation(self):
@@ -103,7 +103,7 @@ class Resumed(CheckpointTest):
         self.write("forced.nml", FORCED.replace("&gravity", "&gravity name = 'weight'").replace(
             "coefficient = 0.05", "name = 'drag', on = .false., coefficient = 0.05") + EVENTS)
         for method in [*CONSERVING[:2], *EXPLICIT, ("taylor", None, None)]:
-            self.resumes_exactly("forced.nml", (1, 9, 33, 60), *method_settings(*method))
+            self.resumes_exactly("forced.nml", (1, 9, 33, 60), *method_settings(*method), "--set", "output.columns=energies,works")
             self.assertEqual(self.read("part.events.csv"), self.read("whole.events.csv"), method)
         self.assertGreater(self.read("whole.events.csv").count("\n"), 6)
 
