@@ -95,8 +95,8 @@ contains
       self%rows = self%rows + 1
    end subroutine keep_row
 
-   !> Simpson's rule over rows of which one in thirteen ends a step: its error is h⁴/180 times the fourth derivative of a
-   !> power, some 1e4 W/s⁴ here.
+   !> Simpson's rule over rows of which one in thirteen ends a step: its error is h⁴/180 times the fourth derivative of
+   !> a power, some 1e4 W/s⁴ here.
    subroutine works_are_integrals(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=13), parameter :: names(*) = [character(len=13) :: 'taylor', 'dop853', 'rk8', 'nielsen_krenk']

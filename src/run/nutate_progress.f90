@@ -15,8 +15,8 @@ module nutate_progress
    private
 
    public :: progress_t, run_summary_t, way_t
-   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, put_works, add_works, &
-      transfer_progress, watch_limits
+   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, put_works, &
+      add_works, transfer_progress, watch_limits
 
    !> What a run took.
    type :: run_summary_t
