@@ -85,8 +85,8 @@ contains
       call page%line('chooses its steps, at a series of tolerances, each a tenth of the one before. Times are')
       call page%line('medians of repeated runs without output; errors come from a run of their own. The attitude')
       call page%line('error is that at end_time, from the exact motion (free bodies, tops on their axis of symmetry)')
-      call page%line('or from what two independent methods agree on. A table goes to standard output, and below it')
-      call page%line('what some accuracies cost.')
+      call page%line('or from what two independent methods agree on. A table of the runs goes to standard output, and')
+      call page%line('below it one of what some accuracies cost, cheapest first. --plot draws six methods, --all every one.')
       call add_exit_codes(page)
    end subroutine add_cost_notes
 
