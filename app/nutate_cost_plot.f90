@@ -35,9 +35,12 @@ contains
       !> All methods are drawn.
       logical, intent(in) :: draws_all
       type(status_t), intent(out) :: status
-      logical :: drawn(size(methods))
+      logical :: drawn(size(methods)), has_attitudes
       integer :: i
       drawn = is_drawn(study, draws_all)
+      ! gnuplot gives up on a panel without a point.
+      has_attitudes = any(drawn(study%points%method) .and. study%points%attitude_error >= 0.0_wp .and. &
+                          study%points%attitude_error <= hopeless)
       call picture%begin(980, 860)
       do i = 1, size(head)
          call picture%put(trim(head(i)))
@@ -48,8 +51,8 @@ contains
                           power_text(maxval(seconds), 1)//']')
       end associate
       call picture%put('set multiplot title '//gnuplot_quoted(title)//' noenhanced')
-      if (study%reference%known()) call add_panel(picture, study, drawn, 'attitude')
-      call add_panel(picture, study, drawn, 'energy')
+      if (has_attitudes) call add_panel(picture, study, drawn, 'attitude', has_legend=.true.)
+      call add_panel(picture, study, drawn, 'energy', has_legend=.not. has_attitudes)
       call picture%put('unset multiplot')
       call picture%draw(status)
    end subroutine draw_cost
@@ -138,14 +141,15 @@ contains
       end do
    end subroutine add_data
 
-   !> One panel: `attitude` above, or `energy` below. The upper one has the legend.
-   subroutine add_panel(picture, study, drawn, what)
+   !> One panel: `attitude` above, or `energy` below.
+   subroutine add_panel(picture, study, drawn, what, has_legend)
       type(picture_t), intent(inout) :: picture
       type(work_precision_t), intent(in) :: study
       !> Shape (rows of `methods`).
       logical, intent(in) :: drawn(:)
       character(len=*), intent(in) :: what
-      if (what == 'attitude' .or. .not. study%reference%known()) then
+      logical, intent(in) :: has_legend
+      if (has_legend) then
          call picture%put('set key at screen 0.67, screen 0.94 left top Left reverse samplen 2.5 noenhanced')
       else
          call picture%put('unset key')

@@ -94,7 +94,9 @@ def judge(program, case):
         return Verdict("", statuses, longest)
 
 
-WIDE_COMMANDS = (("cost", "scene.nml", "--seconds", "0.3"), ("run", "scene.nml", "--quiet", "--max-steps", "200", "--output", "h.csv"),
+# A study, and its picture where gnuplot draws it.
+COST = ("--seconds", "0.3") + (("--plot", "cost.svg") if shutil.which("gnuplot") else ())
+WIDE_COMMANDS = (("cost", "scene.nml", *COST), ("run", "scene.nml", "--quiet", "--max-steps", "200", "--output", "h.csv"),
                  ("plot", "h.csv", "--output", "h.svg"),
                  ("sweep", "scene.nml", "--set", "ensemble.members=3", "--output", "rows.npy"))
 

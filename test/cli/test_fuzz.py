@@ -43,7 +43,7 @@ class Wide(CommandLineTest):
     def test_cost_of_every_scene_that_comes_along(self):
         for scene in sorted((ROOT / "scenes").glob("*.nml")):
             with self.subTest(scene.name):
-                done = fuzzing.call(self.program, ("cost", str(scene), "--seconds", "0.3"), self.folder)
+                done = fuzzing.call(self.program, ("cost", str(scene), *fuzzing.COST), self.folder)
                 self.assertEqual(fuzzing.fault_of_wide(done), "")
 
 
