@@ -86,7 +86,8 @@ contains
       call page%line('medians of repeated runs without output; errors come from a run of their own. The attitude')
       call page%line('error is that at end_time, from the exact motion (free bodies, tops on their axis of symmetry)')
       call page%line('or from what two independent methods agree on. A table of the runs goes to standard output, and')
-      call page%line('below it one of what some accuracies cost, cheapest first. --plot draws six methods, --all every one.')
+      call page%line('below it one of what some accuracies cost, cheapest first. --plot draws six methods,')
+      call page%line('--all every one.')
       call add_exit_codes(page)
    end subroutine add_cost_notes
 
