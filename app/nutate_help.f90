@@ -71,10 +71,26 @@ contains
       call page%line('')
       call page%line("Columns: t, then the sets asked for by --set output.columns=NAME,NAME,...")
       do i = 1, size(column_sets)
-         call page%item(column_sets(i)%name, column_sets(i)%headers)
+         call add_columns(page, column_sets(i)%name, trim(column_sets(i)%headers))
       end do
       call add_exit_codes(page)
    end subroutine add_run_notes
+
+   !> A set with its columns, on as many lines as it needs.
+   subroutine add_columns(page, name, headers)
+      type(page_t), intent(inout) :: page
+      character(len=*), intent(in) :: name, headers
+      integer, parameter :: widest = 80
+      integer :: first, last
+      first = 1
+      do while (first <= len(headers))
+         last = len(headers)
+         if (last - first >= widest) last = first - 1 + index(headers(first:first + widest - 1), ',', back=.true.)
+         if (first == 1) call page%item(name, headers(:last))
+         if (first > 1) call page%item('', headers(first:last))
+         first = last + 1
+      end do
+   end subroutine add_columns
 
    !> What a work-precision study is.
    subroutine add_cost_notes(page)

@@ -17,9 +17,9 @@ module nutate_history_plot
    type :: panel_t
       character(len=32) :: label
       !> Columns that must be there, comma separated.
-      character(len=48) :: columns
+      character(len=72) :: columns
       !> What is drawn, comma separated: columns, or what `curve` makes of them.
-      character(len=40) :: curves
+      character(len=72) :: curves
    end type panel_t
 
    !> All panels, from top to bottom.
@@ -32,7 +32,38 @@ module nutate_history_plot
       panel_t('energy residual', 'kinetic,potential,energy_residual', 'residual'), &
       panel_t('q·q − 1', 'norm_error', 'norm_error'), &
       panel_t('L  (N m s)', 'L1,L2,L3', 'L1,L2,L3'), &
-      panel_t('l in space  (N m s)', 'l_x,l_y,l_z', 'l_x,l_y,l_z')]
+      panel_t('l in space  (N m s)', 'l_x,l_y,l_z', 'l_x,l_y,l_z'), &
+      panel_t('controller 1  (SI)', 'regulator1_commanded1,regulator1_commanded2,regulator1_commanded3', &
+              'regulator1_commanded1,regulator1_commanded2,regulator1_commanded3'), &
+      panel_t('controller 1  (SI)', 'regulator1_applied1,regulator1_applied2,regulator1_applied3', &
+              'regulator1_applied1,regulator1_applied2,regulator1_applied3'), &
+      panel_t('pointing  (rad)', 'pointing_error1', 'pointing_error1'), &
+      panel_t('controller 2  (SI)', 'regulator2_commanded1,regulator2_commanded2,regulator2_commanded3', &
+              'regulator2_commanded1,regulator2_commanded2,regulator2_commanded3'), &
+      panel_t('controller 2  (SI)', 'regulator2_applied1,regulator2_applied2,regulator2_applied3', &
+              'regulator2_applied1,regulator2_applied2,regulator2_applied3'), &
+      panel_t('pointing  (rad)', 'pointing_error2', 'pointing_error2'), &
+      panel_t('controller 3  (SI)', 'regulator3_commanded1,regulator3_commanded2,regulator3_commanded3', &
+              'regulator3_commanded1,regulator3_commanded2,regulator3_commanded3'), &
+      panel_t('controller 3  (SI)', 'regulator3_applied1,regulator3_applied2,regulator3_applied3', &
+              'regulator3_applied1,regulator3_applied2,regulator3_applied3'), &
+      panel_t('pointing  (rad)', 'pointing_error3', 'pointing_error3'), &
+      panel_t('controller 4  (SI)', 'regulator4_commanded1,regulator4_commanded2,regulator4_commanded3', &
+              'regulator4_commanded1,regulator4_commanded2,regulator4_commanded3'), &
+      panel_t('controller 4  (SI)', 'regulator4_applied1,regulator4_applied2,regulator4_applied3', &
+              'regulator4_applied1,regulator4_applied2,regulator4_applied3'), &
+      panel_t('pointing  (rad)', 'pointing_error4', 'pointing_error4'), &
+      panel_t('controller 5  (SI)', 'regulator5_commanded1,regulator5_commanded2,regulator5_commanded3', &
+              'regulator5_commanded1,regulator5_commanded2,regulator5_commanded3'), &
+      panel_t('controller 5  (SI)', 'regulator5_applied1,regulator5_applied2,regulator5_applied3', &
+              'regulator5_applied1,regulator5_applied2,regulator5_applied3'), &
+      panel_t('pointing  (rad)', 'pointing_error5', 'pointing_error5'), &
+      panel_t('controller 6  (SI)', 'regulator6_commanded1,regulator6_commanded2,regulator6_commanded3', &
+              'regulator6_commanded1,regulator6_commanded2,regulator6_commanded3'), &
+      panel_t('controller 6  (SI)', 'regulator6_applied1,regulator6_applied2,regulator6_applied3', &
+              'regulator6_applied1,regulator6_applied2,regulator6_applied3'), &
+      panel_t('pointing  (rad)', 'pointing_error6', 'pointing_error6'), &
+      panel_t('B  (T)', 'B1,B2,B3', 'B1,B2,B3')]
 
    !> Histories of more rows than this are drawn by the least and the greatest value in each of half as many intervals.
    integer, parameter :: most_points = 1200
@@ -120,10 +151,19 @@ contains
          do i = 1, size(names)
             if (i > 1) text = text//', '
             text = text//'$c'//count_text(int(i, long))//' using 1:2 with lines linewidth 1.4 linecolor rgb '''// &
-                   trim(colours(min(2*i - 1, size(colours))))//''' title '//gnuplot_quoted(trim(names(i)))
+                   trim(colours(min(2*i - 1, size(colours))))//''' title '//gnuplot_quoted(legend(trim(names(i))))
          end do
       end associate
    end function curves_text
+
+   !> The name of a curve in the legend, without what its panel is called.
+   pure function legend(name)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: legend
+      legend = name
+      if (index(name, 'regulator') == 1) legend = name(index(name, '_') + 1:)
+      if (index(name, 'pointing_') == 1) legend = name(len('pointing_') + 1:)
+   end function legend
 
    !> The curves of a panel as blocks of data.
    subroutine add_data(picture, history, panel)

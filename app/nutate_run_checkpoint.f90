@@ -19,7 +19,7 @@ module nutate_run_checkpoint
    public :: checkpoint_t, read_checkpoint
 
    !> What a checkpoint begins with: its kind, and the number of its format, which changes with what an archive holds.
-   character(len=*), parameter :: signature = 'nutate checkpoint 2'//achar(10)
+   character(len=*), parameter :: signature = 'nutate checkpoint 3'//achar(10)
 
    !> Where and when checkpoints of a run are written.
    type :: checkpoint_t

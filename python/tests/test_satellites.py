@@ -124,6 +124,26 @@ class SatellitesTest(unittest.TestCase):
         self.assertEqual(ends[2], ends[0])
         self.assertNotEqual(ends[3], ends[0])
 
+    def test_columns_of_controllers_are_those_of_scenes(self):
+        columns = ("regulator1", "pointing_error1", "magnetic_field")
+        text = """&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03 /
+            &regulator law = 'quaternion', by = 'magnets', field = 0.3, -0.2, 0.4, attitude_gain = 0.1, rate_gain = 0.12, sample = 0.5,
+            limit = 3.0, target = 0.5, 0.5, 0.5, 0.5 / &output columns = 'regulator1', 'pointing_error1', 'magnetic_field' /
+            &integrator time_step = 0.25, end_time = 20, method = 'taylor' /"""
+        with nutate.Scene(text=text) as scene:
+            expected = scene.run()
+        system = nutate.System(moments=(90, 100, 40))
+        system.add("regulator", law="quaternion", by="magnets", field=(0.3, -0.2, 0.4), attitude_gain=0.1, rate_gain=0.12, sample=0.5,
+                   limit=3.0, target=(0.5, 0.5, 0.5, 0.5))
+        stepper = nutate.Stepper(system, time_step=0.25, method="taylor")
+        stepper.set_state(q=(1, 0, 0, 0), omega=(0.02, -0.01, 0.03))
+        stepper.set_columns(*columns)
+        # A run begins with its samples: the first row has them.
+        parts = [stepper.run(33, initial=True), stepper.run(47)]
+        for name in expected:
+            np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), expected[name], name)
+        self.assertGreater(expected["regulator1_saturations"][-1], 1)
+
     def test_wheels_are_those_of_the_columns(self):
         system = nutate.System(moments=(90, 100, 40))
         system.add("orbit", altitude=500e3, inclination=97.4, degrees=True)

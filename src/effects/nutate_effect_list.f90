@@ -11,6 +11,7 @@ module nutate_effect_list
    use nutate_regulator, only: regulator_t, BY_WHEELS
    use nutate_orbit, only: orbit_t
    use nutate_rotating_frame, only: rotating_frame_t
+   use nutate_saturation_count, only: transfer_integers
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_wheel, only: wheel_t
    implicit none
@@ -63,8 +64,7 @@ module nutate_effect_list
       !> How many there are that do work: torques, of each wheel motor and friction, and the moving world.
       procedure :: n_works
       !> Momentum of rotors and wheels in the body, and what the wheels hold of the kinetic energy.
-      procedure :: inner_momentum
-      procedure :: wheel_energy
+      procedure :: inner_momentum, wheel_energy
       !> Gives bounds to the potential, or torque, of one's own that was added last.
       procedure :: bound_potential
       procedure :: bound_torque
@@ -267,6 +267,7 @@ contains
          call archive%transfer(self%wheels(i)%on)
          call archive%transfer(self%wheels(i)%at_limit)
          call archive%transfer(self%wheels(i)%command)
+         call self%wheels(i)%saturations%transfer(archive)
          if (allocated(self%wheels(i)%motor)) call transfer_motor(self%wheels(i)%motor, archive)
       end do
       if (self%n_potentials + self%n_off == 0) return
@@ -296,16 +297,15 @@ contains
    subroutine transfer_held(torque, archive)
       class(torque_t), intent(inout) :: torque
       class(archive_t), intent(inout) :: archive
-      integer :: i
       select type (torque)
       class is (regulator_t)
          call archive%transfer(torque%held)
          call archive%transfer(torque%held_by_wheels)
          call archive%transfer(torque%was_on)
-         do i = 1, 3
-            call archive%transfer(torque%cut(i))
-         end do
+         call transfer_integers(torque%cut, archive)
          call archive%transfer(torque%sense)
+         call archive%transfer(torque%commanded)
+         call torque%saturations%transfer(archive)
       end select
    end subroutine transfer_held
 

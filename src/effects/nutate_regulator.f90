@@ -24,6 +24,7 @@ module nutate_regulator
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_step, most_wheels
    use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body
+   use nutate_saturation_count, only: saturation_count_t, side_of_limit
    use nutate_small_products, only: times_vector
    implicit none
    private
@@ -65,6 +66,10 @@ module nutate_regulator
       !> What is held: torque, N m, or moment, A m², body axes, shape (3); torque of each motor, N m, shape
       !> (most_wheels).
       real(wp) :: held(3) = 0.0_wp, held_by_wheels(most_wheels) = 0.0_wp
+      !> What the law asked for at the last sample, before limits: torque, N m, or moment, A m², body axes; shape (3).
+      real(wp) :: commanded(3) = 0.0_wp
+      !> How often a component of torque or moment has come to the limit; of motors see `wheel_t`.
+      type(saturation_count_t) :: saturations = saturation_count_t()
       !> It was on at the last sample.
       logical :: was_on = .false.
       !> The torque of motor i is share(:, i)·τ; set by `add_regulator`; shape (3, most_wheels).
@@ -86,8 +91,8 @@ module nutate_regulator
       !> The torque that the law asks for, and that or the moment, which have the limit.
       procedure :: wanted
       procedure :: asked
-      !> e₀, before its sign is looked at.
-      procedure :: error_scalar
+      !> e₀, before its sign is looked at, and the angle from the target.
+      procedure :: error_scalar, error_angle
       !> The next sample.
       procedure :: next_sample
       !> Holds from now on what the law asks for.
@@ -188,6 +193,16 @@ contains
       e = seen_from_target(self, t, q)
       error_scalar = e(1)
    end function error_scalar
+
+   !> Angle of the rotation from the target to the attitude, 0 to π, rad.
+   pure real(wp) function error_angle(self, t, q)
+      class(regulator_t), intent(in) :: self
+      !> As in `error_scalar`.
+      real(wp), intent(in) :: t, q(4)
+      real(wp) :: e(4)
+      e = seen_from_target(self, t, q)
+      error_angle = 2*atan2(norm2(e(2:4)), abs(e(1)))
+   end function error_angle
 
    !> q_t*∘q; shape (4).
    pure function seen_from_target(self, t, q) result(e)
@@ -410,13 +425,14 @@ contains
       self%was_on = self%on
       self%held = 0.0_wp
       self%held_by_wheels = 0.0_wp
-      if (.not. (self%on .and. moment >= self%start .and. moment <= self%stop)) return
+      self%commanded = 0.0_wp
+      if (self%on .and. moment >= self%start .and. moment <= self%stop) self%commanded = self%asked(t, q, omega)
       if (self%by == BY_WHEELS) then
-         self%held_by_wheels = matmul(self%wanted(t, q, omega), self%share)
-         return
+         self%held_by_wheels = matmul(self%commanded, self%share)
+      else
+         self%held = max(-self%limit, min(self%limit, self%commanded))
+         call self%saturations%note(t, side_of_limit(self%commanded, self%limit), .true., t, t)
       end if
-      self%held = self%asked(t, q, omega)
-      self%held = max(-self%limit, min(self%limit, self%held))
    end subroutine hold
 
    !> What is held has a series; the law, a feedback, has none.

@@ -13,6 +13,7 @@ module nutate_wheel
    use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, is_unit, least_size
+   use nutate_saturation_count, only: saturation_count_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_wheel_motor, only: build_motor
    implicit none
@@ -54,6 +55,8 @@ module nutate_wheel
       class(torque_t), allocatable :: motor
       !> u of a wheel without a motor of its own, N m: what regulators hold.
       real(wp) :: command = 0.0_wp
+      !> How often what regulators ask of the motor has come to the limit of its torque.
+      type(saturation_count_t) :: saturations = saturation_count_t()
       !> Limits of |u|, N m, for what regulators command, and of |ω|, rad/s, for the motor; huge: there is none.
       real(wp) :: torque_limit = huge(1.0_wp), speed_limit = huge(1.0_wp)
       !> 1: ω has come to its limit; -1: to that below zero; 0: neither. Found by runs, as an event.

@@ -115,6 +115,8 @@ contains
             call watcher%invariants%start(scene%system, scene%initial, j0, scene%integrator%attitude)
          end associate
          watcher%wants_works = watcher%columns%needs_works
+         if (allocated(watcher%last_row)) deallocate (watcher%last_row)
+         if (watcher%columns%shows_commands) allocate (watcher%last_row(watcher%columns%width), source=0.0_wp)
          watcher%sees_every_step = watcher%columns%follows_steps .or. associated(watcher%history)
          watcher%rows_at_steps = scene%output%by_default .and. .not. associated(watcher%history)
          asker%sweep => watcher%sweep
@@ -154,7 +156,11 @@ contains
       !> Evaluates the columns, and measures the invariants where the last row was not among those that are looked at.
       subroutine look_at_end(system)
          type(system_t), intent(in) :: system
-         call self%watcher%columns%evaluate(system, run%state, record, columns)
+         if (arrived .and. allocated(self%watcher%last_row)) then
+            columns = self%watcher%last_row
+         else
+            call self%watcher%columns%evaluate(system, run%state, record, columns)
+         end if
          if (arrived .and. self%watcher%stride > 1) &
             call self%watcher%invariants%measure(system, run%state, record%work)
       end subroutine look_at_end

@@ -37,6 +37,8 @@ module nutate_member_watcher
       type(invariants_t) :: invariants
       !> Steps between two measurements of the invariants.
       integer(long) :: stride = 1
+      !> The last row; only where `columns%shows_commands`, which are others once the run has ended on a sample.
+      real(wp), allocatable :: last_row(:)
       !> Where rows and events go, where they go anywhere.
       type(history_t), pointer :: history => null()
       type(event_history_t), pointer :: events => null()
@@ -71,6 +73,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
+      if (allocated(self%last_row)) call self%columns%evaluate(system, state, record, self%last_row)
       if (mod(record%step, self%stride) == 0) call self%invariants%measure(system, state, record%work)
       if (associated(self%history)) call self%history%observe(system, state, record, status)
    end subroutine take_row

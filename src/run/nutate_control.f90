@@ -7,6 +7,7 @@ module nutate_control
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
    use nutate_regulator, only: regulator_t
+   use nutate_saturation_count, only: side_of_limit
    use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, take_saturations
    use nutate_speed_limits, only: add_speed_limits, has_speed_limits, take_speed_limits
    use nutate_state, only: state_t
@@ -102,12 +103,14 @@ contains
             call regulator%hold(state%t, quat_normalized(state%q), motion%relative, state%t + 2*sense*margin)
          end select
       end do
-      if (changed) call command_wheels(system%effects)
+      if (changed) call command_wheels(system%effects, state%t)
    end subroutine take_samples
 
    !> Gives the motors what all regulators hold, cut off at their limits.
-   pure subroutine command_wheels(effects)
+   pure subroutine command_wheels(effects, t)
       type(effect_list_t), intent(inout) :: effects
+      !> s.
+      real(wp), intent(in) :: t
       real(wp) :: command
       integer :: i, k
       do k = 1, effects%n_wheels
@@ -120,6 +123,8 @@ contains
          end do
          associate (wheel => effects%wheels(k))
             wheel%command = max(-wheel%torque_limit, min(wheel%torque_limit, command))
+            if (.not. allocated(wheel%motor)) &
+               call wheel%saturations%note(t, [side_of_limit(command, wheel%torque_limit), 0, 0], .true., t, t)
          end associate
       end do
    end subroutine command_wheels

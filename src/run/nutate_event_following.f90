@@ -11,6 +11,7 @@ module nutate_event_following
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: progress_t, put_works
    use nutate_run_mark, only: go_back, mark_t
+   use nutate_saturation, only: count_saturations
    use nutate_state, only: state_t, add_increment
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
    use nutate_step_policy, only: step_policy_t
@@ -290,6 +291,7 @@ contains
          before = potential_energy(system%effects, progress%state%q, progress%state%t)
          changed = .false.
          settled = .false.
+         call count_saturations(system%effects, progress%state%t)
          do i = 1, events%n_due
             associate (event => events%watched(events%due(i))%event)
                select case (event%action)
@@ -307,6 +309,7 @@ contains
             end associate
          end do
          events%n_due = 0
+         call count_saturations(system%effects, progress%state%t)
          call events%take_system(system)
          if (settled) call events%hold_sides()
          call add_increment(progress%summary%world_work, progress%world_compensation, &

@@ -10,12 +10,13 @@ module nutate_saturation
    use nutate_quaternion, only: quat_normalized
    use nutate_regulated_motor, only: regulated_motor_t
    use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, POINTING
+   use nutate_saturation_count, only: side_of_limit
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: add_saturations, can_jump, can_saturate, free_senses, take_saturations
+   public :: add_saturations, can_jump, can_saturate, count_saturations, free_senses, take_saturations
 
    !> What is farther from its limit than this part of it was not found there: it has jumped.
    real(wp), parameter :: near = 1e-3_wp
@@ -340,6 +341,7 @@ contains
       type(state_t), intent(in) :: state
       type(motion_t) :: motion
       real(wp) :: amount
+      call count_saturations(system%effects, state%t)
       call find_motion(system, state, motion)
       amount = self%value(system, motion)
       if (self%torque > 0) then
@@ -357,7 +359,32 @@ contains
             end if
          end select
       end if
+      call count_saturations(system%effects, state%t)
    end subroutine settle_saturation
+
+   !> Counts what laws at all times have at their limits: to be called before and behind changes of limits and switches.
+   pure subroutine count_saturations(effects, t)
+      type(effect_list_t), intent(inout) :: effects
+      !> s.
+      real(wp), intent(in) :: t
+      real(wp) :: start, stop
+      integer :: i
+      do i = 1, effects%n_torques
+         if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
+         select type (regulator => effects%torques(i)%item)
+         class is (regulator_t)
+            call regulator%saturations%note(t, regulator%cut, regulator%on, regulator%start, regulator%stop)
+         end select
+      end do
+      do i = 1, effects%n_wheels
+         if (.not. limit_of_motor(effects, i) < huge(1.0_wp)) cycle
+         select type (motor => effects%wheels(i)%motor)
+         class is (regulated_motor_t)
+            call motor%window(start, stop)
+            call effects%wheels(i)%saturations%note(t, [motor%cut, 0, 0], motor%on, start, stop)
+         end select
+      end do
+   end subroutine count_saturations
 
    !> The side on which an amount is cut off behind an event.
    pure integer function cut_behind(event, amount, limit) result(cut)
@@ -366,15 +393,9 @@ contains
       if (abs(amount - event%level) <= near*limit) then
          cut = merge(event%side, 0, event%direction == event%side)
       else
-         cut = side_of(amount, limit)
+         cut = side_of_limit(amount, limit)
       end if
    end function cut_behind
-
-   pure integer function side_of(amount, limit) result(side)
-      real(wp), intent(in) :: amount, limit
-      side = 0
-      if (abs(amount) >= limit) side = nint(sign(1.0_wp, amount))
-   end function side_of
 
    !> Finds out on which side of zero each e₀ is, and what is at, or beyond, its limit. The limits of wheels are known.
    pure subroutine take_saturations(system, state)
@@ -410,6 +431,7 @@ contains
       type(motion_t) :: motion
       real(wp) :: q(4), asked(3), amount
       integer :: i, k
+      call count_saturations(system%effects, state%t)
       call find_motion(system, state, motion)
       q = quat_normalized(state%q)
       do i = 1, system%effects%n_torques
@@ -418,7 +440,7 @@ contains
          class is (regulator_t)
             asked = regulator%asked(state%t, q, motion%relative)
             do k = 1, 3
-               regulator%cut(k) = side_of(asked(k), regulator%limit)
+               regulator%cut(k) = side_of_limit(asked(k), regulator%limit)
             end do
          end select
       end do
@@ -427,10 +449,11 @@ contains
          select type (motor => system%effects%wheels(i)%motor)
          class is (regulated_motor_t)
             amount = motor%asked(state%t, q, motion%relative)
-            motor%cut = side_of(amount, motor%limit)
+            motor%cut = side_of_limit(amount, motor%limit)
             motor%blocked = motor%at_limit*amount > 0.0_wp
          end select
       end do
+      call count_saturations(system%effects, state%t)
    end subroutine find_saturations
 
 end module nutate_saturation

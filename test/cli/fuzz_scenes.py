@@ -2,7 +2,8 @@
 
 import re
 
-from support import COLUMNS, METHODS, ORBIT_COLUMNS, ROOT, SUN_COLUMNS, WHEEL_COLUMNS
+from support import (COLUMNS, CONTROL_COLUMNS, FIELD_COLUMNS, METHODS, ORBIT_COLUMNS, POINTING_COLUMNS, ROOT, SUN_COLUMNS,
+                     WHEEL_COLUMNS)
 
 
 def read_effects():
@@ -166,6 +167,7 @@ def output(dice, scales, axes):
         sets = list(COLUMNS) + (list(WHEEL_COLUMNS)[:2] if dice.random() < 0.1 else [])
         sets += list(ORBIT_COLUMNS) if "orbit" in axes or dice.random() < 0.05 else []
         sets += list(SUN_COLUMNS) if "sun" in axes or dice.random() < 0.02 else []
+        sets += [*list(CONTROL_COLUMNS)[:1], *list(POINTING_COLUMNS)[:1], *FIELD_COLUMNS] if dice.random() < 0.1 else []
         chosen = dice.choice((sets, dice.sample(sets, dice.randrange(1, 4)), ["angular_velocity"]))
         lines.append("columns = " + ", ".join(f"'{name}'" for name in chosen))
     if dice.random() < 0.3:
@@ -357,7 +359,8 @@ def regulator(dice, scales):
         lines += dice.choice(([], [f"field = {scales.text(3)}"]))
     else:
         lines += ["law = 'quaternion'", f"attitude_gain = {scales.text(time=-2, signed=False)}",
-                  f"rate_gain = {scales.text(time=-1, signed=False)}", f"gains = '{dice.choice(('inertia', 'scalar'))}'"]
+                  f"rate_gain = {scales.text(time=-1, signed=False)}", *dice.choice((["gains = 'inertia'"], ["gains = 'scalar'"],
+                                  [f"inertia = {scales.text(3, length=2, mass=1, signed=False)}"]))]
         lines += dice.choice(([], ["target = 0.0, 0.6, 0.0, -0.8"]))
         lines += dice.choice(([], [], ["target_from = 'orbit'"]))
         lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnets'", f"field = {scales.text(3)}"]))

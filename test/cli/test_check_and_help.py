@@ -2,7 +2,8 @@
 import re
 import unittest
 
-from support import BOX, COLUMNS, EFFECT_COLUMNS, ORBIT_COLUMNS, SUN_COLUMNS, TOP, WHEEL_COLUMNS, CommandLineTest
+from support import (BOX, COLUMNS, CONTROL_COLUMNS, EFFECT_COLUMNS, FIELD_COLUMNS, ORBIT_COLUMNS, POINTING_COLUMNS,
+                     SUN_COLUMNS, TOP, WHEEL_COLUMNS, CommandLineTest)
 
 
 class Check(CommandLineTest):
@@ -178,6 +179,9 @@ class Help(CommandLineTest):
         for name, columns in {**COLUMNS, **ORBIT_COLUMNS, **SUN_COLUMNS, **WHEEL_COLUMNS, **EFFECT_COLUMNS}.items():
             self.assertIn(name, text)
             self.assertIn(",".join(columns), text)
+        whole = re.sub(r",\n +", ",", text)
+        for name, columns in {**CONTROL_COLUMNS, **POINTING_COLUMNS, **FIELD_COLUMNS}.items():
+            self.assertRegex(whole, rf"\n  {name} +" + ",".join(columns) + r"\n")
         self.assertNotIn("--output", self.succeed("check", "--help").stdout)
         self.assertEqual(self.succeed("run", "box.nml", "--help").stdout, text)
 

@@ -312,10 +312,10 @@ class Refused(CheckpointTest):
             self.refused("--resume", "ck", says=["damaged"])
 
     def test_another_format(self):
-        for number in b"1", b"3", b"10":
-            self.put("ck", self.kept["ck"].replace(b"checkpoint 2", b"checkpoint " + number))
+        for number in b"1", b"2", b"10":
+            self.put("ck", self.kept["ck"].replace(b"checkpoint 3", b"checkpoint " + number))
             self.refused("--resume", "ck", says=["ck", "was written by another version of nutate"])
-        self.put("ck", self.kept["ck"].replace(b"nutate checkpoint 2", b"another document 2"))
+        self.put("ck", self.kept["ck"].replace(b"nutate checkpoint 3", b"another document 3"))
         self.refused("--resume", "ck", says=["no checkpoint"])
 
     def test_rows_that_are_gone_or_not_the_same(self):

@@ -9,7 +9,8 @@ from support import CommandLineTest, all_columns
 
 def legend(svg):
     """The names in the legends of a picture."""
-    names = ("omega1", "omega_x", "phi", "theta", "kinetic", "total", "residual", "norm_error", "L1", "l_x")
+    names = ("omega1", "omega_x", "phi", "theta", "kinetic", "total", "residual", "norm_error", "L1", "l_x",
+             "commanded1", "applied1", "error1", "B1")
     return [name for name in names if f">{name}<" in svg]
 
 
@@ -33,6 +34,15 @@ class Pictures(CommandLineTest):
         self.assertEqual(len(legend(self.read("it's all.svg"))), 10)
         self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=angular_momentum_space", "--plot", "top.svg")
         self.assertEqual(legend(self.read("top.svg")), ["l_x"])
+
+    def test_controllers_and_their_field_are_drawn(self):
+        self.write("point.nml", "&body inertia = 5.0, 20.0, 17.0 /\n&initial angular_velocity = 0.1, 0.0, 1.0 /\n"
+                   "&integrator time_step = 0.1, end_time = 1.0 /\n&regulator law = 'quaternion', by = 'magnets', "
+                   "field = 1, 0, 0, attitude_gain = 1, rate_gain = 1, sample = 0.5 /\n"
+                   "&output columns = 'regulator1', 'pointing_error1', 'magnetic_field' /\n")
+        self.succeed("run", "point.nml", "--quiet", "--plot", "point.svg")
+        drawn = legend(self.read("point.svg"))
+        self.assertEqual(drawn, ["commanded1", "applied1", "error1", "B1"])
 
     def test_names_in_quotes_may_hold_commas(self):
         self.write("sheet.csv", '"t","x, seen from above","omega1","omega2",omega3\r\n0,"1",2,3,4\r\n1,"1",3,"3",5\r\n')

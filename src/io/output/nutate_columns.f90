@@ -3,6 +3,7 @@
 module nutate_columns
    use nutate_archive, only: archive_t
    use nutate_attitude, only: roll_pitch_yaw_from_quat
+   use nutate_control_columns, only: controller_values, field_in_body, has_controller, has_field, pointing_error
    use nutate_effect_columns, only: energies_of, energy_headers, work_headers, works_of
    use nutate_effect_list, only: effect_list_t
    use nutate_followed_angles, only: followed_angles_t
@@ -26,7 +27,7 @@ module nutate_columns
       !> Number of its columns; 0: one for each effect of the system.
       integer :: width = 0
       !> Their names, comma separated; of a set with one for each effect the pattern of them.
-      character(len=80) :: headers = ''
+      character(len=152) :: headers = ''
       !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
       logical :: attitude = .true.
@@ -34,6 +35,11 @@ module nutate_columns
       integer :: first_angle = 1, last_angle = 0
       !> The wheel that it shows, 1 or more; 0: it is no wheel's.
       integer :: wheel = 0
+      !> The controller that it shows, 1 or more; 0: it is no controller's. It shows that controller's pointing error.
+      integer :: controller = 0
+      logical :: points = .false.
+      !> It shows the magnetic field.
+      logical :: field = .false.
       !> It shows an orbit; the sun of an orbit.
       logical :: orbit = .false., sun = .false.
       !> Its columns are the Euler angles of this sequence of axes.
@@ -90,7 +96,26 @@ module nutate_columns
       column_set_t('euler_321', 3, 'euler_321_1,euler_321_2,euler_321_3', last_angle=3, sequence='321'), &
       column_set_t('euler_323', 3, 'euler_323_1,euler_323_2,euler_323_3', last_angle=3, sequence='323'), &
       column_set_t('energies', 0, 'energy_EFFECT', attitude=.false.), &
-      column_set_t('works', 0, 'work_EFFECT', attitude=.false.)]
+      column_set_t('works', 0, 'work_EFFECT', attitude=.false.), &
+      column_set_t('regulator1', 7, 'regulator1_commanded1,regulator1_commanded2,regulator1_commanded3,'// &
+                   'regulator1_applied1,regulator1_applied2,regulator1_applied3,regulator1_saturations', controller=1), &
+      column_set_t('regulator2', 7, 'regulator2_commanded1,regulator2_commanded2,regulator2_commanded3,'// &
+                   'regulator2_applied1,regulator2_applied2,regulator2_applied3,regulator2_saturations', controller=2), &
+      column_set_t('regulator3', 7, 'regulator3_commanded1,regulator3_commanded2,regulator3_commanded3,'// &
+                   'regulator3_applied1,regulator3_applied2,regulator3_applied3,regulator3_saturations', controller=3), &
+      column_set_t('regulator4', 7, 'regulator4_commanded1,regulator4_commanded2,regulator4_commanded3,'// &
+                   'regulator4_applied1,regulator4_applied2,regulator4_applied3,regulator4_saturations', controller=4), &
+      column_set_t('regulator5', 7, 'regulator5_commanded1,regulator5_commanded2,regulator5_commanded3,'// &
+                   'regulator5_applied1,regulator5_applied2,regulator5_applied3,regulator5_saturations', controller=5), &
+      column_set_t('regulator6', 7, 'regulator6_commanded1,regulator6_commanded2,regulator6_commanded3,'// &
+                   'regulator6_applied1,regulator6_applied2,regulator6_applied3,regulator6_saturations', controller=6), &
+      column_set_t('pointing_error1', 1, 'pointing_error1', last_angle=1, controller=1, points=.true.), &
+      column_set_t('pointing_error2', 1, 'pointing_error2', last_angle=1, controller=2, points=.true.), &
+      column_set_t('pointing_error3', 1, 'pointing_error3', last_angle=1, controller=3, points=.true.), &
+      column_set_t('pointing_error4', 1, 'pointing_error4', last_angle=1, controller=4, points=.true.), &
+      column_set_t('pointing_error5', 1, 'pointing_error5', last_angle=1, controller=5, points=.true.), &
+      column_set_t('pointing_error6', 1, 'pointing_error6', last_angle=1, controller=6, points=.true.), &
+      column_set_t('magnetic_field', 3, 'B1,B2,B3', field=.true.)]
 
    !> A radian.
    real(wp), parameter :: degree = 180.0_wp/pi
@@ -116,6 +141,8 @@ module nutate_columns
       character(len=:), allocatable, private :: energies, works
       !> Records must have `works`.
       logical :: needs_works = .false.
+      !> They show what holds in the step that ends there: commands of controllers.
+      logical :: shows_commands = .false.
       !> The state must be shown to `follow` after every step.
       logical :: follows_steps = .false.
       !> Angles in degrees, rates in degrees per second.
@@ -190,6 +217,7 @@ contains
       self%needs_works = any(self%chosen == WORKS)
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
       self%follows_steps = any(column_sets(self%chosen)%sequence /= '')
+      self%shows_commands = any(column_sets(self%chosen)%controller > 0)
    end subroutine choose
 
    !> What to write in the place of an unknown name.
@@ -201,7 +229,7 @@ contains
       if (nearest == '') text = 'expected a set such as '//comma_list(column_sets(1:3)%name)
    end function hint
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, an orbit or a sun that there is not.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, a controller, a field, an orbit or a sun that there is not.
    subroutine check_shown(set, effects, status)
       type(column_set_t), intent(in) :: set
       type(effect_list_t), intent(in) :: effects
@@ -209,6 +237,13 @@ contains
       if (set%wheel > effects%n_wheels) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a wheel that there is not "// &
                        '(expected one group &wheel for each)', 'columns')
+      else if (set%controller > 0 .and. .not. has_controller(set%controller, set%points, effects)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a controller that there is not "// &
+                       '(expected one group &regulator for each'//trim(merge(', which points', '              ', &
+                                                                             set%points))//')', 'columns')
+      else if (set%field .and. .not. has_field(effects)) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a field that there is not "// &
+                       '(expected &earth_field, or field in &regulator or &dipole)', 'columns')
       else if (set%orbit .and. .not. effects%on_orbit) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of an orbit that there is not "// &
                        '(expected &orbit with them)', 'columns')
@@ -386,9 +421,27 @@ contains
       case (ROLL_PITCH_YAW)
          values = roll_pitch_yaw_from_quat(lvlh_attitude(system, state))
       case default
-         values = of_wheel(column_sets(set)%wheel, system, state)
+         call write_part(column_sets(set), system, state, values)
       end select
    end subroutine write_set
+
+   !> The values of a set of a wheel, of a controller or of the field.
+   pure subroutine write_part(set, system, state, values)
+      type(column_set_t), intent(in) :: set
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      !> Shape (width of the set).
+      real(wp), intent(out) :: values(:)
+      if (set%wheel > 0) then
+         values = of_wheel(set%wheel, system, state)
+      else if (set%field) then
+         values = field_in_body(system%effects, state)
+      else if (set%points) then
+         values = pointing_error(set%controller, system, state)
+      else
+         values = controller_values(set%controller, system, state)
+      end if
+   end subroutine write_part
 
    !> The attitude from the body to the LVLH axes of the orbit, or to the space axes where there is no orbit; shape (4).
    pure function lvlh_attitude(system, state) result(q)

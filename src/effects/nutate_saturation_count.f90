@@ -1,0 +1,87 @@
+!> How often what a controller asks for has come to a limit.
+module nutate_saturation_count
+   use nutate_archive, only: archive_t
+   use nutate_kinds, only: wp
+   implicit none
+   private
+
+   public :: saturation_count_t, side_of_limit, transfer_integers
+
+   !> Counts components that come to their limit while the controller acts; one that stays there counts once.
+   type :: saturation_count_t
+      !> So far.
+      integer :: number = 0
+      !> 1: a component has been counted at its limit; -1: at that below zero; 0: neither.
+      integer, private :: side(3) = 0
+      !> When that was found, s.
+      real(wp), private :: since = 0.0_wp
+   contains
+      !> Counts what has come to its limit.
+      procedure :: note
+      !> The number, with what would be counted now.
+      procedure :: shown
+      !> Shows its values to an archive.
+      procedure :: transfer
+   end type saturation_count_t
+
+contains
+
+   !> Counts what has come to its limit: to be called with sides that held until now, and with those that hold from now on.
+   pure subroutine note(self, t, side, on, start, stop)
+      class(saturation_count_t), intent(inout) :: self
+      !> Now, s.
+      real(wp), intent(in) :: t
+      !> 1: at the limit; -1: at that below zero; 0: neither; shape (3).
+      integer, intent(in) :: side(3)
+      !> The controller is on, from when to when, s.
+      logical, intent(in) :: on
+      real(wp), intent(in) :: start, stop
+      integer :: now(3)
+      now = 0
+      if (on .and. start <= max(t, self%since) .and. stop >= min(t, self%since)) now = side
+      self%number = self%number + count(now /= 0 .and. now /= self%side)
+      self%side = now
+      self%since = t
+   end subroutine note
+
+   !> The number, with what would be counted now.
+   pure integer function shown(self, t, side, on, start, stop)
+      class(saturation_count_t), intent(in) :: self
+      !> As in `note`.
+      real(wp), intent(in) :: t
+      integer, intent(in) :: side(3)
+      logical, intent(in) :: on
+      real(wp), intent(in) :: start, stop
+      type(saturation_count_t) :: copy
+      copy = self
+      call copy%note(t, side, on, start, stop)
+      shown = copy%number
+   end function shown
+
+   !> Shows its values to an archive.
+   subroutine transfer(self, archive)
+      class(saturation_count_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%number)
+      call transfer_integers(self%side, archive)
+      call archive%transfer(self%since)
+   end subroutine transfer
+
+   !> Shows whole numbers to an archive.
+   subroutine transfer_integers(values, archive)
+      integer, intent(inout) :: values(:)
+      class(archive_t), intent(inout) :: archive
+      integer :: i
+      do i = 1, size(values)
+         call archive%transfer(values(i))
+      end do
+   end subroutine transfer_integers
+
+   !> 1 for an amount at its limit or above; -1 for one at that below zero; 0 for others.
+   elemental integer function side_of_limit(amount, limit) result(side)
+      real(wp), intent(in) :: amount, limit
+      side = 0
+      if (abs(amount) >= limit) side = nint(sign(1.0_wp, amount))
+   end function side_of_limit
+
+end module nutate_saturation_count
