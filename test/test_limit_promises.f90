@@ -191,9 +191,9 @@ contains
    end function of_wheels
 
    pure function of_regulators() result(promises)
-      type(promise_t) :: promises(9)
+      type(promise_t) :: promises(12)
       real(wp), parameter :: zero(3) = 0.0_wp, unit(4) = [1.0_wp, zero]
-      ! The sample is one of B-dot for the last two.
+      ! The sample is one of B-dot for the field and the gain.
       promises(1) = any_number('regulator', 'attitude_gain', zero(1:1))
       promises(2) = any_number('regulator', 'rate_gain', zero(1:1))
       promises(1:2)%negative = .false.
@@ -208,6 +208,10 @@ contains
       promises(8)%greatest = 1e50_wp
       promises(9) = any_number('regulator', 'gain', zero(1:1))
       promises(9)%negative = .false.
+      promises(10) = any_number('regulator', 'attitude_gain_matrix', zero, which=2)
+      promises(11) = any_number('regulator', 'rate_gain_matrix', zero, which=3)
+      promises(12) = positive('regulator', 'inertia', [1.0_wp, 1.0_wp, 1.0_wp], which=0)
+      promises(10:12)%text_only = .true.
    end function of_regulators
 
    pure function of_starts() result(promises)

@@ -243,8 +243,9 @@ contains
          ! So weak that the limit of the field is its own, not that of the torque.
          text = " law = 'bdot'"//entry(setting, group, 'gain', [0.25_wp])//entry(setting, group, 'field', up)
       case default
-         text = " law = 'quaternion'"//entry(setting, group, 'attitude_gain', [0.5_wp])// &
-                entry(setting, group, 'rate_gain', [0.5_wp])
+         text = " law = 'quaternion'"
+         if (setting%key /= 'attitude_gain_matrix') text = text//entry(setting, group, 'attitude_gain', [0.5_wp])
+         if (setting%key /= 'rate_gain_matrix') text = text//entry(setting, group, 'rate_gain', [0.5_wp])
          if (all(setting%key /= ['attitude_gain', 'rate_gain    '])) text = text// &
             entry(setting, group, trim(setting%key), [0.0_wp])
          if (setting%key == 'limit') text = text//' sample = 1'
