@@ -26,7 +26,7 @@ module nutate_saturation_count
 
 contains
 
-   !> Counts what has come to its limit: to be called with sides that held until now, and with those that hold from now on.
+   !> Counts what has come to its limit: to be called with sides that held until now, and with those from now on.
    pure subroutine note(self, t, side, on, start, stop)
       class(saturation_count_t), intent(inout) :: self
       !> Now, s.

@@ -98,17 +98,23 @@ module nutate_columns
       column_set_t('energies', 0, 'energy_EFFECT', attitude=.false.), &
       column_set_t('works', 0, 'work_EFFECT', attitude=.false.), &
       column_set_t('regulator1', 7, 'regulator1_commanded1,regulator1_commanded2,regulator1_commanded3,'// &
-                   'regulator1_applied1,regulator1_applied2,regulator1_applied3,regulator1_saturations', controller=1), &
+                   'regulator1_applied1,regulator1_applied2,regulator1_applied3,regulator1_saturations', &
+                   controller=1), &
       column_set_t('regulator2', 7, 'regulator2_commanded1,regulator2_commanded2,regulator2_commanded3,'// &
-                   'regulator2_applied1,regulator2_applied2,regulator2_applied3,regulator2_saturations', controller=2), &
+                   'regulator2_applied1,regulator2_applied2,regulator2_applied3,regulator2_saturations', &
+                   controller=2), &
       column_set_t('regulator3', 7, 'regulator3_commanded1,regulator3_commanded2,regulator3_commanded3,'// &
-                   'regulator3_applied1,regulator3_applied2,regulator3_applied3,regulator3_saturations', controller=3), &
+                   'regulator3_applied1,regulator3_applied2,regulator3_applied3,regulator3_saturations', &
+                   controller=3), &
       column_set_t('regulator4', 7, 'regulator4_commanded1,regulator4_commanded2,regulator4_commanded3,'// &
-                   'regulator4_applied1,regulator4_applied2,regulator4_applied3,regulator4_saturations', controller=4), &
+                   'regulator4_applied1,regulator4_applied2,regulator4_applied3,regulator4_saturations', &
+                   controller=4), &
       column_set_t('regulator5', 7, 'regulator5_commanded1,regulator5_commanded2,regulator5_commanded3,'// &
-                   'regulator5_applied1,regulator5_applied2,regulator5_applied3,regulator5_saturations', controller=5), &
+                   'regulator5_applied1,regulator5_applied2,regulator5_applied3,regulator5_saturations', &
+                   controller=5), &
       column_set_t('regulator6', 7, 'regulator6_commanded1,regulator6_commanded2,regulator6_commanded3,'// &
-                   'regulator6_applied1,regulator6_applied2,regulator6_applied3,regulator6_saturations', controller=6), &
+                   'regulator6_applied1,regulator6_applied2,regulator6_applied3,regulator6_saturations', &
+                   controller=6), &
       column_set_t('pointing_error1', 1, 'pointing_error1', last_angle=1, controller=1, points=.true.), &
       column_set_t('pointing_error2', 1, 'pointing_error2', last_angle=1, controller=2, points=.true.), &
       column_set_t('pointing_error3', 1, 'pointing_error3', last_angle=1, controller=3, points=.true.), &

@@ -16,9 +16,9 @@ module nutate_control_columns
 
 contains
 
-   !> Commanded and applied torque, N m, or moment of magnets, A m², body axes, and how often a component of it, or the
-   !> torque of a motor, has come to its limit; shape (7). Zeros for a controller that there is not, and for the commands
-   !> of one that does not act.
+   !> Commanded and applied torque, N m, or moment of magnets, A m², body axes, and how often a component of it, or
+   !> the torque of a motor, has come to its limit; shape (7). Zeros for a controller that there is not, and for the
+   !> commands of one that does not act.
    pure function controller_values(n, system, state) result(values)
       !> Which controller, in the order of the scene.
       integer, intent(in) :: n
@@ -143,8 +143,8 @@ contains
       end select
    end function pointing_error
 
-   !> The magnetic field, body axes, T; shape (3): that of the Earth, or of the first magnets that have one of their own,
-   !> or of the first dipole.
+   !> The magnetic field, body axes, T; shape (3): that of the Earth, or of the first magnets that have one of their
+   !> own, or of the first dipole.
    pure function field_in_body(effects, state) result(b)
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
