@@ -214,13 +214,15 @@ contains
       if (present(degrees)) self%degrees = degrees
       self%energies = ''
       self%works = ''
-      if (present(effects)) self%energies = energy_headers(effects)
-      if (present(effects)) self%works = work_headers(effects)
+      self%needs_works = any(self%chosen == WORKS)
+      if (present(effects)) then
+         if (any(self%chosen == ENERGIES)) self%energies = energy_headers(effects)
+         if (self%needs_works) self%works = work_headers(effects)
+      end if
       self%widths = column_sets(self%chosen)%width
       where (self%chosen == ENERGIES) self%widths = size(split_list(self%energies))
       where (self%chosen == WORKS) self%widths = size(split_list(self%works))
       self%width = 1 + sum(self%widths)
-      self%needs_works = any(self%chosen == WORKS)
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
       self%follows_steps = any(column_sets(self%chosen)%sequence /= '')
       self%shows_commands = any(column_sets(self%chosen)%controller > 0)
