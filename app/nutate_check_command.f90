@@ -321,7 +321,7 @@ contains
       else
          call page%item(kept, 'conserved')
       end if
-      call page%item('space momentum', kept_momentum(invariants))
+      call page%item('space momentum', kept_momentum(invariants, scene%system%effects))
       if (.not. scene%integrator%attitude) then
          call page%item('constraints', 'none: the attitude is left out')
       else if (scene%integrator%projection) then

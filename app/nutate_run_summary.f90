@@ -7,6 +7,7 @@ module nutate_run_summary
    use nutate_kinds, only: wp, long
    use nutate_notes, only: note_t
    use nutate_printable, only: printable_path
+   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
@@ -33,7 +34,7 @@ contains
                                                    ', chosen by auto: '//trim(run%summary%choice))
       call add_effort(page, scene, run, watcher%seconds(), real(watcher%row_counts, wp)/real(watcher%rate, wp))
       if (run%summary%settings%conserve) call page%item('projection', 'onto the invariants')
-      call add_invariants(page, watcher%invariants, scene%system%effects%frame_turns)
+      call add_invariants(page, watcher%invariants, scene%system%effects)
       if (scene%integrator%attitude) call page%item('norm error', rounded_text(watcher%invariants%norm_error, 3))
       do i = 1, size(run%summary%work)
          call page%item('work of '//worker_name(scene%system%effects, i), rounded_text(run%summary%work(i))//' J')
@@ -150,27 +151,29 @@ contains
    end subroutine add_events
 
    !> How well the invariants were kept.
-   subroutine add_invariants(page, invariants, turns)
+   subroutine add_invariants(page, invariants, effects)
       type(page_t), intent(inout) :: page
       type(invariants_t), intent(in) :: invariants
-      !> The space axes turn: V - ω·l takes the place of V.
-      logical, intent(in) :: turns
+      !> Where the space axes turn V - ω·l takes the place of V.
+      type(effect_list_t), intent(in) :: effects
       call page%item('energy residual', rounded_text(invariants%energy_error(), 3)//' of the largest T + |'// &
-                     trim(merge('V - omega.l', 'V          ', turns))//'|, '// &
+                     trim(merge('V - omega.l', 'V          ', effects%frame_turns))//'|, '// &
                      rounded_text(invariants%energy_scale)//' J')
       select case (invariants%components)
       case (ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH)
          call page%item('momentum error', rounded_text(invariants%momentum_error(), 3)//' of |l|, '// &
-                        rounded_text(invariants%momentum_scale)//' N m s ('//kept_momentum(invariants)//')')
+                        rounded_text(invariants%momentum_scale)//' N m s ('//kept_momentum(invariants, effects)//')')
       case default
-         call page%item('momentum error', kept_momentum(invariants))
+         call page%item('momentum error', kept_momentum(invariants, effects))
       end select
    end subroutine add_invariants
 
    !> Which components of the space momentum the effects leave alone.
-   function kept_momentum(invariants) result(text)
+   function kept_momentum(invariants, effects) result(text)
       type(invariants_t), intent(in) :: invariants
+      type(effect_list_t), intent(in) :: effects
       character(len=:), allocatable :: text
+      real(wp) :: b(3)
       select case (invariants%components)
       case (ALL_COMPONENTS)
          text = 'all components'
@@ -182,8 +185,34 @@ contains
                 invariants%axis*sign(1.0_wp, invariants%axis(maxloc(abs(invariants%axis), 1))))
       case default
          text = 'no component is conserved by these effects'
+         b = field_of_magnets(effects)
+         if (norm2(b) > 0.0_wp) text = 'the exact motion keeps the component along the field of the magnets, '// &
+                                       vector_text(b/norm2(b))//'; it is not measured'
       end select
    end function kept_momentum
+
+   !> The field of magnets, space axes, T, where nothing but they, in one field at rest, and wheels act: m×B is across
+   !> it. Zero elsewhere; shape (3).
+   pure function field_of_magnets(effects) result(b)
+      type(effect_list_t), intent(in) :: effects
+      real(wp) :: b(3)
+      logical :: alone
+      integer :: i
+      b = 0.0_wp
+      alone = .not. effects%frame_turns .and. effects%n_potentials + effects%n_off == 0
+      do i = 1, effects%n_torques
+         select type (torque => effects%torques(i)%item)
+         class is (regulator_t)
+            if (torque%by == BY_WHEELS) cycle
+            if (.not. norm2(b) > 0.0_wp) b = torque%field
+            alone = alone .and. torque%by == BY_MAGNETS .and. .not. torque%follows_earth .and. &
+                    all(abs(torque%field - b) <= 0.0_wp)
+         class default
+            alone = .false.
+         end select
+      end do
+      if (.not. alone) b = 0.0_wp
+   end function field_of_magnets
 
    !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or the world.
    function worker_name(effects, i) result(name)

@@ -135,6 +135,19 @@ class Regulators(CommandLineTest):
             self.assertNotIn(unsaid, line)
             self.assertNotIn("&earth_field", line)
 
+    def test_magnets_leave_the_momentum_along_their_field(self):
+        for law in ("law = 'bdot', gain = 3", LAW[len("&regulator "):] + ", by = 'magnets', sample = 0.5"):
+            magnets = "&regulator " + law + ", field = 0, 0.3, -0.4 /\n"
+            self.write("magnets.nml", magnets + BODY)
+            said = "the exact motion keeps the component along the field of the magnets, 0, 0.6, -0.8; it is not measured"
+            self.assertIn(said, self.succeed("check", "magnets.nml").stdout)
+            self.assertIn(said, self.succeed("run", "magnets.nml").stderr)
+            momenta = [0.6 * row[9] - 0.8 * row[10] for row in self.history("magnets.csv")[1]]
+            self.assertLess(max(momenta) - min(momenta), 1e-12)
+            for other in ("&gravity_gradient direction = 0, 0, 1, strength = 1e-6 /\n", magnets.replace("0.3", "0.31")):
+                self.write("magnets.nml", magnets + other + BODY)
+                self.assertIn("no component is conserved", self.succeed("check", "magnets.nml").stdout)
+
     def test_what_does_not_go_is_said(self):
         self.write("all_times.nml", LAW + " /\n" + BODY)
         self.fail_with(2, "run", "all_times.nml", "--set", "integrator.method=taylor", says=("expected sample",))
