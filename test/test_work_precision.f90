@@ -47,6 +47,7 @@ contains
                   new_unittest("a stopwatch goes by wall time", stopwatch_goes_by_wall_time), &
                   new_unittest("a study ends in time with runs of every method", study_ends_in_time), &
                   new_unittest("runs that are too long are ended in time", runs_end_in_time), &
+                  new_unittest("the run for the fastest rate is ended in time", first_run_ends_in_time), &
                   new_unittest("the user's step is among those of a study", longest_step_leads_to_the_users), &
                   new_unittest("lean steps begin with those of the slow motion", lean_steps_are_long), &
                   new_unittest("points between runs follow from power laws", points_follow_from_power_laws), &
@@ -85,6 +86,20 @@ contains
          call reference%refine(problem, clock)
       end do
    end function reference_of
+
+   !> 20 000 steps, for which the clock is read every 1024: the share of the first run is over at the fourth reading.
+   subroutine first_run_ends_in_time(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(counting_clock_t), target :: clock
+      type(work_precision_t) :: study
+      type(problem_t) :: problem
+      problem = problem_of(top//'&damping coefficient = 1e-9, 1e-9, 1e-9 /'//newline)
+      problem%end_time = 1e4_wp
+      clock%tick = 1.0_wp
+      study%clock%clock => clock
+      call study%begin(problem, 0.0_wp, 10.0_wp)
+      call check(error, clock%readings > 2 .and. clock%readings < 8)
+   end subroutine first_run_ends_in_time
 
    subroutine closed_solutions_are_found(error)
       type(error_type), allocatable, intent(out) :: error

@@ -143,13 +143,16 @@ contains
       if (monitor%measures) plan%every = 1
    end function plan_of
 
-   !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long.
-   subroutine fastest_rate(problem, method, rate, status)
+   !> Largest |Ω| of a motion, rad/s, from a run of a highest-order method that ends early where the motion is long, or
+   !> its steps are.
+   subroutine fastest_rate(problem, method, rate, status, clock)
       type(problem_t), intent(in) :: problem
       !> Row of `methods`.
       integer, intent(in) :: method
       real(wp), intent(out) :: rate
       type(status_t), intent(out) :: status
+      !> At its deadline the run ends.
+      type(stopwatch_t), intent(in), optional :: clock
       type(run_plan_t) :: plan
       type(run_monitor_t) :: monitor
       type(state_t) :: state
@@ -161,6 +164,7 @@ contains
       plan%max_steps = most_pilot_steps
       state = problem%start
       monitor%measures = .true.
+      if (present(clock)) monitor%clock = clock
       call take_observer(monitor, problem)
       call monitor%invariants%start(problem%system, state)
       call integrate(problem%system, settings_of(integrator_settings_t(), method), state, plan, status, monitor)

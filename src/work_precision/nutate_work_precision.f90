@@ -87,7 +87,7 @@ contains
       self%clock%deadline = seconds
       call reference_methods(first, second)
       ! What the pilot run fails at is said by the runs themselves.
-      call fastest_rate(problem, first, self%rate, status)
+      call fastest_rate(problem, first, self%rate, status, reference_clock(self))
       call self%reference%begin(problem, self%rate)
       self%first_step = longest_step(problem%duration(), self%rate, time_step)
       where (methods%lean) self%first_step = longest_step(problem%duration(), min(self%rate, lean_rate(problem)), &
@@ -98,16 +98,20 @@ contains
    !> Does the next part of the study: a level of the reference until that is settled, then a run.
    subroutine advance(self)
       class(work_precision_t), intent(inout) :: self
-      type(stopwatch_t) :: clock
       if (self%reference%settled) then
          call run_next(self)
          self%done = .not. any(self%ending == UNDER_WAY)
       else
-         clock = self%clock
-         clock%deadline = reference_share*self%clock%deadline
-         call self%reference%refine(self%problem, clock)
+         call self%reference%refine(self%problem, reference_clock(self))
       end if
    end subroutine advance
+
+   !> The clock of the study with the share of the time that the reference may take, the run before it included.
+   type(stopwatch_t) function reference_clock(self) result(clock)
+      class(work_precision_t), intent(in) :: self
+      clock = self%clock
+      clock%deadline = reference_share*self%clock%deadline
+   end function reference_clock
 
    !> The longest step of a study, s: a power of two times a given one, if there is one, else a part of the whole time.
    pure real(wp) function longest_step(duration, rate, time_step)
