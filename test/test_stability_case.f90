@@ -23,6 +23,8 @@ module test_stability_case
       !> J0 is ten times the largest moment, not infinite.
       logical :: finite_j0
       integer :: order
+      !> With the projection onto the invariants.
+      logical :: conserve = .false.
    contains
       !> The settings that it means for a system.
       procedure :: settings
@@ -98,6 +100,7 @@ contains
       type(system_t), intent(in) :: system
       settings%linear_solver = self%solver
       settings%order = self%order
+      settings%conserve = self%conserve
       settings%inverse_auxiliary_inertia = self%inverse_j0(system)
    end function settings
 

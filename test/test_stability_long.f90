@@ -17,6 +17,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("the box keeps everything in a long run", box_keeps_everything), &
+                  new_unittest("with conserve nothing grows", projected_box_does_not_drift), &
                   new_unittest("a steady spin keeps everything in a long run", steady_spin_keeps_everything), &
                   new_unittest("the fast top keeps everything in a long run", top_keeps_everything)]
    end subroutine collect_stability_long
@@ -24,7 +25,7 @@ contains
    !> The cases of this group.
    function long_cases() result(cases)
       type(stability_case_t), allocatable :: cases(:)
-      cases = [box_case(), spin_case(), top_case()]
+      cases = [box_case(), projected_case(), spin_case(), top_case()]
    end function long_cases
 
    type(stability_case_t) function box_case() result(item)
@@ -33,6 +34,13 @@ contains
       item%selected = EVERY_WAY
       item%run => run_box
    end function box_case
+
+   type(stability_case_t) function projected_case() result(item)
+      item%name = 'box with conserve, 1e8 steps'
+      item%guards = 'round-off that adds up in spite of the projection onto the invariants'
+      item%selected = EVERY_WAY
+      item%run => run_projected
+   end function projected_case
 
    type(stability_case_t) function spin_case() result(item)
       item%name = 'steady spin, 1e7 steps'
@@ -53,6 +61,11 @@ contains
       call check_case(error, box_case())
    end subroutine box_keeps_everything
 
+   subroutine projected_box_does_not_drift(error)
+      type(error_type), allocatable, intent(out) :: error
+      call check_case(error, projected_case())
+   end subroutine projected_box_does_not_drift
+
    subroutine steady_spin_keeps_everything(error)
       type(error_type), allocatable, intent(out) :: error
       call check_case(error, spin_case())
@@ -72,6 +85,22 @@ contains
    end subroutine run_box
 
    !> About the axis of the largest moment: what a step loses is nearly the same in the next.
+   !> Round-off of q and L and of evaluating the energy from them, whatever the number of steps.
+   subroutine run_projected(way, whole, record)
+      type(way_t), intent(in) :: way
+      logical, intent(in) :: whole
+      type(record_t), intent(inout) :: record
+      type(way_t) :: projected
+      integer(long) :: steps
+      projected = way
+      projected%conserve = .true.
+      steps = merge(100000000_long, 200000_long, whole)
+      if (way%order > 2) steps = steps/10
+      call follow(box(), projected, 0.01_wp, steps, record, every=steps/1000)
+      call record%require(.not. record%refused, trim(record%outcome))
+      call record%require_invariants(5e-15_wp)
+   end subroutine run_projected
+
    subroutine run_spin(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole

@@ -66,8 +66,8 @@ module nutate_nielsen_krenk
 
 contains
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` where projection is switched off with an infinite J0, or J0 is not positive; those
-   !> of `check_system`.
+   !> Errors: `NUTATE_BAD_ARGUMENT` where projection is switched off with an infinite J0, or with `conserve`, or J0 is
+   !> not positive; those of `check_system`.
    subroutine set_up(self, system, settings, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -75,6 +75,10 @@ contains
       type(status_t), intent(inout) :: status
       if (.not. settings%projection .and. settings%inverse_auxiliary_inertia <= 0.0_wp) then
          status = fail(NUTATE_BAD_ARGUMENT, 'without projection the auxiliary inertia must be finite', 'projection')
+         return
+      end if
+      if (.not. settings%projection .and. settings%conserve) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'conserve keeps |q| = 1, and cannot leave the projection out', 'projection')
          return
       end if
       if (.not. is_moderate(settings%inverse_auxiliary_inertia) .or. &

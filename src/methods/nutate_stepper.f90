@@ -30,7 +30,8 @@ module nutate_stepper
       logical :: projection = .true.
       !> Integrate the attitude; `.false.` only where neither an effect nor the output depends on it.
       logical :: attitude = .true.
-      !> Project the state onto the invariants: for methods that do not conserve them.
+      !> Project the state onto the invariants: for methods that do not conserve them, or so that round-off does not add
+      !> up.
       logical :: conserve = .false.
       !> Project it after every step, not only as often as round-off asks for: where steps may be taken back.
       logical :: project_each = .false.

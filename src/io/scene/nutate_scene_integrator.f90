@@ -146,7 +146,7 @@ contains
       type(scene_error_t), intent(inout) :: error
       character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
       integer, parameter :: orders(*) = methods%order
-      logical, parameter :: projected(*) = methods%projected
+      logical, parameter :: projected(*) = methods%projected, can_project(*) = methods%can_project
       logical :: fits(size(methods))
       character(len=name_length) :: numbers(size(methods))
       character(len=12) :: order
@@ -163,10 +163,10 @@ contains
          write (numbers, '(i0)') orders
          call error%raise(group%line_of('order'), 'order '//trim(order)//' is not available', &
                           expected=comma_list(distinct(pack(numbers, fits))))
-      else if (.not. any(fits .and. (projected .eqv. settings%conserve))) then
-         call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no projection onto the '// &
-                          'invariants: it conserves by itself', expected='no conserve with it')
       end if
+      if (error%raised .or. any(fits .and. ((projected .eqv. settings%conserve) .or. can_project))) return
+      call error%raise(group%line_of('conserve'), trim(settings%method)//' needs no projection onto the '// &
+                       'invariants: it conserves by itself', expected='no conserve with it')
    end subroutine check_method
 
    !> The linear solvers that a method can have.
@@ -189,6 +189,9 @@ contains
       else if (settings%linear_solver /= 'lapack') then
          call error%raise(group%line_of('projection'), 'projection = .false. with linear_solver = '// &
                           trim(settings%linear_solver), expected="linear_solver = 'lapack' with it")
+      else if (settings%conserve) then
+         call error%raise(group%line_of('projection'), 'projection = .false. with conserve, which keeps |q| = 1', &
+                          expected='conserve = .false. with it')
       end if
    end subroutine check_projection
 
