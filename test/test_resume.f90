@@ -117,13 +117,13 @@ contains
       self%rows_kept = len(self%rows)
    end subroutine keep_archive
 
-   !> Settings of a row of the table of methods.
+   !> Settings of a row of the table of methods; implicit steps of order 4 with the projection.
    pure type(integrator_settings_t) function settings_of(method) result(settings)
       type(method_t), intent(in) :: method
       settings%method = method%name
       settings%linear_solver = method%linear_solver
       settings%order = method%order
-      settings%conserve = method%projected
+      settings%conserve = method%projected .or. method%can_project .and. method%order == 4
    end function settings_of
 
    function label_of(method) result(label)
