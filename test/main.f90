@@ -7,12 +7,13 @@
 !> `--attack SEED STAGES` does so with the attack on the true root, `--attack SEED case NUMBER` repeats one case of it
 !> (see tools/attack.sh). `--accuracy`
 !> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see
-!> tools/accuracy.sh). `--exact` runs random free bodies against the oracle, `--exact CASE` repeats one.
+!> tools/accuracy.sh). `--exact` runs random free bodies against the oracle, `--exact CASE` repeats one;
+!> `--dying` does so with motions that die out.
 program unit
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use testdrive, only: get_argument, new_testsuite, run_selected, run_testsuite, select_suite, testsuite_type, &
       unittest_type
-   use test_accuracy, only: collect_accuracy, report_accuracy
+   use test_accuracy, only: collect_accuracy, read_numbers, report_accuracy
    use test_archive, only: collect_archive
    use test_attack, only: collect_attack
    use test_attack_report, only: repeat_case, report_attack
@@ -38,6 +39,7 @@ program unit
    use test_controllers, only: collect_controllers
    use test_dense_output, only: collect_dense_output
    use test_discrete_states, only: collect_discrete_states
+   use test_dying_motion, only: collect_dying_motion, report_dying_motion
    use test_earth_frames, only: collect_earth_frames
    use test_effect_columns, only: collect_effect_columns
    use test_effect_calls, only: collect_effect_calls
@@ -150,6 +152,7 @@ contains
          if (suite_name == '--attack-paths') call run_path_attack()
          if (suite_name == '--accuracy') call run_accuracy(test_name)
          if (suite_name == '--exact') call run_exact(test_name)
+         if (suite_name == '--dying') call run_dying(test_name)
       end if
       if (.not. allocated(suite_name)) then
          do i = 1, size(suites)
@@ -264,6 +267,7 @@ contains
          new_testsuite("quaternion", collect_quaternion), &
          new_testsuite("reduced", collect_reduced), &
          new_testsuite("resume", collect_resume), &
+         new_testsuite("dying_motion", collect_dying_motion), &
          new_testsuite("earth_frames", collect_earth_frames), &
          new_testsuite("rotating_frame", collect_rotating_frame), &
          new_testsuite("turning_tops", collect_turning_tops), &
@@ -442,6 +446,20 @@ contains
       if (failures > 0) call stop_with("an error exceeds its estimate")
       stop
    end subroutine run_exact
+
+   !> Runs random motions that die out, or those of a number or two, `N:M`; does not return.
+   subroutine run_dying(case)
+      character(len=:), allocatable, intent(in) :: case
+      integer :: first, last
+      logical :: passed
+      first = 0
+      last = 0
+      if (allocated(case)) call read_numbers(case, first, last)
+      if (allocated(case) .and. (first < 1 .or. last < first)) call stop_with("--dying takes N, or N:M")
+      call report_dying_motion(first, last, passed)
+      if (.not. passed) call stop_with("the accuracy was not kept")
+      stop
+   end subroutine run_dying
 
    subroutine stop_listing(suites, name)
       type(testsuite_type), intent(in) :: suites(:)

@@ -20,7 +20,7 @@ module test_accuracy
    implicit none
    private
 
-   public :: collect_accuracy, report_accuracy
+   public :: collect_accuracy, read_numbers, report_accuracy
 
    !> Ways to integrate; every scene is run by the first and three others in turn.
    integer, parameter :: n_ways = 12, ways_per_scene = 4

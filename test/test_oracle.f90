@@ -12,6 +12,7 @@ module test_oracle
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
+   use nutate_wheel, only: wheel_t
    implicit none
    private
 
@@ -27,8 +28,8 @@ module test_oracle
    !> Error of a step, relative to |q| and |L|, unless a smaller one is asked for.
    real(qp), parameter :: usual_tolerance = 1e-25_qp
    real(qp), parameter :: pi = 3.14159265358979323846264338327950288_qp
-   !> Components of y: q, L.
-   integer, parameter :: n_y = 7
+   !> Wheels at most, and components of y: q, L, h of each wheel.
+   integer, parameter :: most_wheels = 2, n_y = 7 + most_wheels
 
    !> Data of a motion, in the precision of the oracle.
    type :: motion_t
@@ -100,6 +101,9 @@ contains
       j = real(system%body%inertia, qp)
       motion%inverse_inertia = inverse(j)
       motion%rotor = real(system%effects%rotor_momentum, qp)
+      if (system%effects%n_wheels > most_wheels) error stop 'the oracle does not know so many wheels'
+      y(8:) = 0.0_qp
+      y(8:7 + system%effects%n_wheels) = real(start%wheel_momentum(:system%effects%n_wheels), qp)
       q = real(start%q, qp)
       p = real(start%p, qp)
       y(5) = q(1)*p(2) - q(2)*p(1) - q(3)*p(4) + q(4)*p(3)
@@ -184,7 +188,7 @@ contains
       old = abs(next - table(:, columns - 1))
       scale = max(motion%momentum, maxval(abs(next(5:7))))
       error = maxval(old(1:4))/motion%tolerance
-      error = max(error, maxval(old(5:7))/(motion%tolerance*scale))
+      error = max(error, maxval(old(5:))/(motion%tolerance*scale))
    end subroutine take_step
 
    !> n steps h of the explicit midpoint rule, the first one Euler's.
@@ -214,8 +218,13 @@ contains
       !> s.
       real(qp), intent(in) :: t
       real(qp), intent(in) :: y(n_y)
-      real(qp) :: rate(n_y), omega(3)
-      omega = matmul(motion%inverse_inertia, y(5:7) - motion%rotor)
+      real(qp) :: rate(n_y), omega(3), inner(3)
+      integer :: i
+      inner = motion%rotor
+      do i = 1, system%effects%n_wheels
+         inner = inner + y(7 + i)*real(system%effects%wheels(i)%axis, qp)
+      end do
+      omega = matmul(motion%inverse_inertia, y(5:7) - inner)
       associate (q => y(1:4), w => omega)
          rate(1) = -(q(2)*w(1) + q(3)*w(2) + q(4)*w(3))/2
          rate(2) = (q(1)*w(1) + q(3)*w(3) - q(4)*w(2))/2
@@ -225,7 +234,27 @@ contains
       rate(5:7) = cross(y(5:7), omega)
       if (system%effects%n_potentials + system%effects%n_torques > 0) &
          rate(5:7) = rate(5:7) + torque_of(motion, system, t, y(1:4), omega)
+      rate(8:) = 0.0_qp
+      do i = 1, system%effects%n_wheels
+         rate(7 + i) = wheel_torque(system%effects%wheels(i), t, y(7 + i), omega)
+      end do
    end function rate_of
+
+   !> u - cω, ω = h/Jw - s·Ω; the motor acts at all times.
+   real(qp) function wheel_torque(wheel, t, h, omega) result(torque)
+      type(wheel_t), intent(in) :: wheel
+      !> s, N m s.
+      real(qp), intent(in) :: t, h
+      real(qp), intent(in) :: omega(3)
+      torque = -real(wheel%friction, qp)*(h/real(wheel%inertia, qp) - sum(real(wheel%axis, qp)*omega))
+      if (.not. allocated(wheel%motor)) return
+      select type (motor => wheel%motor)
+      class is (applied_torque_t)
+         torque = torque + harmonic(motor, t)*real(motor%amplitude(1), qp)
+      class default
+         error stop 'the oracle does not know this motor'
+      end select
+   end function wheel_torque
 
    !> Torque of all effects, body axes, N m.
    function torque_of(motion, system, t, q, omega) result(tau)

@@ -19,7 +19,7 @@ module test_random_scenes
    implicit none
    private
 
-   public :: random_scene_t, make_random_scene
+   public :: random_scene_t, make_random_scene, make_random_body, power_of_ten
 
    type :: random_scene_t
       type(problem_t) :: problem

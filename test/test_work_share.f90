@@ -280,21 +280,23 @@ contains
       call plan%prepare(problem%system, .true.)
       call read_point(plan, problem%system%effects, problem%start, point)
       call evaluate(plan, problem%system%effects, point)
-      call check_close(error, share_of_works(plan, point, step, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'nothing known')
+      call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'nothing')
       step%work = 1e-9_wp
       if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 1.0_wp, 0.0_wp), 1.0_wp, 0.0_wp, 'works')
+         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 1.0_wp, 0.0_wp, 'works')
       step%momentum = [1e-9_wp, -2e-9_wp, 1e-9_wp]
       step%rotation = [3e-10_wp, 1e-10_wp, -2e-10_wp]
-      share = share_of_works(plan, point, step, 1.0_wp, 0.0_wp)
+      share = share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp)
       if (.not. allocated(error)) call check(error, share > 0.01_wp .and. share < 0.99_wp, 'both')
       if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 2.0_wp**(-40), 0.0_wp), share, 0.0_wp, 'unit')
+         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 2.0_wp**(-40), 0.0_wp), share, &
+                          0.0_wp, 'unit')
       if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 1.0_wp, 1e-7_wp), 0.0_wp, 0.0_wp, 'beyond both')
+         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 1e-7_wp), 0.0_wp, &
+                          0.0_wp, 'beyond both')
       step%work = 0.0_wp
       if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'state')
+         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'state')
    end subroutine share_has_no_unit
 
 end module test_work_share

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Runs random scenes against the oracle of the tests, all of them, and puts the table that came out into docs/accuracy.md,
 # between its markers; or one run again, or those from one to another (2001:4000). Then random free bodies against their
-# closed solution; or one of them. Fails if the accuracy was not kept, or an error of the closed solution exceeds its
-# estimate.
+# closed solution; or one of them; then motions that die out. Fails if the accuracy was not kept, or an error of the closed
+# solution exceeds its estimate.
 #    tools/accuracy.sh [CASE[:CASE]]
 #    tools/accuracy.sh exact [CASE]
+#    tools/accuracy.sh dying [CASE[:CASE]]
 set -u
 . "$(dirname "$0")/environment.sh"
 
@@ -14,6 +15,7 @@ parts=build/accuracy
 quietly build-accuracy build build-accuracy --tests || exit 1
 path=$(fpm_path test unit)
 [ "${1-}" != exact ] || exec "$path" --exact "${@:2}"
+[ "${1-}" != dying ] || exec "$path" --dying "${@:2}"
 [ $# -eq 0 ] || exec "$path" --accuracy "$@"
 
 mkdir -p "$parts"
@@ -22,4 +24,5 @@ status=$?
 cat "$parts/kept.md"
 [ -s "$parts/kept.md" ] && insert_part accuracy "$document" kept "$parts"
 "$path" --exact || status=1
+"$path" --dying || status=1
 exit $status

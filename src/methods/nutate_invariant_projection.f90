@@ -390,18 +390,17 @@ contains
          if (abs(excess) <= round_off*self%scale%size) return
          call get_slope(self%plan, self%scale%to_order_one, point, slope)
          excess = self%scale%to_order_one*excess
+         if (i == 1 .and. present(error)) then
+            call divide_excess(self%plan, error, point, slope, alike*unit, self%scale%size, self%scale%to_order_one, &
+                               excess, given, push)
+            if (abs(given) > 0.0_wp) call add_increment(target%energy, target%compensation, given)
+         end if
          square = excess*excess
          if (.not. square < longest_doubtful*unit*unit*slope%steepness) then
             if (abs(excess) <= doubtful*unit*(self%scale%to_order_one*self%scale%size)) return
             if (.not. square < longest*slope%steepness) exit
             if (i == 1 .and. abs(excess) <= alike*unit*(self%scale%to_order_one*self%scale%size)) &
                self%moved_by_round_off = abs(excess)/sqrt(slope%steepness)
-         end if
-         if (i == 1 .and. present(error)) then
-            if (abs(excess) > alike*unit*(self%scale%to_order_one*self%scale%size)) &
-               call divide_excess(self%plan, error, point, slope, self%scale%to_order_one, excess, given, push)
-            if (abs(given) > 0.0_wp) call add_increment(target%energy, target%compensation, given)
-            square = excess*excess
          end if
          if (abs(push - 1) > 0.0_wp) call slope%weigh_push(push)
          excess = excess/slope%steepness

@@ -60,6 +60,8 @@ module nutate_projection_point
       procedure :: take_wheels
       !> Moves the wheels down a slope.
       procedure :: move_wheels
+      !> Energy of the wheels that do not move.
+      procedure :: still_energy
    end type projection_plan_t
 
    !> A state as the projection sees it.
@@ -157,6 +159,16 @@ contains
       self%rotor_length = norm2(self%rotor)
       self%wheel_energy = effects%wheel_energy(self%wheels)
    end subroutine move_wheels
+
+   !> Energy of the wheels that do not move, J, of the state last taken.
+   pure real(wp) function still_energy(self) result(energy)
+      class(projection_plan_t), intent(in) :: self
+      integer :: i
+      energy = 0.0_wp
+      do i = 1, most_wheels
+         if (.not. self%moves_wheel(i)) energy = energy + 0.5_wp*self%inverse_wheels(i)*self%wheels(i)**2
+      end do
+   end function still_energy
 
    !> Takes the wheels of a state, before a point is made of it.
    pure subroutine take_wheels(self, effects, state)
@@ -427,9 +439,13 @@ contains
       class(projection_plan_t), intent(in) :: self
       type(projection_point_t), intent(in) :: point
       type(state_t), intent(inout) :: state
+      real(wp) :: moved
+      integer :: i
       if (self%moves_wheels) then
-         state%wheel_momentum = self%wheels
-         state%wheel_compensation = 0.0_wp
+         do i = 1, most_wheels
+            moved = self%wheels(i) - state%wheel_momentum(i)
+            if (abs(moved) > 0.0_wp) call add_increment(state%wheel_momentum(i), state%wheel_compensation(i), moved)
+         end do
       end if
       if (self%compensated) then
          call add_moves(point, state)

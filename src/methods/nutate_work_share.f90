@@ -14,6 +14,7 @@
 !>   is what is left of σ_L² and σ_l² together, ten times, over |δ|².
 module nutate_work_share
    use nutate_effect_list, only: effect_list_t
+   use nutate_invariants, only: ALL_COMPONENTS
    use nutate_kinds, only: wp
    use nutate_limits, only: most_wheels
    use nutate_projection_point, only: projection_plan_t, projection_point_t, slope_t
@@ -28,6 +29,9 @@ module nutate_work_share
    !> state, are worse off than the estimate says. Measured on 1500 random scenes: with 1 those gain less where the
    !> works err most, with 0.1 and less more of the others lose.
    real(wp), parameter :: weight = 0.3_wp
+   !> The same of series, over ν: their works err no more than the motion unless it dies out, and then by 2ⁿ times as
+   !> much.
+   real(wp), parameter :: of_series = 100.0_wp
    !> Ten times in S², measured likewise; from its usual value S² departs by no more than the second. Squares of
    !> rotations below the third, rad², are none. The fourth is that of the longest move with an S² that is not the usual
    !> one, rad².
@@ -37,6 +41,8 @@ module nutate_work_share
    type :: step_error_t
       !> Rotation vector of the attitude, rad; momentum, N m s, both body axes; shape (3).
       real(wp) :: rotation(3) = 0.0_wp, momentum(3) = 0.0_wp
+      !> The same where no direction is known, as of a series: rad, N m s.
+      real(wp) :: angle = 0.0_wp, of_momentum = 0.0_wp
       !> Momentum of each wheel, N m s; shape (most_wheels).
       real(wp) :: wheels(most_wheels) = 0.0_wp
       !> All works together, J.
@@ -77,23 +83,29 @@ contains
       error%square = share*dot_product(of_account, of_account)
    end subroutine balance_momentum
 
-   !> Gives the works their share of an excess, and weighs the two moves for the rest.
-   pure subroutine divide_excess(plan, error, point, slope, to_order_one, excess, given, push)
+   !> Gives the works their share of an excess that is more than round-off of the energy that is left, and weighs the
+   !> two moves for the rest. What rounding makes of the account goes by the largest energy that there was.
+   pure subroutine divide_excess(plan, error, point, slope, noise, size, to_order_one, excess, given, push)
       type(projection_plan_t), intent(in) :: plan
       type(step_error_t), intent(in) :: error
       !> Evaluated.
       type(projection_point_t), intent(in) :: point
       !> There.
       type(slope_t), intent(in) :: slope
+      !> Part of an energy that is round-off; the largest T + Σ|U| so far, J.
+      real(wp), intent(in) :: noise, size
       !> A power of two that brings energies to order one.
       real(wp), intent(in) :: to_order_one
       !> J, in that unit.
       real(wp), intent(inout) :: excess
-      !> J; S² over its usual value.
-      real(wp), intent(out) :: given, push
+      !> J; S² over its usual value; as they were for round-off.
+      real(wp), intent(inout) :: given, push
       type(slope_t) :: weighed
-      real(wp) :: share
-      share = share_of_works(plan, point, error, to_order_one, excess)
+      real(wp) :: share, left
+      left = point%size
+      if (plan%has_wheels) left = left - plan%still_energy()
+      if (abs(excess) <= noise*(to_order_one*left)) return
+      share = share_of_works(plan, point, error, noise*size, to_order_one, excess)
       given = share*(excess/to_order_one)
       excess = (1 - share)*excess
       push = weight_of_push(point, error)
@@ -104,21 +116,30 @@ contains
 
    !> The share of the works, 0 to 1. Of an excess that is larger than both estimates they take none: a step that errs
    !> more than a method of lower order follows no motion, and the invariants are all that keeps it near one.
-   pure real(wp) function share_of_works(plan, point, error, to_order_one, excess) result(share)
+   pure real(wp) function share_of_works(plan, point, error, rounding, to_order_one, excess) result(share)
       type(projection_plan_t), intent(in) :: plan
       !> Evaluated.
       type(projection_point_t), intent(in) :: point
       type(step_error_t), intent(in) :: error
+      !> What rounding may have made of the works so far, J.
+      real(wp), intent(in) :: rounding
       !> A power of two that brings energies to order one.
       real(wp), intent(in) :: to_order_one
       !> J, in that unit.
       real(wp), intent(in) :: excess
-      real(wp) :: omega(3), kinetic, potential, wheels, work, state, speed
+      real(wp) :: omega(3), rate(3), kinetic, potential, wheels, work, state, speed
       integer :: i
       omega = point%omega
       if (plan%turns) omega = point%relative
+      ! Where l is conserved and was put in place, L errs by the attitude alone.
+      rate = point%rate
+      if (plan%components == ALL_COMPONENTS) then
+         omega = 0.0_wp
+      else
+         rate = rate - cross(point%momentum, omega)
+      end if
       kinetic = to_order_one*dot_product(omega, error%momentum)
-      potential = to_order_one*dot_product(point%rate - cross(point%momentum, omega), error%rotation)
+      potential = to_order_one*dot_product(rate, error%rotation)
       wheels = 0.0_wp
       if (plan%moves_wheels) then
          do i = 1, most_wheels
@@ -127,8 +148,11 @@ contains
             wheels = wheels + (to_order_one*speed*error%wheels(i))**2
          end do
       end if
-      work = (to_order_one*error%work)**2
+      work = (to_order_one*error%work)**2 + (to_order_one*rounding)**2
       state = kinetic**2 + potential**2 + wheels
+      if (error%of_momentum > 0.0_wp) state = state + of_series*( &
+                                              (to_order_one*error%of_momentum)**2*dot_product(omega, omega) + &
+                                              (to_order_one*error%angle)**2*dot_product(rate, rate))
       share = 0.0_wp
       if (work > tiny(1.0_wp) .and. excess**2 <= work + state) share = work/(work + weight*state)
    end function share_of_works

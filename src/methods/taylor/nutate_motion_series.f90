@@ -68,8 +68,8 @@ module nutate_motion_series
       !> Of a top in axes that turn: the direction of its potential along the first two rows; shape (2).
       real(wp), private :: field(2) = 0.0_wp
       integer, private :: places(3) = [1, 2, 3]
-      !> L at the start, N m s, and diagonal moments over the unit of time; shape (3).
-      real(wp) :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp
+      !> L at the start, N m s, and diagonal moments over the unit of time, shape (3); 1 over the |L| of errors.
+      real(wp) :: momentum(3) = 0.0_wp, inertia(3) = 0.0_wp, scale = 0.0_wp
       !> The rows at the start; second, of one pair, and of a free body the only one: L/|L|; shape (3,3).
       real(wp) :: frame(3, 3) = 0.0_wp
    contains
@@ -430,20 +430,19 @@ contains
    !> Fits the tail. Sizes are angles: |x|² = |L|²/scale² + ½Σ|E|², or θ² in the place of the rows.
    pure subroutine fit_tail(self)
       class(motion_series_t), intent(inout) :: self
-      real(wp) :: x(most_parts, 4), scale
+      real(wp) :: x(most_parts, 4)
       integer :: k, n
       if (self%equations == AXIAL_FREE) then
          call self%tail%leave()
          return
       end if
-      ! Errors of the momentum are relative to it: of a body that starts from rest, to what it gains.
-      scale = 0.0_wp
+      self%scale = 0.0_wp
       do k = 0, 2
-         scale = max(scale, momentum_square(self, k))
+         self%scale = max(self%scale, momentum_square(self, k))
       end do
-      if (scale > tiny(1.0_wp)) scale = 1/sqrt(scale)
+      if (self%scale > tiny(1.0_wp)) self%scale = 1/sqrt(self%scale)
       do k = 1, 4
-         call get_parts(self, self%order + 1 - k, scale, x(:, k), n)
+         call get_parts(self, self%order + 1 - k, self%scale, x(:, k), n)
       end do
       call self%tail%fit(n, x)
    end subroutine fit_tail

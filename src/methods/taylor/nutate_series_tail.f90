@@ -57,6 +57,11 @@ module nutate_series_tail
       procedure :: weights
       !> The same for the last four coefficients of an energy.
       procedure :: energy_weights
+      procedure, private :: of_square
+      !> By how much the sum of all components may err, as that of one series, and as that of an energy.
+      procedure :: error_of_all
+      procedure :: error_of
+      procedure :: error_of_energy
    end type series_tail_t
 
 contains
@@ -163,16 +168,68 @@ contains
       real(wp) :: c(4), power, root
       w = 0.0_wp
       if (.not. self%used) return
-      associate (alpha => self%alpha, beta => self%beta)
-         c = [2*alpha, alpha*alpha + 2*beta, 2*alpha*beta, beta*beta]
-         root = 1 + s*(alpha + s*beta)
-      end associate
+      c = self%of_square()
+      root = 1 + s*(self%alpha + s*self%beta)
       power = -power_of(s, order + 1)/(root*root)
       w(4) = power*c(4)
       w(3) = power*(c(3) + s*c(4))
       w(2) = power*(c(2) + s*(c(3) + s*c(4)))
       w(1) = power*(c(1) + s*(c(2) + s*(c(3) + s*c(4))))
    end subroutine energy_weights
+
+   !> By how much the sum of a coefficient's components, |Σ|, may err: what the recurrence leaves, or the larger of the
+   !> last two terms.
+   pure real(wp) function error_of_all(self, order, s) result(error)
+      class(series_tail_t), intent(in) :: self
+      integer, intent(in) :: order
+      real(wp), intent(in) :: s
+      if (self%used) then
+         error = sqrt(self%rest)*power_of(s, order)
+      else
+         error = max(sqrt(self%squares(2))*s, sqrt(self%squares(1)))*power_of(s, order - 1)
+      end if
+   end function error_of_all
+
+   !> The same of one series, from its own coefficients.
+   pure real(wp) function error_of(self, order, s, x) result(error)
+      class(series_tail_t), intent(in) :: self
+      integer, intent(in) :: order
+      real(wp), intent(in) :: s
+      !> The last coefficients, the last one first; shape (4).
+      real(wp), intent(in) :: x(4)
+      if (self%used) then
+         error = margin*max(abs(x(1) + (self%alpha*x(2) + self%beta*x(3)))*s, &
+                            abs(x(2) + (self%alpha*x(3) + self%beta*x(4))))*power_of(s, order - 1)
+      else
+         error = max(abs(x(1))*s, abs(x(2)))*power_of(s, order - 1)
+      end if
+   end function error_of
+
+   !> The same of an energy.
+   pure real(wp) function error_of_energy(self, order, s, x) result(error)
+      class(series_tail_t), intent(in) :: self
+      integer, intent(in) :: order
+      real(wp), intent(in) :: s
+      !> The last coefficients, the last one first; shape (6).
+      real(wp), intent(in) :: x(6)
+      real(wp) :: c(4)
+      if (self%used) then
+         c = self%of_square()
+         error = margin*max(abs(x(1) + (c(1)*x(2) + c(2)*x(3) + c(3)*x(4) + c(4)*x(5)))*s, &
+                            abs(x(2) + (c(1)*x(3) + c(2)*x(4) + c(3)*x(5) + c(4)*x(6))))*power_of(s, order - 1)
+      else
+         error = max(abs(x(1))*s, abs(x(2)))*power_of(s, order - 1)
+      end if
+   end function error_of_energy
+
+   !> c₁ to c₄ of (1 + αs + βs²)²; shape (4).
+   pure function of_square(self) result(c)
+      class(series_tail_t), intent(in) :: self
+      real(wp) :: c(4)
+      associate (alpha => self%alpha, beta => self%beta)
+         c = [2*alpha, alpha*alpha + 2*beta, 2*alpha*beta, beta*beta]
+      end associate
+   end function of_square
 
    !> sⁿ, to the last bit the same with every compiler.
    pure real(wp) function power_of(s, n) result(power)

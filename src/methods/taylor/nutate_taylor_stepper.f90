@@ -14,6 +14,7 @@ module nutate_taylor_stepper
    use nutate_motion_series, only: motion_series_t, TWO_PAIRS
    use nutate_power_series, only: highest_order
    use nutate_row_change, only: add_change, get_change, row_change_t
+   use nutate_series_error, only: add_work_of, take_error
    use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
@@ -171,15 +172,20 @@ contains
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
       if (self%rates%moves .and. self%rates%failure == 0) call book_world_work(self, system, dt, self%next)
       do i = 1, size(self%work)
-         self%work(i) = work_of(self, i, dt)
+         call get_work(self, i, dt, self%work(i))
       end do
       if (self%conserve) then
          done = sum(abs(self%work))
          given = 0.0_wp
-         call self%projection%end_step(system, self%next, chosen, sum(self%work), status, given=given)
-         if (status%code /= 0) return
-         if (abs(given) > 0.0_wp .and. done > 0.0_wp) &
-            call book_share(system%effects, given, done, self%work, self%next)
+         if (done > 0.0_wp) then
+            call take_error(self%series, dt/self%series%time_unit, self%step_error)
+            call self%projection%end_step(system, self%next, chosen, sum(self%work), status, self%step_error, given)
+            if (status%code /= 0) return
+            if (abs(given) > 0.0_wp) call book_share(system%effects, given, done, self%work, self%next)
+         else
+            call self%projection%end_step(system, self%next, chosen, 0.0_wp, status, given=given)
+            if (status%code /= 0) return
+         end if
       end if
       call state%take(self%next, self%rates%n_wheels > 0)
    end subroutine advance
@@ -375,8 +381,10 @@ contains
          y(1:4) = quat_product(self%turn, y(1:4))
       end if
       y(8) = 0.0_wp
+      self%step_error%work = 0.0_wp
       if (self%rates%n_wheels > 0) call self%series%wheels%evaluate( &
-         self%series%order, time/self%series%time_unit, self%series%tail, self%rates%gain, self%rates%wheel_work)
+         self%series%order, time/self%series%time_unit, self%series%tail, self%rates%gain, self%rates%wheel_work, &
+         self%step_error%wheels, self%step_error%work)
    end subroutine get_state
 
    !> Puts the change last computed in the place of the values that it led to.
@@ -399,31 +407,31 @@ contains
       real(wp), intent(in) :: time
       !> That time's; its work of the world that of the start.
       type(state_t), intent(inout) :: state
+      real(wp) :: of_torque
+      call add_work_of(self%series, size(self%acted) + 1, time/self%series%time_unit, of_torque, self%step_error)
       associate (work => self%rates%work(size(self%rates%work)))
          work = moving_energy(system%effects, state%q, self%first%t + time) &
-                - moving_energy(system%effects, self%first%q, self%first%world_start(time)) &
-                + self%series%torques%work_until(system%effects%n_torques + 1, self%series%order, &
-                                                 self%series%time_unit, time/self%series%time_unit, self%series%tail)
+                - moving_energy(system%effects, self%first%q, self%first%world_start(time)) + of_torque
          state%world_work = self%first%world_work + work
          state%world_time = self%first%t + time
       end associate
    end subroutine book_world_work
 
    !> Work of a torque from the start of the series to a time after it, J; of a wheel and of the world to the state last
-   !> put together.
-   pure real(wp) function work_of(self, i, time) result(work)
-      class(taylor_t), intent(in) :: self
+   !> put together. What it may err by is added to the error of the step.
+   pure subroutine get_work(self, i, time, work)
+      class(taylor_t), intent(inout) :: self
       integer, intent(in) :: i
       !> s.
       real(wp), intent(in) :: time
+      real(wp), intent(out) :: work
       work = 0.0_wp
       if (i > size(self%acted)) then
          work = self%rates%work(i)
       else if (self%acted(i)) then
-         work = self%series%torques%work_until(i, self%series%order, self%series%time_unit, &
-                                               time/self%series%time_unit, self%series%tail)
+         call add_work_of(self%series, i, time/self%series%time_unit, work, self%step_error)
       end if
-   end function work_of
+   end subroutine get_work
 
    !> The state at a time inside the last step, by its series. Errors: `NUTATE_BAD_ARGUMENT` where there is none, or the
    !> time is outside of it; those of the projection.
@@ -453,15 +461,20 @@ contains
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
       if (self%rates%moves) call book_world_work(self, system, time, state)
       do i = 1, size(self%work)
-         each(i) = work_of(self, i, time)
+         call get_work(self, i, time, each(i))
          work = work + each(i)
       end do
       state%t = t
       if (self%conserve) then
          given = 0.0_wp
-         call self%projection%project_inside(system, state, work, status, given=given)
          done = sum(abs(each))
-         if (abs(given) > 0.0_wp .and. done > 0.0_wp) call book_share(system%effects, given, done, each, state)
+         if (done > 0.0_wp) then
+            call take_error(self%series, time/self%series%time_unit, self%step_error)
+            call self%projection%project_inside(system, state, work, status, self%step_error, given)
+            if (abs(given) > 0.0_wp) call book_share(system%effects, given, done, each, state)
+         else
+            call self%projection%project_inside(system, state, work, status, given=given)
+         end if
          work = work + given
       end if
       if (present(works)) works(:) = each

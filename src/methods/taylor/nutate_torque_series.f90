@@ -66,7 +66,7 @@ module nutate_torque_series
       !> Adds a coefficient of all that is not linear in the directions.
       procedure :: add_terms
       !> Work of a torque, or of potentials that move on the body, up to a time.
-      procedure :: work_until
+      procedure :: get_work
    end type torque_series_t
 
 contains
@@ -425,7 +425,7 @@ contains
 
    !> ∫ Ω·τᵢ dt of the torque i, or, one more, of the potentials that move, from the start of the series to `s`, J: term
    !> by term, and the tail.
-   pure real(wp) function work_until(self, i, order, time_unit, s, tail) result(work)
+   pure subroutine get_work(self, i, order, time_unit, s, tail, work, error)
       class(torque_series_t), intent(in) :: self
       integer, intent(in) :: i
       !> Coefficients 0..order - 1 of the power are used.
@@ -434,7 +434,9 @@ contains
       real(wp), intent(in) :: time_unit, s
       !> Of the motion.
       type(series_tail_t), intent(in) :: tail
-      real(wp) :: power(0:highest_order), w(4)
+      !> J, and by how much its truncation may have it err, J.
+      real(wp), intent(out) :: work, error
+      real(wp) :: power(0:highest_order), last(6), w(4)
       integer :: k, j
       power = 0.0_wp
       ! Along k no sum waits for the one before.
@@ -451,10 +453,15 @@ contains
       end do
       call tail%energy_weights(order, s, w)
       work = work*s
+      last = 0.0_wp
+      do k = 1, min(6, order)
+         last(k) = power(order - k)*inverses(order + 1 - k)
+      end do
       do k = 1, 4
-         work = work + w(k)*(power(order - k)*inverses(order + 1 - k))
+         work = work + w(k)*last(k)
       end do
       work = work*time_unit
-   end function work_until
+      error = abs(time_unit)*tail%error_of_energy(order, s, last)
+   end subroutine get_work
 
 end module nutate_torque_series

@@ -162,7 +162,7 @@ contains
 
    !> What the wheels gain from the start of the series to a time, and the work of motors and friction: term by term,
    !> and the tail.
-   pure subroutine evaluate(self, order, s, tail, gain, work)
+   pure subroutine evaluate(self, order, s, tail, gain, work, error, of_works)
       class(wheel_series_t), intent(in) :: self
       !> Highest coefficient.
       integer, intent(in) :: order
@@ -172,13 +172,18 @@ contains
       type(series_tail_t), intent(in) :: tail
       !> N m s, shape (most_wheels), and J, shape (2, most_wheels).
       real(wp), intent(inout) :: gain(most_wheels), work(2, most_wheels)
+      !> By how much their truncation may have each gain err, N m s, shape (most_wheels), and all works together, J.
+      real(wp), intent(inout) :: error(most_wheels)
+      real(wp), intent(out) :: of_works
       real(wp) :: power(0:highest_order), of_momentum(4), of_energy(4)
       integer :: i, j, k, which
       of_momentum = 0.0_wp
       call tail%weights(order, s, of_momentum(1), of_momentum(2))
       call tail%energy_weights(order, s, of_energy)
+      of_works = 0.0_wp
       do i = 1, self%n
          gain(i) = total(self%momentum(:, i), of_momentum)
+         error(i) = tail%error_of(order, s, self%momentum(order:order - 3:-1, i))
          do which = 1, 2
             power = 0.0_wp
             do j = 0, order - 1
@@ -190,10 +195,22 @@ contains
                power(k) = power(k - 1)*inverses(k)
             end do
             work(which, i) = self%time_unit*total(power, of_energy)
+            of_works = of_works + abs(self%time_unit)*tail%error_of_energy(order, s, last_of(power))
          end do
       end do
 
    contains
+
+      !> The last coefficients, the last one first; shape (6).
+      pure function last_of(x) result(last)
+         real(wp), intent(in) :: x(0:highest_order)
+         real(wp) :: last(6)
+         integer :: m
+         last = 0.0_wp
+         do m = 1, min(6, order)
+            last(m) = x(order + 1 - m)
+         end do
+      end function last_of
 
       !> Σ xₖsᵏ from k = 1 on, and the tail.
       pure real(wp) function total(x, weights)
