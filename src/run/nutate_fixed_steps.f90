@@ -5,31 +5,30 @@ module nutate_fixed_steps
    use nutate_kinds, only: wp, eps, long
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: count_part, count_step, progress_t, way_t
-   use nutate_step_cutting, only: get_inside, show_part, spare_tries, take_next_part, travel, try, try_piece
+   use nutate_progress, only: add_works, count_part, count_step, end_of_step, progress_t, put_works, way_t
+   use nutate_step_cutting, only: take_next_part, try, try_piece
    use nutate_step_policy, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STEP_LIMIT
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: dense_stepper_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: fixed_steps_t, count_steps, take_nominal_step
+   public :: fixed_steps_t, count_steps
 
    !> Steps between two polls: a poll of the program takes about as long as the cheapest step (0.2 µs), so that they
    !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would be heard within a second.
    integer(long), parameter :: poll_every = 1024
 
-   !> Steps of one length, by a stepper of its own or one that is lent to it.
+   !> Steps of one length.
    type, extends(step_policy_t) :: fixed_steps_t
-      !> Prepared for the system of the run.
-      class(stepper_t), allocatable :: own
-      !> The same; where associated, it is what steps.
-      class(stepper_t), pointer :: lent => null()
+      !> Prepared for the system of the run. Whoever has it points this to it in each call: a copy of a run is not to step
+      !> by the stepper of the original.
+      class(stepper_t), pointer :: stepper => null()
    contains
-      !> Counts the steps of a run; the stepper must be there.
+      !> Counts the steps to the end of the plan.
       procedure :: begin
       procedure :: advance
       procedure :: show
@@ -62,14 +61,12 @@ contains
          end if
          ! A step may be told from this length by the rounding of times.
          self%longest_step = 1.01_wp*abs(plan%time_step)
-         progress%n_steps = plan%steps
-         if (plan%steps < 0) progress%n_steps = count_steps(t, plan)
-         if (.not. allocated(plan%times)) return
-         if (associated(self%lent)) then
-            call self%lent%keep_steps()
+         if (plan%steps >= 0) then
+            progress%n_steps = progress%summary%steps + plan%steps
          else
-            call self%own%keep_steps()
+            progress%n_steps = max(progress%summary%steps, count_steps(progress%t_first, plan) - plan%steps_before)
          end if
+         if (allocated(plan%times) .or. progress%is_looked_into) call self%stepper%keep_steps()
       end associate
    end subroutine begin
 
@@ -97,103 +94,41 @@ contains
       time_noise = min(4*eps*max(abs(t), abs(plan%end_time)), 0.25_wp*abs(plan%time_step))
    end function time_noise
 
-   !> One nominal step.
+   !> One step of the method towards the end of a nominal step, which is counted there, or to a time inside it on which
+   !> steps must end; where that fails, the first part of it that does not.
    subroutine advance(self, system, progress, status, observer)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
-      if (progress%by_parts) then
-         call take_one_part(self, system, progress, status)
-      else if (associated(self%lent)) then
-         call take_nominal_step(self%lent, system, progress, status, observer)
+      real(wp) :: dt, t_end, margin, target, length
+      dt = progress%plan%time_step
+      t_end = end_of_step(progress, progress%summary%steps + 1)
+      if (progress%summary%steps + 1 == progress%n_steps) t_end = progress%plan%end_time
+      margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
+      if (.not. progress%way%begun) call begin_way(progress)
+      target = next_end(system, progress, t_end, margin)
+      if (progress%way%level == 0) then
+         length = target - progress%state%t
+         if (.not. abs(target - t_end) > 0.0_wp .and. abs(length - dt) <= margin) length = dt
+         if (abs(length) > 0.0_wp) call try_piece(self%stepper, system, progress, length, status)
       else
-         call take_nominal_step(self%own, system, progress, status, observer)
+         call take_next_part(self%stepper, system, progress, status)
+      end if
+      if (status%code /= 0 .or. progress%way%level > 0) return
+      progress%state%t = target
+      if (abs(target - t_end) > 0.0_wp) then
+         call pass_break(system, progress, margin)
+         progress%way%parts = progress%way%parts + 1
+      else
+         if (progress%summary%parts > progress%way%parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
+         progress%way%begun = .false.
+         call count_step(progress)
       end if
    end subroutine advance
 
-   !> One step of the method on the way of a nominal step, which is counted at its end.
-   subroutine take_one_part(self, system, progress, status)
-      class(fixed_steps_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      type(status_t), intent(inout) :: status
-      if (associated(self%lent)) then
-         call take_part(self%lent, system, progress, status)
-      else
-         call take_part(self%own, system, progress, status)
-      end if
-   end subroutine take_one_part
-
-   !> One nominal step of a run that has been started: in one piece, or in several where times lie inside it on which
-   !> steps must end, or where it fails.
-   subroutine take_nominal_step(stepper, system, progress, status, observer)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      real(wp) :: dt, t_end, margin, length
-      integer(long) :: parts
-
-      dt = progress%plan%time_step
-      t_end = progress%t_first + real(progress%plan%steps_before + progress%summary%steps + 1, wp)*dt
-      if (progress%summary%steps + 1 == progress%n_steps) t_end = progress%plan%end_time
-      margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
-      progress%record%iterations = 0
-      progress%record%residual = 0.0_wp
-      progress%record%unproved = 0
-      ! Parts that there would be if none had to be cut.
-      parts = progress%summary%parts + 1
-      if (abs(progress%next_break) < huge(1.0_wp)) then
-         call travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
-         if (status%code /= 0) return
-      end if
-      length = t_end - progress%state%t
-      if (abs(length - dt) <= margin) length = dt
-      call travel(stepper, system, progress, length, t_end, status, observer)
-      if (status%code /= 0) return
-      if (progress%summary%parts > parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
-      call count_step(progress)
-   end subroutine take_nominal_step
-
-   !> One step of the method towards the end of a nominal step, or to a time inside it on which steps must end: the same
-   !> steps as those of `take_nominal_step`.
-   subroutine take_part(stepper, system, progress, status)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      type(status_t), intent(inout) :: status
-      real(wp) :: dt, t_end, margin, target, length
-      dt = progress%plan%time_step
-      t_end = progress%t_first + real(progress%plan%steps_before + progress%summary%steps + 1, wp)*dt
-      if (progress%summary%steps + 1 == progress%n_steps) t_end = progress%plan%end_time
-      margin = same_time*abs(dt) + time_noise(progress%state%t, progress%plan)
-      associate (way => progress%way)
-         if (.not. way%begun) call begin_way(progress)
-         target = next_end(system, progress, t_end, margin)
-         if (way%level == 0) then
-            length = target - progress%state%t
-            if (.not. abs(target - t_end) > 0.0_wp .and. abs(length - dt) <= margin) length = dt
-            if (abs(length) > 0.0_wp) call try_piece(stepper, system, progress, length, status)
-         else
-            call take_next_part(stepper, system, progress, way, status)
-         end if
-         if (status%code /= 0 .or. way%level > 0) return
-         progress%state%t = target
-         if (abs(target - t_end) > 0.0_wp) then
-            call pass_break(system, progress, margin)
-            way%parts = way%parts + 1
-         else
-            if (progress%summary%parts > way%parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
-            way%begun = .false.
-            call count_step(progress)
-         end if
-      end associate
-   end subroutine take_part
-
-   !> Begins a nominal step that is taken part by part.
+   !> Begins a nominal step.
    pure subroutine begin_way(progress)
       type(progress_t), intent(inout) :: progress
       progress%way = way_t(begun=.true., parts=progress%summary%parts + 1)
@@ -220,35 +155,6 @@ contains
       end do
    end function next_end
 
-   !> Moves the state to the last time inside a nominal step on which steps must end, from one to the next; a time that
-   !> is not told from the one before is left out. Errors: those of `travel`; `NUTATE_STEP_LIMIT`.
-   subroutine travel_by_breaks(stepper, system, progress, t_end, margin, parts, status, observer)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      !> End of the nominal step, and times so near are the same, s.
-      real(wp), intent(in) :: t_end, margin
-      !> Parts that there would be if none had to be cut.
-      integer(long), intent(inout) :: parts
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      real(wp) :: sense, next
-      sense = sign(1.0_wp, progress%plan%time_step)
-      do while ((t_end - progress%next_break)*sense > margin)
-         next = progress%next_break
-         if (abs(next - progress%state%t) > margin) then
-            call travel(stepper, system, progress, next - progress%state%t, next, status, observer)
-            parts = parts + 1
-            if (parts - spare_tries > progress%plan%max_steps .and. status%code == 0) &
-               status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
-            if (status%code /= 0) return
-         end if
-         call pass_break(system, progress, margin)
-         call show_part(stepper, system, progress, status, observer)
-         if (status%code /= 0) return
-      end do
-   end subroutine travel_by_breaks
-
    !> Looks for the next time on which steps must end, farther away than can be told from the present one.
    subroutine pass_break(system, progress, margin)
       type(system_t), intent(in) :: system
@@ -269,23 +175,11 @@ contains
       type(system_t), intent(in) :: system
       type(progress_t), intent(inout) :: progress
       type(status_t), intent(inout) :: status
-      if (associated(self%lent)) then
-         call keep_steps(self%lent)
-      else
-         call keep_steps(self%own)
-      end if
-
-   contains
-
-      subroutine keep_steps(stepper)
-         class(stepper_t), intent(inout) :: stepper
-         call stepper%keep_steps()
-         select type (stepper)
-         class is (dense_stepper_t)
-            self%looks_cheaply = .true.
-         end select
-      end subroutine keep_steps
-
+      call self%stepper%keep_steps()
+      select type (stepper => self%stepper)
+      class is (dense_stepper_t)
+         self%looks_cheaply = .true.
+      end select
    end subroutine expect_events
 
    !> The state at a time inside the last step of the method.
@@ -299,11 +193,7 @@ contains
       real(wp), intent(out) :: work
       type(status_t), intent(inout) :: status
       real(wp), intent(inout), optional :: works(:)
-      if (associated(self%lent)) then
-         call self%lent%state_at(system, t, state, work, status, works)
-      else
-         call self%own%state_at(system, t, state, work, status, works)
-      end if
+      call self%stepper%state_at(system, t, state, work, status, works)
    end subroutine look_inside
 
    !> Takes a part of the last step of the method again; what is left of the nominal step then is a piece of its own.
@@ -313,26 +203,14 @@ contains
       type(progress_t), intent(inout) :: progress
       real(wp), intent(in) :: t_end
       type(status_t), intent(inout) :: status
-      if (associated(self%lent)) then
-         call take_short(self%lent)
-      else
-         call take_short(self%own)
-      end if
-
-   contains
-
-      subroutine take_short(stepper)
-         class(stepper_t), intent(inout) :: stepper
-         if (.not. progress%way%begun) call begin_way(progress)
-         progress%way%level = 0
-         progress%way%parts = progress%way%parts + 1
-         call stepper%forget_steps()
-         call try(stepper, system, progress, t_end - progress%state%t, status)
-         if (status%code /= 0) return
-         call count_part(progress, stepper)
-         progress%state%t = t_end
-      end subroutine take_short
-
+      if (.not. progress%way%begun) call begin_way(progress)
+      progress%way%level = 0
+      progress%way%parts = progress%way%parts + 1
+      call self%stepper%forget_steps()
+      call try(self%stepper, system, progress, t_end - progress%state%t, status)
+      if (status%code /= 0) return
+      call count_part(progress, self%stepper)
+      progress%state%t = t_end
    end subroutine retake
 
    !> Takes a system that has changed.
@@ -340,25 +218,17 @@ contains
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
-      if (associated(self%lent)) then
-         call self%lent%renew(system, status)
-      else
-         call self%own%renew(system, status)
-      end if
+      call self%stepper%renew(system, status)
    end subroutine renew
 
    !> Takes it that torques and motors hold other values.
    subroutine take_commands(self)
       class(fixed_steps_t), intent(inout) :: self
-      if (associated(self%lent)) then
-         call self%lent%take_commands()
-      else
-         call self%own%take_commands()
-      end if
+      call self%stepper%take_commands()
    end subroutine take_commands
 
-   !> The state at a time inside the last step, or the last part of one that was cut. Errors: those of the stepper,
-   !> which must keep the starts of its steps.
+   !> The state at a time inside the last step of the method, and what belongs to a row of it. Errors: those of the
+   !> stepper, which must keep the starts of its steps.
    subroutine state_inside(self, system, progress, t, state, record, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -368,11 +238,12 @@ contains
       type(state_t), intent(out) :: state
       type(run_record_t), intent(out) :: record
       type(status_t), intent(inout) :: status
-      if (associated(self%lent)) then
-         call get_inside(self%lent, system, progress, t, state, record, status)
-      else
-         call get_inside(self%own, system, progress, t, state, record, status)
-      end if
+      real(wp) :: since, each(size(self%stepper%work))
+      record = progress%record
+      call self%stepper%state_at(system, t, state, since, status, each)
+      call put_works(progress%summary, record)
+      record%work = (record%work - sum(self%stepper%work)) + since
+      call add_works(record, each - self%stepper%work)
    end subroutine state_inside
 
    !> Makes the state that the last step left fit to be seen.
@@ -380,11 +251,7 @@ contains
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
-      if (associated(self%lent)) then
-         call self%lent%show(system, state)
-      else
-         call self%own%show(system, state)
-      end if
+      call self%stepper%show(system, state)
    end subroutine show
 
    !> Shows the memory of the stepper, under the name of this policy.
@@ -392,11 +259,7 @@ contains
       class(fixed_steps_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%expect('fixed steps')
-      if (associated(self%lent)) then
-         call self%lent%transfer(archive)
-      else
-         call self%own%transfer(archive)
-      end if
+      call self%stepper%transfer(archive)
    end subroutine transfer_stepper
 
 end module nutate_fixed_steps

@@ -42,6 +42,8 @@ module nutate_observer
       logical :: rows_at_steps = .false.
       !> Records are to have `works`.
       logical :: wants_works = .false.
+      !> `vet` is to be called.
+      logical :: vets_steps = .false.
       !> `keep` is to be called where a run ends at `max_steps`.
       logical :: keeps_archives = .false.
       !> `keep` is to be called after the first row, or after the `poll` that sets this.
@@ -52,6 +54,9 @@ module nutate_observer
       !> Called after every 1024 nominal steps, and after every step chosen by its error, rows or not: the place for a
       !> progress bar or a request to stop.
       procedure :: poll => ignore_poll
+      !> Called after every step of the method, before anything is made of it, if `vets_steps`: a failure takes the step
+      !> back and ends the run. For callbacks that can fail.
+      procedure :: vet => take_all
       !> Called after every step, and after every part of one that is cut or turns the body far, before `observe`, if
       !> `sees_every_step`: for what must be followed from step to step.
       procedure :: watch => ignore_watch
@@ -95,6 +100,12 @@ contains
       !> A status that is not `NUTATE_OK` ends the run with it.
       type(status_t), intent(out) :: status
    end subroutine ignore_poll
+
+   !> Finds nothing wrong.
+   subroutine take_all(self, status)
+      class(observer_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
+   end subroutine take_all
 
    !> Does nothing.
    subroutine ignore_watch(self, state)

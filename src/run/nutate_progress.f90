@@ -15,8 +15,8 @@ module nutate_progress
    private
 
    public :: progress_t, run_summary_t, way_t
-   public :: start_run, is_over, fraction_done, count_part, count_step, conclude_run, total_work, put_works, &
-      add_works, transfer_progress, watch_limits
+   public :: start_run, is_over, fraction_done, count_works, count_part, count_step, end_of_step, conclude_run, &
+      total_work, put_works, add_works, transfer_progress, watch_limits
 
    !> What a run took.
    type :: run_summary_t
@@ -70,8 +70,8 @@ module nutate_progress
       type(run_summary_t) :: summary
       !> First time of the run, s: nominal steps end at whole numbers of steps after it.
       real(wp) :: t_first = 0.0_wp
-      !> Nominal steps of the whole run; negative where steps are chosen by their error.
-      integer(long) :: n_steps = -1
+      !> Steps done at the end of the plan; negative where steps are chosen by their error. And before its first row.
+      integer(long) :: n_steps = -1, first_step = 0
       !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
       !> times where there is none.
       real(wp) :: next_break = huge(1.0_wp)
@@ -83,11 +83,10 @@ module nutate_progress
       integer(long) :: rows = 0
       !> The run goes on from an archive, behind its first row.
       logical :: resumed = .false.
-      !> Events, where the run looks for any; it then goes part by part, unless nothing can happen in the next step.
+      !> Events, where the run looks for any.
       type(event_tracker_t), allocatable :: events
-      logical :: by_parts = .false.
-      !> Somebody may look inside the next step.
-      logical :: keeps_starts = .true.
+      !> Somebody may look inside the next step; and inside the last one when the run has stopped.
+      logical :: keeps_starts = .true., is_looked_into = .false.
       type(way_t) :: way
       !> Digits of `world_work` that its sum cannot hold, J.
       real(wp) :: world_compensation = 0.0_wp
@@ -113,11 +112,11 @@ contains
       self%t_first = state%t
       if (plan%steps_before > 0) self%t_first = plan%first_time
       self%n_steps = -1
+      self%first_step = 0
       self%expected_steps = 0
       self%rows = 0
       self%resumed = .false.
       self%way = way_t()
-      self%by_parts = .false.
       self%keeps_starts = .true.
       self%world_compensation = 0.0_wp
       if (allocated(self%events)) deallocate (self%events)
@@ -153,25 +152,40 @@ contains
       !> Not over at its start.
       type(progress_t), intent(in) :: self
       if (self%n_steps >= 0) then
-         fraction_done = real(self%summary%steps, wp)/real(self%n_steps, wp)
+         fraction_done = real(self%summary%steps - self%first_step, wp)/real(self%n_steps - self%first_step, wp)
       else
          fraction_done = (self%state%t - self%t_first)/(self%plan%end_time - self%t_first)
       end if
    end function fraction_done
 
+   !> When a nominal step ends, s, unless it is the last one and shorter.
+   pure real(wp) function end_of_step(self, step) result(t)
+      type(progress_t), intent(in) :: self
+      !> How many are done then.
+      integer(long), intent(in) :: step
+      t = self%t_first + real(self%plan%steps_before + step, wp)*self%plan%time_step
+   end function end_of_step
+
    !> Accounts for a step of the method that succeeded.
    subroutine count_part(self, stepper)
       type(progress_t), intent(inout) :: self
       class(stepper_t), intent(in) :: stepper
-      integer :: i
       self%summary%parts = self%summary%parts + 1
       self%record%iterations = self%record%iterations + stepper%iterations
       self%record%unproved = self%record%unproved + stepper%unproved
       self%record%residual = max(self%record%residual, stepper%residual)
+      call count_works(self, stepper)
+   end subroutine count_part
+
+   !> Adds the works of the last step of a method.
+   subroutine count_works(self, stepper)
+      type(progress_t), intent(inout) :: self
+      class(stepper_t), intent(in) :: stepper
+      integer :: i
       do i = 1, size(stepper%work)
          call add_increment(self%summary%work(i), self%work_compensation(i), stepper%work(i))
       end do
-   end subroutine count_part
+   end subroutine count_works
 
    !> Accounts for a whole step, its parts counted already.
    subroutine count_step(self)
@@ -234,15 +248,15 @@ contains
       call archive%transfer(self%next_break)
       call archive%transfer(self%work_compensation)
       call archive%transfer(self%rows)
-      if (.not. allocated(self%events)) return
-      call archive%transfer(self%summary%world_work)
-      call archive%transfer(self%world_compensation)
       call archive%transfer(self%way%begun)
       call archive%transfer(self%way%parts)
       call archive%transfer(self%way%level)
       call archive%transfer(self%way%done)
       call archive%transfer(self%way%start)
       call archive%transfer(self%way%length)
+      if (.not. allocated(self%events)) return
+      call archive%transfer(self%summary%world_work)
+      call archive%transfer(self%world_compensation)
       call self%events%transfer(archive)
    end subroutine transfer_progress
 

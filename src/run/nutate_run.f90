@@ -2,25 +2,30 @@
 !>
 !>     call integrate(system, settings, state, plan, status, observer, summary)
 !>
-!> is all that most programs need. A `run_t` is for those that do something between its parts: look for the steps before
-!> the output is opened, or go on from an archive.
+!> is all that most programs need. A `run_t` is for those that do something on the way: look for the steps before the
+!> output is opened, go on from an archive, or stop at times of their own. It can go on from wherever it has stopped:
+!>
+!>     call run%begin(system, settings, state, plan, status)
+!>     call run%go_to(system, t, status, observer)
+!>     call run%go_steps(system, n, status, observer)
+!>     call run%look(system, t, state, status)
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
    use nutate_control, only: is_watched, needs_control
    use nutate_error_control, only: error_control_t
-   use nutate_fixed_steps, only: fixed_steps_t
+   use nutate_fixed_steps, only: count_steps, fixed_steps_t
    use nutate_event_tracker, only: event_list_t
-   use nutate_kinds, only: wp
+   use nutate_kinds, only: wp, long
    use nutate_method_choice, only: choose_settings
    use nutate_methods, only: make_stepper
-   use nutate_observer, only: observer_t
-   use nutate_progress, only: conclude_run, is_over, progress_t, put_works, run_summary_t, start_run
+   use nutate_observer, only: observer_t, run_record_t
+   use nutate_progress, only: conclude_run, end_of_step, is_over, progress_t, run_summary_t, start_run, way_t
    use nutate_run_loop, only: drive, transfer_run
-   use nutate_run_plan, only: run_plan_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t, stepper_t
+   use nutate_stepper, only: integrator_settings_t, outside, stepper_t
    use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
    implicit none
@@ -30,22 +35,38 @@ module nutate_run
 
    !> A run: what it is to do, how far it is, and its way to step.
    type, extends(progress_t) :: run_t
-      class(step_policy_t), allocatable, private :: policy
+      !> That of nominal steps, prepared for the system.
+      class(stepper_t), allocatable :: stepper
+      !> The settings and the goal that were asked for: what they leave open is chosen, and found, for each end time.
+      type(integrator_settings_t) :: asked
+      type(run_goal_t), private :: goal
+      class(step_policy_t), allocatable :: policy
    contains
-      !> Takes a plan and the first state; prepares the steppers, or takes one that is prepared.
+      !> Takes a plan and the first state; prepares the steppers, or takes a copy of one that is prepared.
       generic :: begin => begin_by_settings, begin_by_stepper
       procedure, private :: begin_by_settings
       procedure, private :: begin_by_stepper
       !> Takes events to look for; between `begin` and all else.
       procedure :: expect
-      !> Takes what an earlier run of the system knows.
-      procedure :: go_on_from
+      !> Takes a plan for what follows, from the present state.
+      procedure :: set_out
       !> Finds the error of steps that meets the accuracy of the goal, by pilot runs.
       procedure :: find_steps
       !> Takes what an observer's `keep` was given: the run goes on from there.
       procedure :: resume
-      !> Goes to the end.
+      !> Goes to the end of the plan.
       procedure :: go
+      !> Goes to a time.
+      procedure :: go_to
+      !> Takes so many nominal steps.
+      procedure :: go_steps
+      !> The state at a time inside the last step.
+      procedure :: look
+      !> Number of nominal steps to a time, and the time to which they lead.
+      procedure :: steps_to
+      procedure :: end_of_steps
+      !> Lets go of the way to step: the caller moves the state by steps of his own.
+      procedure :: leave
    end type run_t
 
    !> Integrates from a state to the end time of a plan.
@@ -96,7 +117,7 @@ contains
       type(progress_t) :: progress
       type(fixed_steps_t) :: policy
       call start_run(progress, system%effects, state, plan, status)
-      policy%lent => stepper
+      policy%stepper => stepper
       if (status%ok()) call policy%begin(progress, status)
       if (status%ok()) call expect_events(progress, policy, event_list_t(), system, status)
       if (present(events) .and. status%ok()) call expect_events(progress, policy, events, system, status)
@@ -104,63 +125,150 @@ contains
       call conclude_run(progress, state, summary)
    end subroutine integrate_by_stepper
 
-   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers. Errors:
-   !> `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a method cannot honour.
+   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers; for a plan without an
+   !> end time, in `go_to`. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a
+   !> method cannot honour.
    subroutine begin_by_settings(self, system, settings, state, plan, status)
-      class(run_t), intent(inout) :: self
+      class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(in) :: state
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
-      type(error_control_t), allocatable :: control
-      type(fixed_steps_t), allocatable :: fixed
       call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
-      self%summary%settings = settings
-      call choose_settings(system, state, plan%end_time - state%t, plan%goal%accuracy, plan%goal%local_tolerance, &
-                           self%summary%settings, self%summary%choice, status)
-      if (.not. status%ok()) return
+      self%asked = settings
+      self%goal = plan%goal
+      if (allocated(self%stepper)) deallocate (self%stepper)
+      if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
+   end subroutine begin_by_settings
+
+   !> The same by steps of one length, with a copy of a stepper that is prepared already, perhaps of a method of one's own.
+   subroutine begin_by_stepper(self, system, stepper, state, plan, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      !> Prepared for `system`; it stays as it is.
+      class(stepper_t), intent(inout) :: stepper
+      type(state_t), intent(in) :: state
+      !> Without a goal.
+      type(run_plan_t), intent(in) :: plan
+      type(status_t), intent(out) :: status
       if (plan%goal%active()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'steps chosen by their error are made from settings, not from a stepper')
+         return
+      end if
+      call start_run(self%progress_t, system%effects, state, plan, status)
+      if (.not. status%ok()) return
+      call stepper%copy(self%stepper)
+      if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
+   end subroutine begin_by_stepper
+
+   !> Takes a plan for what follows, from the present state; nominal steps go on from those before. Errors: those of
+   !> `begin`.
+   subroutine set_out(self, system, plan, status)
+      !> Begun.
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      !> `first_time` and `steps_before` are those of the run.
+      type(run_plan_t), intent(in) :: plan
+      type(status_t), intent(out) :: status
+      type(run_plan_t) :: own
+      own = plan
+      if (is_on_grid(self, plan%time_step) .and. .not. plan%goal%active()) then
+         own%steps_before = self%plan%steps_before
+      else
+         own%steps_before = -self%summary%steps
+         self%t_first = self%state%t
+         self%next_break = system%effects%next_break(self%state%t, sign(1.0_wp, plan%end_time - self%state%t))
+      end if
+      self%plan = own
+      self%way = way_t()
+      self%n_steps = -1
+      self%first_step = self%summary%steps
+      self%rows = 0
+      self%resumed = .false.
+      self%keeps_starts = .true.
+      self%summary%estimate = 0.0_wp
+      self%summary%round_off = 0.0_wp
+      call prepare_steps(self, system, status)
+   end subroutine set_out
+
+   !> True where the next nominal step goes on from those before.
+   pure logical function is_on_grid(self, time_step)
+      class(run_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: time_step
+      is_on_grid = .not. (self%way%begun .or. self%plan%goal%active() .or. abs(self%plan%time_step - time_step) > 0.0_wp)
+      if (is_on_grid) is_on_grid = .not. abs(end_of_step(self%progress_t, self%summary%steps) - self%state%t) > 0.0_wp
+   end function is_on_grid
+
+   !> Prepares what takes the steps of the plan. Errors: those of `begin`.
+   subroutine prepare_steps(self, system, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      type(error_control_t), allocatable :: control
+      type(fixed_steps_t), allocatable :: fixed
+      if (self%plan%goal%active()) then
+         call choose(self, system, status)
+         if (.not. status%ok()) return
          allocate (control)
          call control%begin(system, self%summary%settings, self%progress_t, status)
          call move_alloc(control, self%policy)
       else
+         if (.not. allocated(self%stepper)) then
+            call choose(self, system, status)
+            if (status%ok()) call make_stepper(system, self%summary%settings, self%stepper, status)
+         end if
+         if (.not. status%ok()) return
          allocate (fixed)
-         call make_stepper(system, self%summary%settings, fixed%own, status)
-         if (status%ok()) call fixed%begin(self%progress_t, status)
          call move_alloc(fixed, self%policy)
+         call point_to_stepper(self)
+         select type (policy => self%policy)
+         class is (fixed_steps_t)
+            call policy%begin(self%progress_t, status)
+         end select
       end if
-      if (status%ok()) call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
-   end subroutine begin_by_settings
-
-   !> Takes a plan without a goal, the first state, and a stepper.
-   subroutine begin_by_stepper(self, system, stepper, state, plan, status)
-      class(run_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      !> Prepared for `system`. It stays the caller's, and must be there for as long as the run goes on.
-      class(stepper_t), intent(inout), target :: stepper
-      type(state_t), intent(in) :: state
-      type(run_plan_t), intent(in) :: plan
-      type(status_t), intent(out) :: status
-      type(fixed_steps_t), allocatable :: fixed
-      call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
-      allocate (fixed)
-      fixed%lent => stepper
-      call fixed%begin(self%progress_t, status)
-      call move_alloc(fixed, self%policy)
-      if (status%ok()) call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
-   end subroutine begin_by_stepper
+      if (allocated(self%events)) then
+         self%events%stopped = .false.
+         self%events%n_due = 0
+         call self%policy%expect_events(system, self%progress_t, status)
+      else
+         call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
+      end if
+   end subroutine prepare_steps
+
+   !> Chooses what the settings leave open. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine choose(self, system, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: status
+      self%summary%settings = self%asked
+      associate (plan => self%plan)
+         call choose_settings(system, self%state, plan%end_time - self%state%t, plan%goal%accuracy, &
+                              plan%goal%local_tolerance, self%summary%settings, self%summary%choice, status)
+      end associate
+   end subroutine choose
+
+   !> Points the way to step to the stepper where that is now: the run may be a copy.
+   subroutine point_to_stepper(self)
+      class(run_t), intent(inout), target :: self
+      select type (policy => self%policy)
+      class is (fixed_steps_t)
+         policy%stepper => self%stepper
+      end select
+   end subroutine point_to_stepper
 
    !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not, and for
    !> switches in a run to an accuracy, whose pilot runs do not look for events.
    subroutine expect(self, events, system, status)
       !> Begun.
-      class(run_t), intent(inout) :: self
+      class(run_t), intent(inout), target :: self
       type(event_list_t), intent(in) :: events
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
+      call point_to_stepper(self)
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine expect
 
@@ -196,36 +304,13 @@ contains
       if (is_first .and. status%ok()) call policy%expect_events(system, progress, status)
    end subroutine expect_events
 
-   !> Takes what an earlier run of the system, which ended in this one's first state, knows: its events, how often they
-   !> have happened and on which side they are; and its works, if the nominal steps go on as well
-   !> (`plan%steps_before`): then the two are one run to the last bit.
-   subroutine go_on_from(self, before)
-      !> Begun, its events expected.
-      class(run_t), intent(inout) :: self
-      !> It looked for the same events.
-      type(progress_t), intent(in) :: before
-      if (self%plan%steps_before > 0) then
-         self%summary%work = before%summary%work
-         self%work_compensation = before%work_compensation
-         self%summary%world_work = before%summary%world_work
-         self%world_compensation = before%world_compensation
-         self%summary%unproved_steps = before%summary%unproved_steps
-         self%next_break = before%next_break
-         call put_works(self%summary, self%record)
-      end if
-      if (.not. (allocated(self%events) .and. allocated(before%events))) return
-      self%events = before%events
-      self%events%stopped = .false.
-      self%events%n_due = 0
-   end subroutine go_on_from
-
    !> Finds the error of steps that meets the accuracy of the goal, by pilot runs; where there is none, or it is known
    !> already, there is nothing to find. `go` does this if it has not been done.
    !>
    !> Errors: those of the pilot runs, and what the observer returned.
    subroutine find_steps(self, system, status, observer)
       !> Begun.
-      class(run_t), intent(inout) :: self
+      class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       !> Its `poll` can end the search; the rows that it is shown are the ends of pilot runs.
@@ -251,10 +336,11 @@ contains
    !> archive of another run.
    subroutine resume(self, archive, status)
       !> Begun in the same way as the run in the archive.
-      class(run_t), intent(inout) :: self
+      class(run_t), intent(inout), target :: self
       !> Being read.
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(out) :: status
+      call point_to_stepper(self)
       call transfer_run(self%progress_t, self%policy, archive)
       self%resumed = .true.
       if (archive%problem() /= '') &
@@ -264,12 +350,14 @@ contains
    !> Goes to the end, with rows, polls and archives for an observer. Errors: those of the steps and of pilot runs;
    !> `NUTATE_STEP_LIMIT`; what the observer returned. The state is then the last one reached.
    subroutine go(self, system, status, observer)
-      !> Begun.
-      class(run_t), intent(inout) :: self
+      !> Begun, with an end time.
+      class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       class(observer_t), intent(inout), optional :: observer
-      if (lacks_steps(self) .and. .not. present(observer) .and. .not. allocated(self%events)) then
+      call point_to_stepper(self)
+      if (lacks_steps(self) .and. self%first_step == 0 .and. &
+          .not. (present(observer) .or. allocated(self%events) .or. self%is_looked_into)) then
          call go_unseen(self, system, status)
       else
          call self%find_steps(system, status)
@@ -279,7 +367,7 @@ contains
 
    !> Finds the steps and takes them, for nobody to see: the last run of the search is the run itself.
    subroutine go_unseen(self, system, status)
-      class(run_t), intent(inout) :: self
+      class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       type(progress_t) :: last
@@ -299,5 +387,91 @@ contains
       last%summary%choice = self%summary%choice
       self%progress_t = last
    end subroutine go_unseen
+
+   !> Goes to a time, from wherever the run is. Errors: those of `begin` and `go`.
+   subroutine go_to(self, system, t, status, observer)
+      !> Begun.
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t
+      type(status_t), intent(out) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(run_plan_t) :: plan
+      plan = self%plan
+      plan%goal = self%goal
+      plan%end_time = t
+      plan%steps = -1
+      call self%set_out(system, plan, status)
+      if (status%ok()) call self%go(system, status, observer)
+   end subroutine go_to
+
+   !> Takes nominal steps, from wherever the run is. Errors: those of `begin` and `go`.
+   subroutine go_steps(self, system, n, status, observer)
+      !> Begun, without a goal.
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      integer(long), intent(in) :: n
+      type(status_t), intent(out) :: status
+      class(observer_t), intent(inout), optional :: observer
+      type(run_plan_t) :: plan
+      plan = self%plan
+      plan%steps = n
+      plan%end_time = self%end_of_steps(n, plan%time_step)
+      call self%set_out(system, plan, status)
+      if (status%ok()) call self%go(system, status, observer)
+   end subroutine go_steps
+
+   !> When so many nominal steps from here end, s.
+   pure real(wp) function end_of_steps(self, n, time_step) result(t)
+      class(run_t), intent(in) :: self
+      integer(long), intent(in) :: n
+      !> s.
+      real(wp), intent(in) :: time_step
+      t = self%state%t + real(n, wp)*time_step
+      if (is_on_grid(self, time_step)) t = end_of_step(self%progress_t, self%summary%steps + n)
+   end function end_of_steps
+
+   !> Number of nominal steps from here to a time, the last one shortened if need be.
+   pure integer(long) function steps_to(self, t, time_step) result(n)
+      class(run_t), intent(in) :: self
+      !> s.
+      real(wp), intent(in) :: t, time_step
+      type(run_plan_t) :: plan
+      plan = run_plan_t(time_step=time_step, end_time=t)
+      if (is_on_grid(self, time_step)) then
+         n = count_steps(self%t_first, plan) - (self%plan%steps_before + self%summary%steps)
+      else
+         n = count_steps(self%state%t, plan)
+      end if
+      n = max(n, 0_long)
+   end function steps_to
+
+   !> The state at a time inside the last step (dense output), as good as the method; later steps do not notice. Errors:
+   !> `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept (`is_looked_into`).
+   subroutine look(self, system, t, state, status)
+      class(run_t), intent(inout), target :: self
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t
+      type(state_t), intent(out) :: state
+      type(status_t), intent(out) :: status
+      type(run_record_t) :: record
+      real(wp) :: work
+      if (allocated(self%policy)) then
+         call point_to_stepper(self)
+         call self%policy%state_inside(system, self%progress_t, t, state, record, status)
+      else if (allocated(self%stepper)) then
+         call self%stepper%state_at(system, t, state, work, status)
+      else
+         status = fail(NUTATE_BAD_ARGUMENT, outside, 't')
+      end if
+   end subroutine look
+
+   !> Lets go of the way to step: the caller moves the state by steps of his own.
+   subroutine leave(self)
+      class(run_t), intent(inout), target :: self
+      if (allocated(self%policy)) deallocate (self%policy)
+   end subroutine leave
 
 end module nutate_run

@@ -10,15 +10,16 @@ module nutate_run_loop
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: fraction_done, is_over, progress_t, put_works, transfer_progress
-   use nutate_run_mark, only: mark_progress, mark_t
+   use nutate_run_mark, only: go_back, mark_progress, mark_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
+   use nutate_step_cutting, only: spare_tries
    use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: drive, find_row, transfer_run
+   public :: drive, transfer_run
 
    !> Turn between two states, rad, that can be followed; a step that turns by more is watched in parts of half of it.
    !> Parts at most, some tenths of a millisecond: enough for every step that a method chooses.
@@ -102,7 +103,8 @@ contains
       end associate
    end function sample_margin
 
-   !> Takes steps to the end of a run, or to the next switch or sample.
+   !> Takes steps to the end of a run, or to the next switch or sample: the only loop there is, for all methods, policies
+   !> and interfaces. Each round takes one step of the method, which may be a part of a step of the run.
    subroutine take_steps(progress, policy, system, status, observer)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -111,19 +113,21 @@ contains
       class(observer_t), intent(inout), optional :: observer
       integer(long) :: steps, next_poll
       real(wp) :: watched, sense, quiet_until
-      logical :: over, looks, follows
+      logical :: over, looks, waits, vets
       type(mark_t) :: mark
       type(hunt_t), allocatable :: hunts(:)
 
       next_poll = poll_after(progress, policy)
       over = is_over(progress)
       looks = .false.
-      follows = allocated(progress%events)
+      waits = .false.
+      vets = .false.
+      if (present(observer)) vets = observer%vets_steps
       sense = sign(1.0_wp, progress%plan%end_time - progress%t_first)
       quiet_until = -sense*huge(1.0_wp)
       do while (status%code == 0 .and. .not. over)
          steps = progress%summary%steps
-         if (tries_of(progress) >= progress%plan%max_steps) then
+         if (tries_of(progress) - merge(spare_tries, 0_long, progress%way%begun) >= progress%plan%max_steps) then
             status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
             if (present(observer)) then
                if (observer%keeps_archives) call offer(progress, policy, observer, status)
@@ -131,37 +135,59 @@ contains
             return
          end if
          watched = progress%state%t
-         if (follows .and. sense*quiet_until < sense*progress%state%t + policy%longest_step) &
-            call see_ahead(progress, policy, system, sense*policy%longest_step, mark, looks, quiet_until)
+         if (allocated(progress%events)) then
+            if (sense*quiet_until < sense*progress%state%t + policy%longest_step) &
+               call see_ahead(progress, policy, system, sense*policy%longest_step, mark, looks, waits, quiet_until)
+         end if
+         if (vets .and. .not. looks) call mark_progress(progress, mark)
          call policy%advance(system, progress, status, observer)
-         if (status%code /= 0) return
          over = is_over(progress)
-         if (looks .or. progress%by_parts) then
+         if (waits .and. status%code == 0) then
             if (looks) looks = .not. progress%events%sleeps_until(progress%state%t, sense)
             if (looks) then
                call follow_events(policy, system, progress, mark, hunts, observer, status)
-               if (status%code /= 0) return
                over = progress%events%stopped .or. is_over(progress)
             else if (progress%summary%steps /= steps) then
                progress%events%switches = 0
             end if
-            if (present(observer) .and. progress%summary%steps == steps .and. .not. progress%events%stopped) &
-               call finish_part(progress, policy, system, watched, observer, status)
-            if (status%code /= 0) return
          end if
-         if (present(observer) .and. (progress%summary%steps /= steps .or. over)) then
-            call finish_step(progress, policy, system, watched, over, observer, status)
-            if (tries_of(progress) >= next_poll .and. status%code == 0 .and. progress%summary%steps /= steps) then
+         if (vets) call vet_step(progress, policy, system, mark, observer, status)
+         if (status%code /= 0) return
+         if (present(observer)) then
+            if (progress%summary%steps /= steps .or. over) then
+               call finish_step(progress, policy, system, watched, over, observer, status)
+            else if (abs(progress%state%t - watched) > 0.0_wp) then
+               call finish_part(progress, policy, system, watched, observer, status)
+            end if
+            if (tries_of(progress) >= next_poll .and. status%code == 0) then
                next_poll = poll_after(progress, policy)
                call observer%poll(fraction_done(progress), status)
                if (observer%wants_archive) call offer(progress, policy, observer, status)
             end if
          end if
-         if (looks .or. progress%by_parts) then
+         if (waits) then
             if (progress%events%n_due > 0 .or. is_sample_due(progress)) return
          end if
       end do
    end subroutine take_steps
+
+   !> Lets the observer say whether what a step has computed can be used; if not, the run is where it was before.
+   subroutine vet_step(progress, policy, system, mark, observer, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      !> The run before the step.
+      type(mark_t), intent(in) :: mark
+      class(observer_t), intent(inout) :: observer
+      !> Of the step; what the observer returned, where that is a failure.
+      type(status_t), intent(inout) :: status
+      type(status_t) :: verdict, renewed
+      call observer%vet(verdict)
+      if (verdict%ok()) return
+      status = verdict
+      call go_back(mark, progress)
+      call policy%renew(system, renewed)
+   end subroutine vet_step
 
    !> Steps of a run so far, with the parts of those that were cut: one step may take thousands.
    pure integer(long) function tries_of(progress) result(tries)
@@ -177,7 +203,7 @@ contains
    end function poll_after
 
    !> Finds out if anything can happen in the next step.
-   subroutine see_ahead(progress, policy, system, step, mark, looks, quiet_until)
+   subroutine see_ahead(progress, policy, system, step, mark, looks, waits, quiet_until)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
@@ -186,6 +212,8 @@ contains
       !> The run as it is, if something can.
       type(mark_t), intent(inout) :: mark
       logical, intent(out) :: looks
+      !> A switch or a sample may be due at its end.
+      logical, intent(out) :: waits
       !> A time, s, up to which there is no more to see than whole steps.
       real(wp), intent(out) :: quiet_until
       type(state_t) :: seen
@@ -208,12 +236,12 @@ contains
          end if
       end associate
       if (looks) call mark_progress(progress, mark)
-      progress%by_parts = looks .or. progress%way%begun .or. abs(progress%events%next_sample) < huge(1.0_wp)
-      if (.not. progress%by_parts) then
+      waits = looks .or. progress%way%begun .or. abs(progress%events%next_sample) < huge(1.0_wp)
+      if (.not. waits) then
          quiet_until = progress%events%wakes
          progress%events%switches = 0
       end if
-      progress%keeps_starts = progress%by_parts .or. allocated(progress%plan%times)
+      progress%keeps_starts = waits .or. allocated(progress%plan%times) .or. progress%is_looked_into
    end subroutine see_ahead
 
    !> Shows the rows that belong to a step of the run.
@@ -235,7 +263,7 @@ contains
          call show_inside(progress, policy, system, watched, observer, status)
       else if (progress%plan%interval > 0.0_wp .and. .not. observer%rows_at_steps) then
          call show_inside(progress, policy, system, watched, observer, status)
-      else if (mod(progress%summary%steps, progress%plan%every) == 0) then
+      else if (mod(progress%summary%steps - progress%first_step, progress%plan%every) == 0) then
          is_row = .true.
       end if
       seen = progress%state

@@ -23,14 +23,14 @@ module nutate_run_plan
    type :: run_plan_t
       !> Nominal step, s; of the sign of the way to go. Without meaning where the goal is active.
       real(wp) :: time_step = 0.0_wp
-      !> s.
-      real(wp) :: end_time = 0.0_wp
+      !> s; the greatest number: not known yet.
+      real(wp) :: end_time = huge(1.0_wp)
       !> Steps between the rows shown to the observer.
       integer(long) :: every = 1
       !> A run that needs more steps (those of continuation in Δt counted), or more rows at intervals, ends there.
       integer(long) :: max_steps = huge(1_long)
-      !> Nominal steps of this length that earlier runs have done, and their first time, s: those of this run then end
-      !> where those of a single one would.
+      !> Nominal steps of this length that were done before those of the run, and their first time, s: those of this run
+      !> then end where those of a single one would.
       integer(long) :: steps_before = 0
       real(wp) :: first_time = 0.0_wp
       !> Nominal steps to do; negative: as many as lead to the end time.

@@ -1,11 +1,8 @@
-!> Moves a state by a length: in one step of a method, or, where that fails, in parts as short as need be; and shows
-!> what lies inside.
+!> Moves a state by a length: in one step of a method, or, where that fails, in parts as short as need be.
 module nutate_step_cutting
    use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: add_works, count_part, progress_t, put_works, way_t
-   use nutate_run_loop, only: find_row
+   use nutate_progress, only: count_part, progress_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR
    use nutate_stepper, only: stepper_t
@@ -13,7 +10,7 @@ module nutate_step_cutting
    implicit none
    private
 
-   public :: get_inside, go_inside, show_part, spare_tries, take_next_part, travel, try, try_piece
+   public :: go_inside, spare_tries, take_next_part, try, try_piece
 
    !> A step that fails is cut into up to 2**deepest_cut parts. A part can be followed where it turns the body by less
    !> than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be another step.
@@ -24,33 +21,6 @@ module nutate_step_cutting
    integer(long), parameter :: spare_tries = 1000
 
 contains
-
-   !> Moves the state by `length` to the time `t_end`: in one step, or in parts where that fails.
-   subroutine travel(stepper, system, progress, length, t_end, status, observer)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      real(wp), intent(in) :: length, t_end
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(status_t), parameter :: success = status_t()
-
-      call try(stepper, system, progress, length, status)
-      if (status%code /= 0) then
-         ! A step that failed has forgotten the steps before it, and predicts afresh: that may do.
-         progress%record%iterations = progress%record%iterations + stepper%iterations
-         status = success
-         call try(stepper, system, progress, length, status)
-      end if
-      if (status%code == 0) then
-         call count_part(progress, stepper)
-      else
-         progress%record%iterations = progress%record%iterations + stepper%iterations
-         call travel_in_parts(stepper, system, progress, length, status, observer)
-         if (status%code /= 0) return
-      end if
-      progress%state%t = t_end
-   end subroutine travel
 
    !> Moves the state by `length` in one step, or, where that fails, by the first part of it that does not.
    subroutine try_piece(stepper, system, progress, length, status)
@@ -73,7 +43,7 @@ contains
          progress%way%start = progress%state%t
          progress%way%length = length
          progress%way%done = 0
-         call take_next_part(stepper, system, progress, progress%way, status)
+         call take_next_part(stepper, system, progress, status)
       end if
    end subroutine try_piece
 
@@ -91,33 +61,12 @@ contains
       progress%record%continued = progress%record%continued + stepper%continued
    end subroutine try
 
-   !> Moves the state by `length` in halves, quarters, ..., whatever part of it does not fail.
-   subroutine travel_in_parts(stepper, system, progress, length, status, observer)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      real(wp), intent(in) :: length
-      !> On entry: why the step failed in one piece.
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(way_t) :: way
-      way%start = progress%state%t
-      way%length = length
-      do
-         call take_next_part(stepper, system, progress, way, status)
-         if (status%code /= 0 .or. way%level == 0) return
-         call show_part(stepper, system, progress, status, observer)
-         if (status%code /= 0) return
-      end do
-   end subroutine travel_in_parts
-
    !> Moves the state by the next part of a piece that is cut, as long as does not fail.
-   subroutine take_next_part(stepper, system, progress, way, status)
+   subroutine take_next_part(stepper, system, progress, status)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
+      !> The level of its way is 0 again at the end of the piece.
       type(progress_t), intent(inout) :: progress
-      !> Its level is 0 again at the end of the piece.
-      type(way_t), intent(inout) :: way
       !> On entry: why the last try failed, if it did.
       type(status_t), intent(inout) :: status
       type(status_t), parameter :: success = status_t()
@@ -125,14 +74,14 @@ contains
       do
          if (status%code /= 0) then
             if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
-            if (way%level == deepest_cut) then
+            if (progress%way%level == deepest_cut) then
                write (parts, '(i0)') 2**deepest_cut
                status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
                call add_cause(stepper, system, status)
                return
             end if
-            way%level = way%level + 1
-            way%done = 2*way%done
+            progress%way%level = progress%way%level + 1
+            progress%way%done = 2*progress%way%done
             status = success
          end if
          if (progress%record%continued > spare_tries .and. &
@@ -140,33 +89,17 @@ contains
             status = fail(NUTATE_NOT_CONVERGED, 'the step took more tries than were allowed')
             return
          end if
-         call try(stepper, system, progress, way%length/2**way%level, status)
+         call try(stepper, system, progress, progress%way%length/2**progress%way%level, status)
          if (status%code == 0) exit
          progress%record%iterations = progress%record%iterations + stepper%iterations
       end do
-      way%done = way%done + 1
-      progress%state%t = way%start + way%length*(real(way%done, wp)/2**way%level)
-      call count_part(progress, stepper)
-      if (way%done == 2**way%level) way%level = 0
+      associate (way => progress%way)
+         way%done = way%done + 1
+         progress%state%t = way%start + way%length*(real(way%done, wp)/2**way%level)
+         call count_part(progress, stepper)
+         if (way%done == 2**way%level) way%level = 0
+      end associate
    end subroutine take_next_part
-
-   !> The state at a time inside the last step of a stepper, which must keep the starts of its steps, and what belongs
-   !> to a row of it. Errors: those of the stepper.
-   subroutine get_inside(stepper, system, progress, t, state, record, status)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(in) :: progress
-      real(wp), intent(in) :: t
-      type(state_t), intent(out) :: state
-      type(run_record_t), intent(out) :: record
-      type(status_t), intent(inout) :: status
-      real(wp) :: since, each(size(stepper%work))
-      record = progress%record
-      call stepper%state_at(system, t, state, since, status, each)
-      call put_works(progress%summary, record)
-      record%work = (record%work - sum(stepper%work)) + since
-      call add_works(record, each - stepper%work)
-   end subroutine get_inside
 
    !> Moves the start of the last step to a time inside of it, by two steps. Errors: those of the stepper.
    subroutine go_inside(stepper, system, t, end_time, state, work, status, works)
@@ -192,30 +125,5 @@ contains
       end do
       state%t = t
    end subroutine go_inside
-
-   !> Shows what lies inside a part of a nominal step: the rows at times of the plan; its end, to an observer that sees
-   !> every step.
-   subroutine show_part(stepper, system, progress, status, observer)
-      class(stepper_t), intent(inout) :: stepper
-      type(system_t), intent(in) :: system
-      type(progress_t), intent(inout) :: progress
-      type(status_t), intent(inout) :: status
-      class(observer_t), intent(inout), optional :: observer
-      type(state_t) :: state
-      type(run_record_t) :: record
-      real(wp) :: t
-      logical :: due
-      if (.not. present(observer)) return
-      due = allocated(progress%plan%times)
-      if (due) call find_row(progress, t, due)
-      do while (due .and. status%code == 0)
-         progress%rows = progress%rows + 1
-         call get_inside(stepper, system, progress, t, state, record, status)
-         if (observer%sees_every_step .and. status%ok()) call observer%watch(state)
-         if (status%ok()) call observer%observe(system, state, record, status)
-         call find_row(progress, t, due)
-      end do
-      if (observer%sees_every_step) call observer%watch(progress%state)
-   end subroutine show_part
 
 end module nutate_step_cutting

@@ -4,13 +4,15 @@ module nutate_c_copies
    use nutate_archive, only: archive_t
    use nutate_byte_archive, only: byte_archive_t
    use nutate_c_effects, only: report_failures_to
-   use nutate_c_handles, only: conclude, find_stepper, null_argument, open_slot, report, stepper_handle_t
+   use nutate_c_handles, only: conclude, find_stepper, null_argument, open_slot, report, stepper_handle_t, unprepare
    use nutate_c_polls, only: poll_t
    use nutate_c_quantity, only: c_event_t
    use nutate_c_settings, only: prepare
+   use nutate_methods, only: make_stepper
    use nutate_progress, only: start_run, transfer_progress
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
+   use nutate_step_policy, only: step_policy_t
    use nutate_stepper, only: stepper_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_TRUNCATED
    use nutate_version, only: version
@@ -27,6 +29,7 @@ contains
       type(c_ptr), pointer :: slot
       type(stepper_handle_t), pointer :: from, handle
       class(stepper_t), allocatable :: method
+      class(step_policy_t), allocatable :: policy
       type(status_t) :: status
       integer :: failed
       slot => open_slot(copy)
@@ -36,12 +39,15 @@ contains
       else if (.not. associated(from)) then
          status = fail(NUTATE_BAD_HANDLE, 'stepper is NULL, destroyed or not a stepper')
       else
-         if (allocated(from%stepper)) call move_alloc(from%stepper, method)
+         ! What steps is copied by itself; the way of a run, which points to it, is made anew in the next one.
+         if (allocated(from%run%stepper)) call move_alloc(from%run%stepper, method)
+         if (allocated(from%run%policy)) call move_alloc(from%run%policy, policy)
          allocate (handle, source=from, stat=failed)
          if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
+         if (allocated(policy)) call move_alloc(policy, from%run%policy)
          if (allocated(method)) then
-            if (failed == 0) call method%copy(handle%stepper)
-            call move_alloc(method, from%stepper)
+            if (failed == 0) call method%copy(handle%run%stepper)
+            call move_alloc(method, from%run%stepper)
          end if
          if (failed == 0) then
             call report_failures_to(handle%system%effects, c_loc(handle%failure))
@@ -151,13 +157,14 @@ contains
       logical :: ready, stale
       call archive%expect('stepper '//version)
       call archive%expect(handle%names)
-      ready = handle%ready
+      ready = allocated(handle%run%stepper)
       stale = handle%stale
       call archive%transfer(stale)
       call archive%transfer(ready)
-      call archive%transfer(handle%keeps_steps)
+      call archive%transfer(handle%run%is_looked_into)
       call handle%first%transfer(archive)
       call handle%first%transfer_wheels(archive)
+      call archive%transfer(handle%first_energy)
       if (archive%is_reading() .and. .not. allocated(handle%given)) &
          allocate (handle%given, source=handle%system%effects)
       call handle%system%effects%transfer_switches(archive)
@@ -167,14 +174,8 @@ contains
       if (archive%is_reading() .and. .not. stale) call prepare(handle, status)
       if (status%ok() .and. .not. stale) call transfer_method(handle, ready, archive, status)
       handle%stale = stale
-      handle%ready = ready .and. status%ok()
-      if (archive%is_reading()) then
-         handle%plain = .false.
-         handle%tested = .false.
-      end if
-      if (.not. status%ok()) return
-      call handle%columns%transfer(archive)
-      call transfer_account(handle, archive)
+      if (archive%is_reading() .and. .not. (ready .and. status%ok())) call unprepare(handle)
+      if (status%ok()) call handle%columns%transfer(archive)
    end subroutine transfer_handle
 
    !> The method, as it was chosen, and what it remembers. Errors: those of its `prepare`.
@@ -185,10 +186,10 @@ contains
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
       character(len=:), allocatable :: method, solver, choice
-      associate (settings => handle%settings)
+      associate (run => handle%run, settings => handle%run%summary%settings)
          method = settings%method
          solver = settings%linear_solver
-         choice = trim(handle%choice)
+         choice = trim(run%summary%choice)
          call archive%transfer(method)
          call archive%transfer(solver)
          call archive%transfer(choice)
@@ -196,72 +197,50 @@ contains
          call archive%transfer(settings%series_order)
          call archive%transfer(settings%conserve)
          call archive%transfer(settings%attitude)
-         if (archive%is_reading() .and. archive%is_whole()) then
+         if (.not. archive%is_whole()) return
+         if (archive%is_reading()) then
             settings%method = method
             settings%linear_solver = solver
-            call prepare(handle, status)
-            handle%choice = choice
+            run%summary%choice = choice
+            call make_stepper(handle%system, settings, run%stepper, status)
+            if (status%ok() .and. run%is_looked_into) call run%stepper%keep_steps()
          end if
+         if (ready .and. status%ok()) call run%stepper%transfer(archive)
       end associate
-      if (ready .and. status%ok() .and. archive%is_whole()) call handle%stepper%transfer(archive)
    end subroutine transfer_method
-
-   !> Work, and what else counts from where the state was set.
-   subroutine transfer_account(handle, archive)
-      type(stepper_handle_t), intent(inout) :: handle
-      class(archive_t), intent(inout) :: archive
-      call archive%transfer(handle%first_energy)
-      call archive%transfer(handle%work)
-      call archive%transfer(handle%work_compensation)
-      call archive%transfer(handle%works)
-      call archive%transfer(handle%unproved_steps)
-      call archive%transfer(handle%error)
-      call archive%transfer(handle%found_tolerance)
-      call archive%transfer(handle%t_reached)
-      call archive%transfer(handle%under_way)
-   end subroutine transfer_account
 
    !> The present state, the run that has led to it, and how that has left its events.
    subroutine transfer_run(handle, archive, status)
       type(stepper_handle_t), intent(inout) :: handle
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
+      type(run_plan_t) :: plan
       type(state_t) :: state
-      logical :: has_run, has_events
+      logical :: has_events
       integer :: i
       do i = 1, handle%events%count()
          call archive%expect('event '//trim(handle%events%slots(i)%item%name))
       end do
       call archive%expect('end of events')
-      has_run = allocated(handle%run%summary%work)
       has_events = allocated(handle%run%events)
-      call archive%transfer(has_run)
       call archive%transfer(has_events)
+      plan = handle%run%plan
+      call archive%transfer(plan%steps_before)
+      call archive%transfer(plan%time_step)
+      call archive%transfer(plan%goal%accuracy)
+      call archive%transfer(plan%goal%error_rate)
       if (archive%is_reading()) then
          if (.not. archive%is_whole()) return
          state = handle%run%state
-         call start_run(handle%run, handle%system%effects, state, run_plan_t(), status)
-         if (has_events) then
+         call start_run(handle%run%progress_t, handle%system%effects, state, plan, status)
+         if (has_events .and. status%ok()) then
             allocate (handle%run%events)
             call handle%run%events%begin(handle%events, handle%system, state, status)
          end if
          if (.not. status%ok()) return
-         if (.not. has_run) deallocate (handle%run%summary%work)
       end if
-      if (has_run) then
-         call transfer_progress(handle%run, archive)
-      else
-         call handle%run%state%transfer(archive)
-         call handle%run%state%transfer_wheels(archive)
-         if (has_events) call handle%run%events%transfer(archive)
-      end if
-      call handle%last_state%transfer(archive)
-      call handle%last_state%transfer_wheels(archive)
       call archive%transfer(handle%run%t_first)
-      call archive%transfer(handle%run%plan%steps_before)
-      call archive%transfer(handle%run%n_steps)
-      call archive%transfer(handle%run%plan%time_step)
-      call archive%transfer(handle%run%plan%end_time)
+      call transfer_progress(handle%run%progress_t, archive)
    end subroutine transfer_run
 
 end module nutate_c_copies

@@ -3,7 +3,8 @@ module nutate_c_events
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_funptr, c_int, c_int64_t, c_loc, c_ptr, c_size_t
    use nutate_c_groups, only: parse_events, parse_table_keys
    use nutate_c_handles, only: conclude, find_history, find_stepper, find_system, history_handle_t, null_argument, &
-      stepper_handle_t, system_handle_t
+      stepper_handle_t, system_handle_t, &
+      unprepare
    use nutate_c_quantity, only: c_event_t
    use nutate_c_text, only: lock_texts, take_text, unlock_texts
    use nutate_event, only: event_t
@@ -187,12 +188,10 @@ contains
    !> Events look at the attitude.
    subroutine need_attitude(handle)
       type(stepper_handle_t), intent(inout) :: handle
-      if (.not. handle%attitude_if_needed) return
-      handle%attitude_if_needed = .false.
-      if (handle%settings%attitude) return
-      handle%settings%attitude = .true.
-      handle%ready = .false.
-      handle%plain = .false.
+      handle%run%asked%attitude = .true.
+      if (handle%run%summary%settings%attitude) return
+      handle%run%summary%settings%attitude = .true.
+      call unprepare(handle)
    end subroutine need_attitude
 
 end module nutate_c_events

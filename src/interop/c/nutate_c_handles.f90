@@ -13,12 +13,11 @@ module nutate_c_handles
    use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, name_length
    use nutate_kinds, only: wp, long
-   use nutate_progress, only: progress_t
+   use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY
-   use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -27,6 +26,7 @@ module nutate_c_handles
    public :: SYSTEM_MARK, SCENE_MARK, STEPPER_MARK, HISTORY_MARK
    public :: find_system, find_scene, find_stepper, find_history, find_handle
    public :: open_slot, erase_mark, copy_system, null_argument, report, whole_message, conclude, make_room
+   public :: unprepare
 
    !> Marks of the four kinds.
    integer(c_int64_t), parameter :: SYSTEM_MARK = 7811887110843601971_c_int64_t, &
@@ -73,62 +73,33 @@ module nutate_c_handles
       type(found_events_t) :: found
    end type history_handle_t
 
-   !> A method with its system and the present state.
+   !> A run of a system, which single steps can go on with.
    type, extends(handle_t) :: stepper_handle_t
-      !> A step of `tested_dt` needs nothing but the method's step.
+      !> A step of `tested_dt` needs nothing but the method's step: there is no callback, work or angle to follow, and no
+      !> run has been there since.
       logical :: plain = .false.
-      !> The step that was found admissible last, s, if `tested`.
+      !> The step that was found admissible last, s; 0: none.
       real(wp) :: tested_dt = 0.0_wp
-      class(stepper_t), allocatable :: stepper
+      !> With what is switched on, and held, now.
       type(system_t) :: system
-      !> The present state, and the run of nominal steps that has led to it, if there is one under way.
-      type(progress_t) :: run
-      logical :: under_way = .false.
-      !> The time to which that run has come, s.
-      real(wp) :: t_reached = 0.0_wp
-      !> The method is prepared.
-      logical :: ready = .false.
-      !> A step has been found admissible since.
-      logical :: tested = .false.
-      !> There is nothing around a step: no callback, no work, no angles.
-      logical :: bare = .false.
-      !> Starts of steps are kept, for states inside.
-      logical :: keeps_steps = .false.
-      !> The settings are to be read from `group`.
+      !> The present state, and all that has led to it since it was set. Its stepper is that of single steps and of
+      !> nominal ones; where there is none, the settings have to be taken first.
+      type(run_t) :: run
+      !> The settings are to be read from `group`: what was set, as a scene's `&integrator`.
       logical :: stale = .false.
-      !> There are callbacks.
-      logical :: calls_back = .false.
+      type(group_t) :: group
+      !> The nominal step, or the goal, of its runs.
+      type(run_plan_t) :: plan
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int) :: failure(2) = 0
-      !> The attitude is integrated only where columns or effects need it.
-      logical :: attitude_if_needed = .false.
-      !> What was set, as a scene's `&integrator`.
-      type(group_t) :: group
-      !> The settings that were asked for; and what they are where the choice has been made, for the stepper or by the
-      !> last run to an accuracy or a tolerance.
-      type(integrator_settings_t) :: asked, settings
-      !> Why the method was chosen; blank where it was named.
-      character(len=112) :: choice = ''
-      type(run_plan_t) :: plan
-      !> Work of all torques from before the run under way, J, and the digits that its sum cannot hold.
-      real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
-      !> The same of each that does work, and last of switches, J; shape (n_works + 1).
-      real(wp), allocatable :: works(:)
-      !> Steps from before the run under way in which a root was taken for the true one without a proof.
-      integer(long) :: unproved_steps = 0
-      !> `estimate` and `round_off` of the last run with an accuracy, rad.
-      real(wp) :: error(2) = 0.0_wp
-      !> Error of a step that pilot runs of the last run with an accuracy have found, rad.
-      real(wp) :: found_tolerance = 0.0_wp
       !> Whom runs ask whether to go on.
       type(poll_t) :: poll
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first
       real(wp) :: first_energy = 0.0_wp
-      !> What runs look for, what the last one found, and where it ended; how it left them stands in `run`.
+      !> What runs look for, and what the last one found.
       type(event_list_t) :: events
       type(found_events_t) :: found
-      type(state_t) :: last_state
       !> The effects as they were when the state was set, where something has been switched, or held, since.
       type(effect_list_t), allocatable :: given
       character(len=name_length), allocatable :: sets(:)
@@ -216,6 +187,14 @@ contains
       call to%effects%append(from%effects)
       call report_failures_to(to%effects, cell)
    end subroutine copy_system
+
+   !> Makes a stepper forget its method: the next step or run takes its settings and state anew.
+   subroutine unprepare(handle)
+      type(stepper_handle_t), intent(inout) :: handle
+      handle%plain = .false.
+      call handle%run%leave()
+      if (allocated(handle%run%stepper)) deallocate (handle%run%stepper)
+   end subroutine unprepare
 
    !> Room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.
    subroutine make_room(history, status)

@@ -6,7 +6,6 @@ module nutate_c_inside
    use nutate_c_settings, only: prepare_if_needed
    use nutate_control, only: needs_control
    use nutate_hamiltonian, only: angular_velocity
-   use nutate_kinds, only: wp
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE
    implicit none
@@ -23,9 +22,9 @@ contains
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      handle%keeps_steps = .true.
+      handle%run%is_looked_into = .true.
       call prepare_if_needed(handle, status)
-      if (status%ok()) call handle%stepper%keep_steps()
+      if (status%ok()) call handle%run%stepper%keep_steps()
       code = conclude(handle, status)
    end function nutate_stepper_keep_steps
 
@@ -36,7 +35,6 @@ contains
       type(stepper_handle_t), pointer :: handle
       type(state_t) :: state
       type(status_t) :: status
-      real(wp) :: work
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
@@ -44,14 +42,13 @@ contains
          code = conclude(handle, null_argument('q or omega'))
          return
       end if
-      call prepare_if_needed(handle, status)
       ! What was held in the last step may not be what is held now.
-      if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
+      if (needs_control(handle%system%effects)) status = fail( &
          NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits (expected rows of a '// &
                                              'run at times of your own)', 't')
       if (status%ok()) then
          handle%failure = 0
-         call handle%stepper%state_at(handle%system, t, state, work, status)
+         call handle%run%look(handle%system, t, state, status)
          if (handle%failure(1) /= 0) status = judge_failure(handle%failure)
       end if
       code = conclude(handle, status)

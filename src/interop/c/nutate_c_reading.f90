@@ -3,14 +3,15 @@ module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat
    use nutate_c_effects, only: add_failure
-   use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
-   use nutate_c_rows, only: present_record, unproved_so_far, work_done
+   use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t, unprepare
+   use nutate_c_rows, only: present_record
    use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: conserved_momentum
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
+   use nutate_progress, only: total_work
    use nutate_quaternion, only: quat_normalized, rotate_to_space, rotation_matrix
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_OK
    implicit none
@@ -109,10 +110,10 @@ contains
       call look(stepper, present(energy), .false., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
-      kinetic = kinetic_energy(handle%system, handle%run%state, handle%settings%inverse_auxiliary_inertia)
+      kinetic = kinetic_energy(handle%system, handle%run%state, handle%run%asked%inverse_auxiliary_inertia)
       potential = potential_energy(handle%system%effects, handle%run%state%q, handle%run%state%t)
       frame = dot_product(handle%system%effects%frame_rate, space_momentum(handle%run%state))
-      work = work_done(handle)
+      work = total_work(handle%run%summary)
       call add_failure(handle%failure, status)
       if (status%ok()) energy = [kinetic, potential, kinetic + potential, work - handle%run%state%world_work, &
                                  kinetic + potential - frame - handle%first_energy - work]
@@ -147,7 +148,7 @@ contains
       real(c_double), intent(inout), optional :: error(2)
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(error), .false., handle, code)
-      if (code == NUTATE_OK) error = handle%error
+      if (code == NUTATE_OK) error = [handle%run%summary%estimate, handle%run%summary%round_off]
    end function nutate_stepper_accuracy
 
    integer(c_int) function nutate_stepper_solver(stepper, iterations, residual) result(code) bind(C)
@@ -159,9 +160,9 @@ contains
       if (code /= NUTATE_OK) return
       if (present(iterations)) iterations = 0
       if (present(residual)) residual = 0.0_wp
-      if (.not. allocated(handle%stepper)) return
-      if (present(iterations)) iterations = handle%stepper%iterations
-      if (present(residual)) residual = handle%stepper%residual
+      if (.not. allocated(handle%run%stepper)) return
+      if (present(iterations)) iterations = handle%run%stepper%iterations
+      if (present(residual)) residual = handle%run%stepper%residual
    end function nutate_stepper_solver
 
    integer(c_int) function nutate_stepper_unproved(stepper, steps) result(code) bind(C)
@@ -170,7 +171,7 @@ contains
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(steps), .false., handle, code)
       if (code /= NUTATE_OK) return
-      steps = unproved_so_far(handle)
+      steps = handle%run%summary%unproved_steps
    end function nutate_stepper_unproved
 
    integer(c_int) function nutate_stepper_set_columns(stepper, sets) result(code) bind(C)
@@ -244,7 +245,7 @@ contains
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
       code = NUTATE_OK
-      if (.not. complete .or. (needs_attitude .and. .not. handle%settings%attitude)) code = NUTATE_BAD_ARGUMENT
+      if (.not. complete .or. (needs_attitude .and. .not. handle%run%summary%settings%attitude)) code = NUTATE_BAD_ARGUMENT
    end subroutine look
 
    !> Takes a list of sets of columns.
@@ -267,7 +268,7 @@ contains
       call unlock_texts()
       if (status%ok()) then
          handle%failure = 0
-         call columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia, &
+         call columns%start(handle%system, handle%first, handle%run%asked%inverse_auxiliary_inertia, &
                             handle%plan%time_step < 0.0_wp)
          call add_failure(handle%failure, status)
       end if
@@ -276,11 +277,9 @@ contains
          handle%columns = columns
          handle%sets = sets
          handle%names = names
-         if (handle%attitude_if_needed) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
-                                                        handle%plan%goal%accuracy > 0.0_wp .or. &
-                                                        need_attitude(sets)
-         handle%ready = .false.
-         handle%plain = .false.
+         if (need_attitude(sets)) handle%run%asked%attitude = .true.
+         handle%run%summary%settings%attitude = handle%run%asked%attitude
+         call unprepare(handle)
       end if
       code = conclude(handle, status)
    end function choose

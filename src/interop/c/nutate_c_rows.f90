@@ -7,14 +7,14 @@ module nutate_c_rows
    use nutate_event, only: event_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: total_work
+   use nutate_progress, only: is_over, total_work
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_FINITE, NUTATE_STEP_LIMIT
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: row_taker_t, write_row, present_record, work_done, unproved_so_far
+   public :: row_taker_t, write_row, present_record
 
    !> Writes rows into an array.
    type, extends(observer_t) :: row_taker_t
@@ -29,17 +29,16 @@ module nutate_c_rows
       integer(c_size_t) :: rows = 0
       !> Shape (width, room for rows).
       real(wp), pointer, contiguous :: values(:, :) => null()
-      !> Where positive: of a run of so many steps between rows, which begins without a row, and ends without one at
-      !> this time, s, unless it is due.
-      integer(long) :: every = 0
-      real(wp) :: end_time = 0.0_wp
-      !> The stepper whose run it is; only where steps are chosen by their error.
+      !> The run begins without a row, and ends without one at the end of its plan unless it is due.
+      logical :: leaves_out_ends = .false.
+      !> The stepper whose run it is.
       type(stepper_handle_t), pointer :: handle => null()
    contains
       !> Opens the array.
       procedure :: take
       procedure :: observe => take_row
-      procedure :: poll => ask_callbacks
+      procedure :: poll => ask_program
+      procedure :: vet => judge_callbacks
       procedure :: show_event => take_event
       procedure :: watch => follow_state
    end type row_taker_t
@@ -68,59 +67,26 @@ contains
       end associate
    end subroutine take
 
-   !> What belongs to a row beside the state.
+   !> What belongs to a row beside the present state.
    type(run_record_t) function present_record(handle) result(record)
       type(stepper_handle_t), intent(in) :: handle
-      logical :: on_grid
       record = handle%run%record
-      on_grid = handle%under_way .and. .not. abs(handle%run%state%t - handle%t_reached) > 0.0_wp
-      if (.not. on_grid .and. allocated(handle%stepper)) then
-         record%iterations = handle%stepper%iterations
-         record%residual = handle%stepper%residual
+      if (.not. allocated(handle%run%policy) .and. allocated(handle%run%stepper)) then
+         record%iterations = handle%run%stepper%iterations
+         record%residual = handle%run%stepper%residual
       end if
-      call put_works_done(handle, record)
-   end function present_record
-
-   !> Work of all torques, and of the world, since the state was set, J.
-   real(wp) function work_done(handle)
-      type(stepper_handle_t), intent(in) :: handle
-      work_done = handle%work
-      if (allocated(handle%run%summary%work)) work_done = handle%work + total_work(handle%run%summary)
-   end function work_done
-
-   !> Puts the works since the state was set into a record.
-   subroutine put_works_done(handle, record)
-      type(stepper_handle_t), intent(in) :: handle
-      type(run_record_t), intent(inout) :: record
-      record%work = work_done(handle)
-      if (.not. handle%columns%needs_works) return
-      record%works = handle%works
       associate (summary => handle%run%summary)
-         if (allocated(summary%work)) record%works = record%works + [summary%work, summary%world_work]
+         record%work = total_work(summary)
+         if (handle%columns%needs_works) record%works = [summary%work, summary%world_work]
       end associate
-   end subroutine put_works_done
-
-   !> Steps since the state was set in which a root was taken for the true one without a proof.
-   pure integer(long) function unproved_so_far(handle) result(steps)
-      type(stepper_handle_t), intent(in) :: handle
-      steps = handle%unproved_steps
-      if (allocated(handle%run%summary%work)) steps = steps + handle%run%summary%unproved_steps
-   end function unproved_so_far
+   end function present_record
 
    !> Writes the present state as a row. Errors: `NUTATE_NOT_FINITE`.
    subroutine write_row(handle, taker, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(row_taker_t), intent(inout) :: taker
       type(status_t), intent(inout) :: status
-      type(run_record_t) :: record
-      type(state_t) :: seen
-      if (.not. taker%wants_rows) return
-      ! Between projections the row has a projected copy, as in every run.
-      seen = handle%run%state
-      call handle%stepper%show(handle%system, seen)
-      record = handle%run%record
-      call put_works_done(handle, record)
-      call put_row(handle, taker, handle%system, seen, record, status)
+      if (taker%wants_rows) call put_row(handle, taker, handle%system, handle%run%state, present_record(handle), status)
    end subroutine write_row
 
    !> Puts a row behind the others. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` where there is no room.
@@ -149,24 +115,22 @@ contains
       if (associated(taker%history)) taker%history%rows = taker%rows
    end subroutine put_row
 
-   !> Writes a row of a run whose steps are chosen by their error.
+   !> Writes a row of a run.
    subroutine take_row(self, system, state, record, status)
       class(row_taker_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      type(run_record_t) :: own
       status = judge_failure(self%handle%failure)
       if (status%code /= 0 .or. .not. self%wants_rows) return
-      if (self%every > 0) then
-         if (.not. abs(state%t - self%handle%run%state%t) > 0.0_wp) return
-         if (mod(record%step, self%every) /= 0 .and. .not. abs(state%t - self%end_time) > 0.0_wp) return
+      if (self%leaves_out_ends) then
+         associate (run => self%handle%run)
+            if (run%summary%steps == run%first_step .and. .not. run%way%begun) return
+            if (mod(run%summary%steps - run%first_step, run%plan%every) /= 0 .and. is_over(run%progress_t)) return
+         end associate
       end if
-      own = record
-      own%work = self%handle%work + record%work
-      if (allocated(own%works)) own%works(:) = self%handle%works + record%works
-      call put_row(self%handle, self, system, state, own, status)
+      call put_row(self%handle, self, system, state, record, status)
    end subroutine take_row
 
    !> Keeps an event of a run.
@@ -183,14 +147,20 @@ contains
       if (status%code == 0) call self%handle%found%put(system, event, number, state, status)
    end subroutine take_event
 
-   !> Ends the run where a callback has failed, or the program wants it.
-   subroutine ask_callbacks(self, fraction, status)
+   !> Ends the run where the program wants it.
+   subroutine ask_program(self, fraction, status)
       class(row_taker_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
+      call self%handle%poll%ask(status)
+   end subroutine ask_program
+
+   !> Takes a step back in which a callback has failed.
+   subroutine judge_callbacks(self, status)
+      class(row_taker_t), intent(inout) :: self
+      type(status_t), intent(out) :: status
       status = judge_failure(self%handle%failure)
-      if (status%ok()) call self%handle%poll%ask(status)
-   end subroutine ask_callbacks
+   end subroutine judge_callbacks
 
    !> Follows angles that must not lose turns.
    subroutine follow_state(self, state)

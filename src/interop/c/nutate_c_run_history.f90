@@ -6,7 +6,7 @@ module nutate_c_run_history
    use nutate_c_handles, only: conclude, find_scene, find_stepper, history_handle_t, null_argument, open_slot, &
       scene_handle_t, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: poll_t
-   use nutate_c_rows, only: row_taker_t, unproved_so_far
+   use nutate_c_rows, only: row_taker_t
    use nutate_c_runs, only: run_to
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -52,10 +52,11 @@ contains
          slot = c_loc(rows)
          taker%history => rows
          call run_to(handle, plan, taker, status)
-         rows%unproved_steps = unproved_so_far(handle)
+         rows%unproved_steps = handle%run%summary%unproved_steps
          rows%found = handle%found
          rows%accuracy = handle%plan%goal%accuracy
-         if (status%ok() .and. rows%accuracy > 0.0_wp) rows%error = handle%error
+         if (status%ok() .and. rows%accuracy > 0.0_wp) &
+            rows%error = [handle%run%summary%estimate, handle%run%summary%round_off]
       end if
       code = conclude(handle, status)
    end function nutate_stepper_run_history

@@ -1,7 +1,7 @@
 !> The settings of a C program's stepper: what `&integrator` can say, key by key, and the method that they ask for.
 module nutate_c_settings
-   use nutate_c_effects, only: add_failure, has_callbacks
-   use nutate_c_handles, only: stepper_handle_t
+   use nutate_c_effects, only: add_failure
+   use nutate_c_handles, only: stepper_handle_t, unprepare
    use nutate_c_text, only: lock_texts, unlock_texts
    use nutate_method_choice, only: choose_settings
    use nutate_columns, only: need_attitude
@@ -9,16 +9,14 @@ module nutate_c_settings
    use nutate_keys, only: group_t, group_kind_t, setting_t, KEY_REAL
    use nutate_kinds, only: wp
    use nutate_methods, only: make_stepper
-   use nutate_progress, only: run_summary_t
    use nutate_scene_error, only: scene_error_t
    use nutate_scene_integrator, only: build_integrator, integrator_keys
    use nutate_scene_override, only: apply_override
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
-   use nutate_stepper, only: integrator_settings_t
    implicit none
    private
 
-   public :: set_key, get_key, prepare, prepare_if_needed, settings_of_run, take_choice
+   public :: set_key, get_key, prepare, prepare_if_needed
 
 contains
 
@@ -57,8 +55,7 @@ contains
       end if
       handle%group = groups(1)
       handle%stale = .true.
-      handle%ready = .false.
-      handle%plain = .false.
+      call unprepare(handle)
    end subroutine set_key
 
    !> Takes a key out of a group.
@@ -89,12 +86,12 @@ contains
       value = ''
       call prepare_if_needed(handle, status)
       if (.not. status%ok()) return
-      associate (settings => handle%settings, plan => handle%plan)
+      associate (settings => handle%run%summary%settings, plan => handle%plan)
          select case (key)
          case ('method')
             value = settings%method
          case ('choice')
-            value = handle%choice
+            value = handle%run%summary%choice
          case ('linear_solver')
             value = settings%linear_solver
          case ('order')
@@ -108,7 +105,7 @@ contains
          case ('accuracy')
             write (value, '(es24.16e3)') plan%goal%accuracy
          case ('local_tolerance')
-            write (value, '(es24.16e3)') merge(handle%found_tolerance, plan%goal%local_tolerance, &
+            write (value, '(es24.16e3)') merge(handle%run%plan%goal%local_tolerance, plan%goal%local_tolerance, &
                                                plan%goal%accuracy > 0.0_wp)
          case default
             status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, choice, linear_solver, order, series_order, '// &
@@ -122,32 +119,31 @@ contains
    subroutine prepare(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
-      character(len=len(handle%choice)) :: choice
-      handle%ready = .false.
-      handle%plain = .false.
-      handle%under_way = handle%under_way .and. .not. handle%stale
+      character(len=len(handle%run%summary%choice)) :: choice
+      call unprepare(handle)
       if (handle%stale) call read_settings(handle, status)
-      associate (plan => handle%plan, state => handle%run%state)
-         if (status%ok()) call choose_settings(handle%system, state, plan%end_time - state%t, plan%goal%accuracy, &
-                                               plan%goal%local_tolerance, handle%settings, choice, status)
-      end associate
-      if (choice /= '') handle%choice = choice
-      if (status%ok()) call make_stepper(handle%system, handle%settings, handle%stepper, status)
       if (.not. status%ok()) return
-      if (handle%keeps_steps) call handle%stepper%keep_steps()
+      associate (run => handle%run, goal => handle%plan%goal)
+         run%asked%attitude = run%asked%attitude .or. handle%system%effects%needs_attitude() .or. &
+                              goal%accuracy > 0.0_wp .or. need_attitude(handle%sets)
+         ! How far runs will go is not known yet.
+         run%summary%settings = run%asked
+         call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
+                              run%summary%settings, choice, status)
+         if (choice /= '') run%summary%choice = choice
+         if (status%ok()) call make_stepper(handle%system, run%summary%settings, run%stepper, status)
+         if (status%ok() .and. run%is_looked_into) call run%stepper%keep_steps()
+      end associate
+      if (.not. status%ok()) return
       handle%stale = .false.
-      handle%ready = .true.
-      handle%tested = .false.
-      handle%calls_back = has_callbacks(handle%system%effects)
-      handle%bare = .not. handle%calls_back .and. handle%system%effects%n_works() == 0 .and. &
-                    .not. handle%columns%follows_steps
+      handle%tested_dt = 0.0_wp
    end subroutine prepare
 
    !> The same where it has not been done.
    subroutine prepare_if_needed(handle, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
-      if (.not. handle%ready) call prepare(handle, status)
+      if (.not. allocated(handle%run%stepper)) call prepare(handle, status)
    end subroutine prepare_if_needed
 
    !> Settings, nominal step and goal from the group. Errors: `NUTATE_BAD_ARGUMENT`.
@@ -156,7 +152,7 @@ contains
       type(status_t), intent(inout) :: status
       type(group_t) :: group
       type(scene_error_t) :: error
-      logical :: has_length
+      logical :: has_length, attitude
 
       group = handle%group
       has_length = group%has('time_step') .or. group%has('accuracy') .or. group%has('local_tolerance')
@@ -164,46 +160,26 @@ contains
       ! What is read here must be a complete group.
       if (.not. has_length) call put_number(group, 'time_step', 1.0_wp)
       call put_number(group, 'end_time', group%number('time_step', 1.0_wp))
+      attitude = handle%run%asked%attitude
       call lock_texts()
-      call build_integrator(group, handle%asked, handle%plan, error)
+      call build_integrator(group, handle%run%asked, handle%plan, error)
       call unlock_texts()
       if (error%raised) then
          status = fail(NUTATE_BAD_ARGUMENT, error%text)
          return
       end if
       if (.not. has_length) handle%plan%time_step = 0.0_wp
-      ! How far runs will go is not known yet.
-      handle%plan%end_time = handle%run%state%t
-      handle%settings = handle%asked
-      handle%choice = ''
+      handle%run%asked%attitude = attitude
+      handle%run%summary%choice = ''
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
-      handle%first_energy = conserved_energy(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia)
-      call handle%columns%start(handle%system, handle%first, handle%settings%inverse_auxiliary_inertia, &
-                                handle%plan%time_step < 0.0_wp)
+      associate (inverse_j0 => handle%run%asked%inverse_auxiliary_inertia)
+         handle%first_energy = conserved_energy(handle%system, handle%first, inverse_j0)
+         call handle%columns%start(handle%system, handle%first, inverse_j0, handle%plan%time_step < 0.0_wp)
+      end associate
       if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
       call add_failure(handle%failure, status)
-      if (handle%attitude_if_needed) handle%settings%attitude = handle%system%effects%needs_attitude() .or. &
-                                                     handle%plan%goal%accuracy > 0.0_wp .or. &
-                                                     need_attitude(handle%sets)
    end subroutine read_settings
-
-   !> What a run of its own choice is done with: what was asked for, and the attitude where something looks at it.
-   pure type(integrator_settings_t) function settings_of_run(handle) result(settings)
-      !> Prepared.
-      type(stepper_handle_t), intent(in) :: handle
-      settings = handle%asked
-      settings%attitude = handle%settings%attitude
-   end function settings_of_run
-
-   !> Takes what a run has chosen, if it has begun.
-   pure subroutine take_choice(handle, summary)
-      type(stepper_handle_t), intent(inout) :: handle
-      type(run_summary_t), intent(in) :: summary
-      if (summary%settings%method == '') return
-      handle%settings = summary%settings
-      handle%choice = summary%choice
-   end subroutine take_choice
 
    !> Appends a key of one number.
    subroutine put_number(group, name, number)

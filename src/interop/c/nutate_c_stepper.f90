@@ -4,7 +4,7 @@ module nutate_c_stepper
    use nutate_body, only: body_t, whole_body
    use nutate_c_effects, only: add_failure, report_failures_to
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
-      null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, STEPPER_MARK
+      null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, unprepare, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key
    use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
    use nutate_effect_list, only: effect_list_t
@@ -12,10 +12,13 @@ module nutate_c_stepper
    use nutate_keys, only: name_length
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_moderate, in_words, greatest_number
+   use nutate_progress, only: start_run
    use nutate_quaternion, only: quat_normalized
    use nutate_range, only: check_attitude, check_motion
+   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -119,7 +122,7 @@ contains
       integer(c_size_t), intent(in), value :: size
       character(len=:), allocatable :: name
       type(stepper_handle_t), pointer :: handle
-      character(len=len(handle%choice)) :: value
+      character(len=len(handle%run%summary%choice)) :: value
       type(status_t) :: status
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
@@ -260,11 +263,10 @@ contains
       type(status_t), intent(out) :: status
       integer :: i
       call copy_system(from%scene%system, handle%system, c_loc(handle%failure))
-      handle%asked = from%scene%integrator
-      handle%settings = handle%asked
+      handle%run%asked = from%scene%integrator
+      handle%run%summary%settings = handle%run%asked
       handle%plan = from%scene%plan
       handle%events = from%scene%events
-      handle%attitude_if_needed = handle%events%count() == 0
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do
@@ -318,27 +320,24 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       type(status_t), intent(out) :: status
+      type(integrator_settings_t) :: settings
+      character(len=len(handle%run%summary%choice)) :: choice
       real(wp) :: energy, inverse_j0
       call check_motion(handle%system, state, status)
       if (.not. status%ok()) return
-      inverse_j0 = handle%settings%inverse_auxiliary_inertia
+      inverse_j0 = handle%run%asked%inverse_auxiliary_inertia
       handle%failure = 0
       energy = conserved_energy(handle%system, state, inverse_j0)
       call add_failure(handle%failure, status)
       if (.not. status%ok()) return
-      handle%run%state = state
       handle%first = state
       handle%first_energy = energy
-      ! Nor does the work of the run under way count any more.
-      if (allocated(handle%run%summary%work)) deallocate (handle%run%summary%work)
-      if (allocated(handle%run%events)) deallocate (handle%run%events)
-      handle%work = 0.0_wp
-      handle%work_compensation = 0.0_wp
-      handle%works = spread(0.0_wp, 1, handle%system%effects%n_works() + 1)
-      handle%unproved_steps = 0
-      handle%under_way = .false.
-      handle%plain = .false.
-      handle%ready = .false.
+      settings = handle%run%summary%settings
+      choice = handle%run%summary%choice
+      call start_run(handle%run%progress_t, handle%system%effects, state, run_plan_t(), status)
+      handle%run%summary%settings = settings
+      handle%run%summary%choice = choice
+      call unprepare(handle)
       call handle%columns%start(handle%system, state, inverse_j0, handle%plan%time_step < 0.0_wp)
    end subroutine take_state
 

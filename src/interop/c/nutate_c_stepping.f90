@@ -1,21 +1,22 @@
 !> C interface: single steps. What each function does stands in `include/nutate.h`.
 module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
-   use nutate_c_effects, only: judge_failure
-   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, STEPPER_MARK
+   use nutate_c_effects, only: has_callbacks, judge_failure
+   use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, unprepare, STEPPER_MARK
    use nutate_c_polls, only: steps_between_looks
    use nutate_c_settings, only: prepare_if_needed
    use nutate_control, only: needs_control
    use nutate_failure_causes, only: add_jump
    use nutate_kinds, only: wp
+   use nutate_progress, only: count_works, run_summary_t
    use nutate_range, only: check_step
-   use nutate_state, only: state_t, add_increment
+   use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, NUTATE_OK
    implicit none
    private
 
    public :: nutate_stepper_step, nutate_stepper_steps
-   public :: take_back, test_step
+   public :: test_step
 
 contains
 
@@ -28,13 +29,13 @@ contains
       call c_f_pointer(stepper, handle)
       if (handle%mark /= STEPPER_MARK) return
       if (handle%plain .and. dt == handle%tested_dt) then
-         call handle%stepper%step(handle%system, handle%run%state, dt, handle%status)
+         call handle%run%stepper%step(handle%system, handle%run%state, dt, handle%status)
       else
          call step_with_care(handle, dt, handle%status)
       end if
       code = handle%status%code
       if (code /= NUTATE_OK) return
-      if (handle%stepper%unproved > 0) handle%unproved_steps = handle%unproved_steps + 1
+      if (handle%run%stepper%unproved > 0) call count_unproved(handle%run%summary)
    end function nutate_stepper_step
 
    integer(c_int) function nutate_stepper_steps(stepper, dt, n, done) result(code) bind(C)
@@ -56,13 +57,13 @@ contains
       code = conclude(handle, success)
       do i = 1, n
          if (handle%plain .and. dt == handle%tested_dt) then
-            call handle%stepper%step(handle%system, handle%run%state, dt, handle%status)
+            call handle%run%stepper%step(handle%system, handle%run%state, dt, handle%status)
          else
             call step_with_care(handle, dt, handle%status)
          end if
          code = handle%status%code
          if (code /= NUTATE_OK) return
-         if (handle%stepper%unproved > 0) handle%unproved_steps = handle%unproved_steps + 1
+         if (handle%run%stepper%unproved > 0) call count_unproved(handle%run%summary)
          if (present(done)) done = i
          if (mod(i, steps_between_looks) == 0) then
             call handle%poll%ask(handle%status)
@@ -78,51 +79,45 @@ contains
       real(wp), intent(in) :: dt
       type(status_t), intent(out) :: status
       type(state_t) :: before
-      integer :: i
+      handle%plain = .false.
       call prepare_if_needed(handle, status)
       if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
          NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits, which only runs '// &
                                              'watch over (expected nutate_stepper_run or nutate_stepper_run_to)')
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
+      call handle%run%leave()
+      if (allocated(handle%run%events)) deallocate (handle%run%events)
       before = handle%run%state
       handle%failure = 0
-      call handle%stepper%step(handle%system, handle%run%state, dt, status)
+      call handle%run%stepper%step(handle%system, handle%run%state, dt, status)
       if (handle%failure(1) /= 0) then
-         call take_back(handle, before, status)
+         handle%run%state = before
+         call unprepare(handle)
+         status = judge_failure(handle%failure)
       else if (status%code == 0) then
-         do i = 1, size(handle%stepper%work)
-            call add_increment(handle%work, handle%work_compensation, handle%stepper%work(i))
-            handle%works(i) = handle%works(i) + handle%stepper%work(i)
-         end do
+         call count_works(handle%run%progress_t, handle%run%stepper)
          if (handle%columns%follows_steps) call handle%columns%follow(handle%run%state)
+         handle%plain = size(handle%run%stepper%work) == 0 .and. .not. &
+                        (has_callbacks(handle%system%effects) .or. handle%columns%follows_steps)
       else if (status%code == NUTATE_NOT_CONVERGED) then
          call add_jump(handle%system, status)
       end if
    end subroutine step_with_care
+
+   pure subroutine count_unproved(summary)
+      type(run_summary_t), intent(inout) :: summary
+      summary%unproved_steps = summary%unproved_steps + 1
+   end subroutine count_unproved
 
    !> Tests the length of a step. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine test_step(handle, dt, status)
       type(stepper_handle_t), intent(inout) :: handle
       real(wp), intent(in) :: dt
       type(status_t), intent(inout) :: status
-      if (handle%tested .and. dt == handle%tested_dt) return
+      if (dt == handle%tested_dt .and. abs(dt) > 0.0_wp) return
       call check_step(handle%system, handle%run%state, dt, status)
-      if (.not. status%ok()) return
-      handle%tested = .true.
-      handle%tested_dt = dt
-      handle%plain = handle%bare
+      if (status%ok()) handle%tested_dt = dt
    end subroutine test_step
-
-   !> Puts back the state from before a callback failed; the method forgets what it remembers of the step.
-   subroutine take_back(handle, before, status)
-      type(stepper_handle_t), intent(inout) :: handle
-      type(state_t), intent(in) :: before
-      type(status_t), intent(out) :: status
-      handle%run%state = before
-      handle%ready = .false.
-      handle%plain = .false.
-      status = judge_failure(handle%failure)
-   end subroutine take_back
 
 end module nutate_c_stepping

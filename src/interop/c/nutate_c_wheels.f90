@@ -93,8 +93,9 @@ contains
       real(wp), intent(in) :: torque
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects%wheels(wheel)%command = torque
-      call handle%stepper%take_commands()
-      handle%stepper%last_length = 0.0_wp
+      call handle%run%leave()
+      call handle%run%stepper%take_commands()
+      handle%run%stepper%last_length = 0.0_wp
       handle%plain = .false.
       if (allocated(handle%run%events)) call handle%run%events%take_system(handle%system)
    end subroutine hold_torque
@@ -108,7 +109,7 @@ contains
       call look(stepper, present(jacobi), .true., handle, code)
       if (code /= NUTATE_OK) return
       handle%failure = 0
-      energy = conserved_energy(handle%system, handle%run%state, handle%settings%inverse_auxiliary_inertia)
+      energy = conserved_energy(handle%system, handle%run%state, handle%run%asked%inverse_auxiliary_inertia)
       call add_failure(handle%failure, status)
       if (status%ok()) jacobi = energy
       code = conclude(handle, status)
