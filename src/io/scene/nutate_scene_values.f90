@@ -211,20 +211,33 @@ contains
       end select
    end function expectation
 
-   !> `'a', 'b'` for `a,b`.
+   !> `'a', 'b'` for `a,b`; `'wheel1' to 'wheel6'` for names that differ by the number at their end.
    pure function quoted_list(list) result(words)
       character(len=*), intent(in) :: list
       character(len=:), allocatable :: words
-      character(len=:), allocatable :: item
-      integer :: i
+      integer :: first, last
       words = ''
       associate (names => split_list(list))
-         do i = 1, size(names)
-            item = "'"//trim(names(i))//"'"
-            if (i > 1) words = words//', '
-            words = words//item
+         first = 1
+         do while (first <= size(names))
+            last = first
+            do while (last < size(names))
+               if (stem(names(last + 1)) /= stem(names(first)) .or. stem(names(first)) == names(first)) exit
+               last = last + 1
+            end do
+            if (first > 1) words = words//', '
+            words = words//quoted(trim(names(first)))
+            if (last > first) words = words//' to '//quoted(trim(names(last)))
+            first = last + 1
          end do
       end associate
    end function quoted_list
+
+   !> A name without the number at its end.
+   pure function stem(name)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: stem
+      stem = name(:verify(trim(name), '0123456789', back=.true.))
+   end function stem
 
 end module nutate_scene_values
