@@ -238,13 +238,57 @@ contains
          call a_run%resume(resumed, status)
       end if
       if (status%ok()) call a_run%go(problem%system, status, recorder)
-      call account%begin_writing()
-      call a_run%state%transfer(account)
-      call a_run%state%transfer_wheels(account)
-      call a_run%summary%transfer(account)
-      outcome = account%content()
+      outcome = outcome_of(a_run)
       recorder%cut_steps = a_run%summary%cut_steps
    end subroutine run
+
+   !> The bytes of the last state of a run and of its summary.
+   function outcome_of(run) result(bytes)
+      type(run_t), intent(inout) :: run
+      character(len=:), allocatable :: bytes
+      type(byte_archive_t) :: account
+      call account%begin_writing()
+      call run%state%transfer(account)
+      call run%state%transfer_wheels(account)
+      call run%summary%transfer(account)
+      bytes = account%content()
+   end function outcome_of
+
+   !> A run that stops again and again, and a copy of it, end as one that does not.
+   subroutine check_stops(error, problem, settings, plan, stops, label)
+      type(error_type), allocatable, intent(inout) :: error
+      type(problem_t), intent(in) :: problem
+      type(integrator_settings_t), intent(in) :: settings
+      !> Of nominal steps, which end with the last of them.
+      type(run_plan_t), intent(in) :: plan
+      !> Steps between two stops.
+      integer, intent(in) :: stops(:)
+      character(len=*), intent(in) :: label
+      type(recorder_t) :: whole
+      type(run_plan_t) :: endless
+      type(run_t), allocatable :: run_1, run_2
+      type(status_t) :: status
+      character(len=:), allocatable :: wanted
+      integer :: i
+      if (allocated(error)) return
+      call run(problem, settings, plan, whole, wanted, status)
+      endless = run_plan_t(time_step=plan%time_step)
+      allocate (run_1, run_2)
+      call run_1%begin(problem%system, settings, problem%start, endless, status)
+      do i = 1, size(stops)
+         if (status%ok()) call run_1%go_steps(problem%system, int(stops(i), long), status)
+         if (i == size(stops)/2) run_2 = run_1
+      end do
+      if (status%ok()) call run_1%go_to(problem%system, plan%end_time, status)
+      call check(error, status%ok(), label//": "//trim(status%message))
+      if (allocated(error)) return
+      call check(error, outcome_of(run_1) == wanted, label//": stops leave a trace")
+      if (allocated(error)) return
+      ! What the copy points to is not the run that is gone.
+      deallocate (run_1)
+      call run_2%go_to(problem%system, plan%end_time, status)
+      call check(error, status%ok() .and. outcome_of(run_2) == wanted, label//": the copy goes another way")
+   end subroutine check_stops
 
    !> A run that ends at a number of steps and goes on from there has the rows, the last state and the summary of one
    !> that was never interrupted.
@@ -290,6 +334,8 @@ contains
          call check_run(error, problem_for(methods(m)), settings_of(methods(m)), &
                         run_plan_t(time_step=0.01_wp, end_time=0.403_wp, every=3_long), [1, 2, 5, 12, 39, 40], &
                         label_of(methods(m)))
+         call check_stops(error, problem_for(methods(m)), settings_of(methods(m)), &
+                          run_plan_t(time_step=0.01_wp, end_time=0.403_wp), [1, 2, 5, 0, 12, 3], label_of(methods(m)))
          if (allocated(error)) return
       end do
    end subroutine runs_go_on
@@ -314,6 +360,8 @@ contains
          call check_run(error, windowed_top(), settings_of(methods(m)), &
                         run_plan_t(time_step=0.001_wp, end_time=0.045_wp), limits, &
                         label_of(methods(m)))
+         call check_stops(error, windowed_top(), settings_of(methods(m)), &
+                          run_plan_t(time_step=0.001_wp, end_time=0.045_wp), [10, 1, 4, 1, 13, 1], label_of(methods(m)))
          if (allocated(error)) return
       end do
    end subroutine runs_go_on_with_windows
@@ -332,6 +380,7 @@ contains
          call check(error, recorder%cut_steps > 0, trim(methods(m)%equations)//": no step is cut")
          if (.not. allocated(error)) call check_run(error, box(), settings_of(methods(m)), plan, &
                                                     [1, 2, 3, 7, 12, 19], trim(methods(m)%equations))
+         call check_stops(error, box(), settings_of(methods(m)), plan, [1, 2, 3, 7], trim(methods(m)%equations))
          if (allocated(error)) return
       end do
    end subroutine runs_go_on_with_cut_steps
