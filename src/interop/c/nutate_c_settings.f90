@@ -126,8 +126,8 @@ contains
       associate (run => handle%run, goal => handle%plan%goal)
          run%asked%attitude = run%asked%attitude .or. handle%system%effects%needs_attitude() .or. &
                               goal%accuracy > 0.0_wp .or. need_attitude(handle%sets)
-         ! How far runs will go is not known yet.
-         run%summary%settings = run%asked
+         run%summary%settings%attitude = run%asked%attitude
+         ! What a run has chosen stays. Otherwise how far runs will go is not known yet.
          call choose_settings(handle%system, run%state, 0.0_wp, goal%accuracy, goal%local_tolerance, &
                               run%summary%settings, choice, status)
          if (choice /= '') run%summary%choice = choice
@@ -170,6 +170,7 @@ contains
       end if
       if (.not. has_length) handle%plan%time_step = 0.0_wp
       handle%run%asked%attitude = attitude
+      handle%run%summary%settings = handle%run%asked
       handle%run%summary%choice = ''
       ! The energy has a part of the auxiliary inertia.
       handle%failure = 0
