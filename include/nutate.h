@@ -365,8 +365,9 @@ int nutate_stepper_keep_steps(nutate_stepper *stepper);
 int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], double omega[3]);
 
 /* Nominal steps of the time_step set: as `nutate run` makes them. The k-th ends at t0 + k time_step; steps end where
- * torques start and stop; a step that fails is cut into parts. Calls in a row continue the count of steps.
- *   <=>  stepper   on failure at the last state reached
+ * torques start and stop; a step that fails is cut into parts. Calls in a row, of nutate_stepper_run_to too, continue the
+ * count of steps.
+ *   <=>  stepper   on failure at the last state reached: where a callback failed, that before the step
  *   ==>  n         number of nominal steps, >= 0
  *   ==>  every     a row after each `every` steps of this call, >= 1
  *   <==  rows      [capacity][width] of the columns chosen, n/every of them; or NULL: none

@@ -15,7 +15,7 @@ extern "C" {
  *   ==>  end_time  s
  *   ==>  every     steps between rows, >= 1        ==>  interval  time between rows, s, or 0: see nutate_stepper_run_to
  *   ==>  times     [n_times] times of the rows, s, in the order in which the run comes to them, and no others: rows between
- *                  steps are as good as the method; or NULL. Steps are then not counted on from earlier runs
+ *                  steps are as good as the method; or NULL
  *   <==  history   the new handle, also where the run fails: it then has all rows so far */
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
