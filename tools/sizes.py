@@ -1,4 +1,4 @@
-"""Looks for what is too long to read: files over 500 lines, procedures over 60, subjects of commits over 72 characters.
+"""Looks for what is too long to read: files over 700 lines, procedures over 60, subjects of commits over 72 characters.
 
     tools/sizes.py      prints each that is over; exit status 1 where there is one
 """
@@ -11,7 +11,7 @@ import sys
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 FOLDERS = ["src", "app", "test", "example", "bench", "link", "include", "python", "tools", "mpi/app", "mpi/bench", "mpi/test", ".ci"]
 ENDINGS = (".f90", ".f", ".c", ".cpp", ".h", ".py", ".sh")
-LONGEST_FILE = 500
+LONGEST_FILE = 700
 LONGEST_PROCEDURE = 60
 LONGEST_SUBJECT = 72
 # Commits looked at, from the last one back.

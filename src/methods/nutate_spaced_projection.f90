@@ -125,7 +125,6 @@ contains
       if (.not. state%is_at(self%seen_q, self%seen_p)) return
       state%q = self%left_q
       state%p = self%left_p
-      if (.not. self%compensated) return
       state%q_compensation = self%left_q_compensation
       state%p_compensation = self%left_p_compensation
    end subroutine find_origin
@@ -200,7 +199,6 @@ contains
       self%left_q = state%q
       self%left_p = state%p
       self%seen = .false.
-      if (.not. self%compensated) return
       self%left_q_compensation = state%q_compensation
       self%left_p_compensation = state%p_compensation
    end subroutine end_step

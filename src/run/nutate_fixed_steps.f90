@@ -24,8 +24,8 @@ module nutate_fixed_steps
 
    !> Steps of one length.
    type, extends(step_policy_t) :: fixed_steps_t
-      !> Prepared for the system of the run. Whoever has it points this to it in each call: a copy of a run is not to step
-      !> by the stepper of the original.
+      !> Prepared for the system of the run. Whoever has it points this to it in each call: a copy of a run is not to
+      !> step by the stepper of the original.
       class(stepper_t), pointer :: stepper => null()
    contains
       !> Counts the steps to the end of the plan.

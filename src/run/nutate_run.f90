@@ -125,9 +125,9 @@ contains
       call conclude_run(progress, state, summary)
    end subroutine integrate_by_stepper
 
-   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers; for a plan without an
-   !> end time, in `go_to`. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings that a
-   !> method cannot honour.
+   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers; for a plan without
+   !> an end time, in `go_to`. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings
+   !> that a method cannot honour.
    subroutine begin_by_settings(self, system, settings, state, plan, status)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -143,7 +143,8 @@ contains
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_settings
 
-   !> The same by steps of one length, with a copy of a stepper that is prepared already, perhaps of a method of one's own.
+   !> The same by steps of one length, with a copy of a stepper that is prepared already, perhaps of a method of one's
+   !> own.
    subroutine begin_by_stepper(self, system, stepper, state, plan, status)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
@@ -198,7 +199,8 @@ contains
       class(run_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: time_step
-      is_on_grid = .not. (self%way%begun .or. self%plan%goal%active() .or. abs(self%plan%time_step - time_step) > 0.0_wp)
+      is_on_grid = .not. (self%way%begun .or. self%plan%goal%active() .or. &
+                          abs(self%plan%time_step - time_step) > 0.0_wp)
       if (is_on_grid) is_on_grid = .not. abs(end_of_step(self%progress_t, self%summary%steps) - self%state%t) > 0.0_wp
    end function is_on_grid
 

@@ -103,8 +103,8 @@ contains
       end associate
    end function sample_margin
 
-   !> Takes steps to the end of a run, or to the next switch or sample: the only loop there is, for all methods, policies
-   !> and interfaces. Each round takes one step of the method, which may be a part of a step of the run.
+   !> Takes steps to the end of a run, or to the next switch or sample: the only loop there is, for all methods,
+   !> policies and interfaces. Each round takes one step of the method, which may be a part of a step of the run.
    subroutine take_steps(progress, policy, system, status, observer)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
@@ -128,10 +128,7 @@ contains
       do while (status%code == 0 .and. .not. over)
          steps = progress%summary%steps
          if (tries_of(progress) - merge(spare_tries, 0_long, progress%way%begun) >= progress%plan%max_steps) then
-            status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
-            if (present(observer)) then
-               if (observer%keeps_archives) call offer(progress, policy, observer, status)
-            end if
+            call end_at_limit(progress, policy, observer, status)
             return
          end if
          watched = progress%state%t
@@ -154,11 +151,7 @@ contains
          if (vets) call vet_step(progress, policy, system, mark, observer, status)
          if (status%code /= 0) return
          if (present(observer)) then
-            if (progress%summary%steps /= steps .or. over) then
-               call finish_step(progress, policy, system, watched, over, observer, status)
-            else if (abs(progress%state%t - watched) > 0.0_wp) then
-               call finish_part(progress, policy, system, watched, observer, status)
-            end if
+            call show_step(progress, policy, system, watched, progress%summary%steps /= steps, over, observer, status)
             if (tries_of(progress) >= next_poll .and. status%code == 0) then
                next_poll = poll_after(progress, policy)
                call observer%poll(fraction_done(progress), status)
@@ -170,6 +163,17 @@ contains
          end if
       end do
    end subroutine take_steps
+
+   !> Ends a run that may not take more steps.
+   subroutine end_at_limit(progress, policy, observer, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      class(observer_t), intent(inout), optional :: observer
+      type(status_t), intent(inout) :: status
+      status = fail(NUTATE_STEP_LIMIT, 'the run needs more steps than were allowed')
+      if (.not. present(observer)) return
+      if (observer%keeps_archives) call offer(progress, policy, observer, status)
+   end subroutine end_at_limit
 
    !> Lets the observer say whether what a step has computed can be used; if not, the run is where it was before.
    subroutine vet_step(progress, policy, system, mark, observer, status)
@@ -243,6 +247,24 @@ contains
       end if
       progress%keeps_starts = waits .or. allocated(progress%plan%times) .or. progress%is_looked_into
    end subroutine see_ahead
+
+   !> Shows what lies in the step of the method that was taken.
+   subroutine show_step(progress, policy, system, watched, ends, over, observer, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      !> Time up to which the observer watched, s.
+      real(wp), intent(inout) :: watched
+      !> A step of the run ends there; it was the last one.
+      logical, intent(in) :: ends, over
+      class(observer_t), intent(inout) :: observer
+      type(status_t), intent(inout) :: status
+      if (ends .or. over) then
+         call finish_step(progress, policy, system, watched, over, observer, status)
+      else if (abs(progress%state%t - watched) > 0.0_wp) then
+         call finish_part(progress, policy, system, watched, observer, status)
+      end if
+   end subroutine show_step
 
    !> Shows the rows that belong to a step of the run.
    subroutine finish_step(progress, policy, system, watched, over, observer, status)

@@ -75,8 +75,8 @@ module nutate_c_handles
 
    !> A run of a system, which single steps can go on with.
    type, extends(handle_t) :: stepper_handle_t
-      !> A step of `tested_dt` needs nothing but the method's step: there is no callback, work or angle to follow, and no
-      !> run has been there since.
+      !> A step of `tested_dt` needs nothing but the method's step: there is no callback, work or angle to follow, and
+      !> no run has been there since.
       logical :: plain = .false.
       !> The step that was found admissible last, s; 0: none.
       real(wp) :: tested_dt = 0.0_wp

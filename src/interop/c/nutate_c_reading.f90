@@ -245,7 +245,8 @@ contains
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
       code = NUTATE_OK
-      if (.not. complete .or. (needs_attitude .and. .not. handle%run%summary%settings%attitude)) code = NUTATE_BAD_ARGUMENT
+      if (needs_attitude .and. .not. handle%run%summary%settings%attitude) code = NUTATE_BAD_ARGUMENT
+      if (.not. complete) code = NUTATE_BAD_ARGUMENT
    end subroutine look
 
    !> Takes a list of sets of columns.
