@@ -1,45 +1,31 @@
 !> C interface: runs of scenes, in memory and into files. What each function does stands in `include/nutate.h`.
 module nutate_c_history
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, &
       c_ptr, c_size_t
    use nutate_c_effects, only: add_failure, judge_failure
-   use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, make_room, &
-      null_argument, open_slot, report, scene_handle_t, HISTORY_MARK
+   use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
+      open_slot, report, scene_handle_t, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: integrate_asking, poll_t
+   use nutate_c_rows, only: row_taker_t
+   use nutate_c_runs, only: travel
+   use nutate_c_stepper, only: start_handle, take_scene
    use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
-   use nutate_columns, only: columns_t
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t, events_name
    use nutate_files, only: same_file
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
-   use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: run_summary_t
+   use nutate_observer, only: run_record_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
-   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_FINITE, &
-      NUTATE_NO_MEMORY, NUTATE_OK
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, &
+      NUTATE_OK
    use nutate_system, only: system_t
    implicit none
    private
 
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
       nutate_history_values, nutate_history_unproved, nutate_history_accuracy, nutate_history_destroy
-
-   !> Keeps rows in memory.
-   type, extends(observer_t) :: collector_t
-      type(columns_t) :: columns
-      type(history_handle_t), pointer :: history => null()
-      !> Status and what the callback returned, of a callback that failed; shape (2).
-      integer(c_int), pointer :: failure(:) => null()
-      type(poll_t) :: whom
-   contains
-      procedure :: observe => collect_row
-      procedure :: poll => poll_collector
-      procedure :: show_event => collect_event
-      procedure :: watch => follow_collector
-   end type collector_t
 
    !> Writes rows into a file, as long as no callback has failed.
    type, extends(history_t) :: writer_t
@@ -209,43 +195,36 @@ contains
       code = NUTATE_OK
    end function nutate_history_destroy
 
-   !> Runs a scene and keeps its rows.
+   !> Runs a scene and keeps its rows: that is a run of a stepper of the scene.
    subroutine collect(from, handle, status)
       type(scene_handle_t), intent(in) :: from
       type(history_handle_t), pointer, intent(in) :: handle
       type(status_t), intent(out) :: status
-      type(collector_t) :: collector
-      type(system_t) :: system
-      type(state_t) :: state
-      type(run_summary_t) :: summary
-      type(run_plan_t) :: plan
-      integer(c_int), target :: failure(2)
-      failure = 0
-      call lock_texts()
-      call collector%columns%choose(from%scene%output%columns, status, from%scene%output%degrees, &
-                                    from%scene%system%effects)
-      handle%names = collector%columns%header()
-      call unlock_texts()
+      type(stepper_handle_t), pointer :: stepper
+      type(row_taker_t) :: taker
+      call start_handle(stepper, status)
       if (.not. status%ok()) return
-      handle%width = collector%columns%width
-      call copy_system(from%scene%system, system, c_loc(failure))
-      collector%history => handle
-      collector%failure => failure
-      collector%whom = from%poll
-      collector%sees_every_step = collector%columns%follows_steps
-      collector%wants_works = collector%columns%needs_works
-      call collector%columns%start(system, from%scene%initial, from%scene%integrator%inverse_auxiliary_inertia, &
-                                   backward=from%scene%plan%end_time < from%scene%initial%t)
-      call add_failure(failure, status)
-      if (.not. status%ok()) return
-      state = from%scene%initial
-      plan = from%scene%plan
-      call integrate_asking(from%poll, failure, system, from%scene%integrator, state, plan, status, collector, &
-                            summary, from%scene%events)
-      call add_failure(failure, status)
-      handle%unproved_steps = summary%unproved_steps
-      handle%accuracy = from%scene%plan%goal%accuracy
-      if (status%ok() .and. handle%accuracy > 0.0_wp) handle%error = [summary%estimate, summary%round_off]
+      associate (scene => from%scene, columns => stepper%columns)
+         call take_scene(stepper, from, status)
+         call lock_texts()
+         if (status%ok()) call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
+         handle%names = columns%header()
+         call unlock_texts()
+         if (status%ok()) then
+            call columns%start(stepper%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
+                               backward=scene%plan%end_time < scene%initial%t)
+            stepper%poll = from%poll
+            taker%history => handle
+            call taker%take(columns%width, 0_long, status)
+            call travel(stepper, scene%plan, taker, status)
+            handle%found = stepper%found
+            handle%unproved_steps = stepper%run%summary%unproved_steps
+            handle%accuracy = scene%plan%goal%accuracy
+            if (status%ok() .and. handle%accuracy > 0.0_wp) &
+               handle%error = [stepper%run%summary%estimate, stepper%run%summary%round_off]
+         end if
+      end associate
+      deallocate (stepper)
    end subroutine collect
 
    !> Runs a scene and writes its rows.
@@ -316,55 +295,6 @@ contains
       status = judge_failure(self%failure)
       if (status%ok()) call self%events%write(self%columns, system, trim(event%name), number, state, record, status)
    end subroutine write_event
-
-   !> Keeps a row. Errors: those of callbacks, `NUTATE_NOT_FINITE`, `NUTATE_NO_MEMORY`.
-   subroutine collect_row(self, system, state, record, status)
-      class(collector_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(out) :: status
-      status = judge_failure(self%failure)
-      if (status%ok()) call make_room(self%history, status)
-      if (.not. status%ok()) return
-      associate (row => self%history%values(:, self%history%rows + 1))
-         call self%columns%evaluate(system, state, record, row)
-         if (.not. all(ieee_is_finite(row))) &
-            status = fail(NUTATE_NOT_FINITE, 'a value of the history is not finite')
-      end associate
-      call add_failure(self%failure, status)
-      if (status%ok()) self%history%rows = self%history%rows + 1
-   end subroutine collect_row
-
-   !> Keeps an event. Errors: those of callbacks, `NUTATE_NO_MEMORY`.
-   subroutine collect_event(self, system, event, which, number, state, record, status)
-      class(collector_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      class(event_t), intent(in) :: event
-      integer, intent(in) :: which
-      integer(long), intent(in) :: number
-      type(state_t), intent(in) :: state
-      type(run_record_t), intent(in) :: record
-      type(status_t), intent(inout) :: status
-      status = judge_failure(self%failure)
-      if (status%ok()) call self%history%found%put(system, event, number, state, status)
-   end subroutine collect_event
-
-   !> Ends the run where a callback has failed, or the program wants it.
-   subroutine poll_collector(self, fraction, status)
-      class(collector_t), intent(inout) :: self
-      real(wp), intent(in) :: fraction
-      type(status_t), intent(out) :: status
-      status = judge_failure(self%failure)
-      if (status%ok()) call self%whom%ask(status)
-   end subroutine poll_collector
-
-   !> Follows angles that must not lose turns.
-   subroutine follow_collector(self, state)
-      class(collector_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      call self%columns%follow(state)
-   end subroutine follow_collector
 
    !> Writes a row. Errors: those of callbacks and of the history.
    subroutine write_row(self, system, state, record, status)

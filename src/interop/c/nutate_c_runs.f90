@@ -16,7 +16,7 @@ module nutate_c_runs
    implicit none
    private
 
-   public :: nutate_stepper_run, nutate_stepper_run_to, nutate_stepper_count_rows, run_to
+   public :: nutate_stepper_run, nutate_stepper_run_to, nutate_stepper_count_rows, run_to, travel
 
 contains
 

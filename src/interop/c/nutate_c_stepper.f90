@@ -26,6 +26,7 @@ module nutate_c_stepper
    public :: nutate_stepper_create, nutate_stepper_create_scene, nutate_stepper_destroy, nutate_stepper_set, &
       nutate_stepper_get, nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, &
       nutate_stepper_set_canonical
+   public :: start_handle, take_scene
 
    !> Sets of columns of a stepper that no scene has chosen.
    character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
