@@ -15,7 +15,8 @@ module nutate_control
    implicit none
    private
 
-   public :: free_senses, is_watched, limit_events, needs_control, next_sample, take_limits, take_samples
+   public :: beyond_accuracy, free_senses, is_watched, limit_events, &
+      needs_control, next_sample, take_limits, take_samples
 
 contains
 
@@ -31,6 +32,18 @@ contains
       type(effect_list_t), intent(in) :: effects
       is_watched = needs_control(effects) .or. can_jump(effects)
    end function is_watched
+
+   !> Why no accuracy can be promised, in words; empty where it can.
+   pure function beyond_accuracy(effects, switches) result(words)
+      type(effect_list_t), intent(in) :: effects
+      !> Events switch something.
+      logical, intent(in) :: switches
+      character(len=:), allocatable :: words
+      words = ''
+      if (switches) words = 'an accuracy is promised only where nothing is switched'
+      if (needs_control(effects)) words = 'an accuracy is promised only where no wheel has a speed_limit, and no '// &
+                                          'regulator samples or has limits'
+   end function beyond_accuracy
 
    !> The events of all limits.
    function limit_events(effects) result(events)

@@ -12,7 +12,7 @@
 module nutate_run
    use nutate_accuracy, only: find_tolerance
    use nutate_archive, only: archive_t
-   use nutate_control, only: is_watched, needs_control
+   use nutate_control, only: beyond_accuracy, is_watched
    use nutate_error_control, only: error_control_t
    use nutate_fixed_steps, only: count_steps, fixed_steps_t
    use nutate_event_tracker, only: event_list_t
@@ -211,6 +211,7 @@ contains
       type(status_t), intent(inout) :: status
       type(error_control_t), allocatable :: control
       type(fixed_steps_t), allocatable :: fixed
+      integer :: i
       if (self%plan%goal%active()) then
          call choose(self, system, status)
          if (.not. status%ok()) return
@@ -235,7 +236,10 @@ contains
       if (allocated(self%events)) then
          self%events%stopped = .false.
          self%events%n_due = 0
-         call self%policy%expect_events(system, self%progress_t, status)
+         associate (watched => self%events%watched(:self%events%n_asked))
+            call check_promise(self%plan, system, any([(watched(i)%event%action /= 0, i=1, size(watched))]), status)
+         end associate
+         if (status%ok()) call self%policy%expect_events(system, self%progress_t, status)
       else
          call expect_events(self%progress_t, self%policy, event_list_t(), system, status)
       end if
@@ -281,30 +285,34 @@ contains
       type(event_list_t), intent(in) :: events
       type(system_t), intent(in) :: system
       type(status_t), intent(inout) :: status
+      logical :: is_first, switches
       integer :: i
-      logical :: is_first
       if (events%count() == 0 .and. allocated(progress%events)) return
-      if (progress%plan%goal%accuracy > 0.0_wp .and. needs_control(system%effects)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'an accuracy is promised only where no wheel has a limit of its speed, '// &
-                       'and no regulator samples or has limits (expected time_step or local_tolerance with '// &
-                       'them)', 'accuracy')
-         return
-      end if
-      if (events%count() == 0 .and. .not. is_watched(system%effects)) return
+      switches = .false.
       do i = 1, events%count()
-         if (events%slots(i)%item%action /= 0 .and. progress%plan%goal%accuracy > 0.0_wp) then
-            status = fail(NUTATE_BAD_ARGUMENT, &
-               'an accuracy is promised only where nothing is switched (expected time_step '// &
-                          'or local_tolerance with a switch)', 'switch')
-            return
-         end if
+         switches = switches .or. events%slots(i)%item%action /= 0
       end do
+      call check_promise(progress%plan, system, switches, status)
+      if (.not. status%ok() .or. (events%count() == 0 .and. .not. is_watched(system%effects))) return
       is_first = .not. allocated(progress%events)
       if (.not. is_first) deallocate (progress%events)
       allocate (progress%events)
       call progress%events%begin(events, system, progress%state, status)
       if (is_first .and. status%ok()) call policy%expect_events(system, progress, status)
    end subroutine expect_events
+
+   !> Tests whether the accuracy of a plan can be promised. Errors: `NUTATE_BAD_ARGUMENT`.
+   subroutine check_promise(plan, system, switches, status)
+      type(run_plan_t), intent(in) :: plan
+      type(system_t), intent(in) :: system
+      !> Events switch something.
+      logical, intent(in) :: switches
+      type(status_t), intent(inout) :: status
+      character(len=:), allocatable :: words
+      if (.not. plan%goal%accuracy > 0.0_wp) return
+      words = beyond_accuracy(system%effects, switches)
+      if (words /= '') status = fail(NUTATE_BAD_ARGUMENT, words//' (expected time_step or local_tolerance)', 'accuracy')
+   end subroutine check_promise
 
    !> Finds the error of steps that meets the accuracy of the goal, by pilot runs; where there is none, or it is known
    !> already, there is nothing to find. `go` does this if it has not been done.

@@ -5,7 +5,7 @@
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
    use nutate_body, only: body_t
-   use nutate_control, only: needs_control
+   use nutate_control, only: beyond_accuracy, needs_control
    use nutate_columns, only: columns_t, need_attitude
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
@@ -175,9 +175,8 @@ contains
       type(group_t), intent(in) :: integrator
       type(scene_error_t), intent(inout) :: error
       if (plan%goal%accuracy > 0.0_wp .and. needs_control(effects)) &
-         call error%raise(integrator%line_of('accuracy'), 'an accuracy is promised only where no wheel has a '// &
-                          'speed_limit, and no regulator samples or has limits', &
-                          expected='time_step or local_tolerance with them')
+         call error%raise(integrator%line_of('accuracy'), beyond_accuracy(effects, .false.), &
+                          expected='time_step or local_tolerance')
    end subroutine check_control
 
    !> Builds the parts from groups that have been checked one by one.

@@ -3,6 +3,7 @@ module nutate_scene_events
    use nutate_admissible, only: POSITIVE
    use nutate_column_event, only: column_event_t, event_columns, most_columns, natural_period, needs_attitude, &
       shows_orbit, shows_sun, wheel_of
+   use nutate_control, only: beyond_accuracy
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
    use nutate_event_tracker, only: event_list_t
@@ -235,8 +236,8 @@ contains
          call error%raise(group%line_of('switch'), 'no effect that can be switched is called '//quoted(label), &
                           expected='the name of an effect; a rotor cannot be switched')
       else if (accuracy > 0.0_wp) then
-         call error%raise(group%line_of('switch'), 'an accuracy is promised only where nothing is switched', &
-                          expected='time_step or local_tolerance with it')
+         call error%raise(group%line_of('switch'), beyond_accuracy(effects, .true.), &
+                          expected='time_step or local_tolerance')
       end if
       event%effect = label
    end subroutine take_switch
