@@ -1,7 +1,8 @@
 !> What the benchmarks of accuracy integrate.
 module bench_problems
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use nutate, only: diagonal, make_body, make_state, read_scene, scene_t, status_t, wp
+   use nutate, only: make_body, make_state, read_scene, scene_t, status_t, wp
+   use nutate_body, only: diagonal
    use nutate_linear_potential, only: linear_potential_t
    use nutate_reference, only: reference_t
    use nutate_stopwatch, only: stopwatch_t

@@ -1,8 +1,9 @@
 !> N steps by the library, or by NUSTEP in calls of M steps: what `f77_cost.sh` compares.
 !>    f77_stepping N M box|top|damped lapack|reduced ORDER      M = 0: the library's `integrate`; -1: its bare steps
 program f77_stepping
-   use nutate, only: damping_t, gravity_t, integrate, integrator_settings_t, long, make_body, diagonal, make_state, &
+   use nutate, only: damping_t, gravity_t, integrate, integrator_settings_t, long, make_body, make_state, &
       make_stepper, run_plan_t, state_t, status_t, stepper_t, system_t, wp
+   use nutate_body, only: diagonal
    implicit none
 
    interface

@@ -3,8 +3,10 @@
 !> In each round the yardstick and every case take their turns; the figures are medians over the rounds.
 program bench_step
    use bench_timing, only: mean_iterations, time_dgesv, time_steps
-   use nutate, only: applied_torque_t, damping_t, diagonal, dipole_t, effect_t, gravity_gradient_t, gravity_t, &
-      integrator_settings_t, make_body, make_shape_body, make_state, rotor_t, spring_t, state_t, status_t, system_t, wp
+   use nutate, only: applied_torque_t, damping_t, dipole_t, effect_t, gravity_gradient_t, gravity_t, &
+      integrator_settings_t, make_body, make_shape_body, make_state, rotor_t, spring_t, state_t, status_t, system_t, &
+      wp
+   use nutate_body, only: diagonal
    use nutate_work_point, only: median
    implicit none
 

@@ -2,7 +2,8 @@
 !>
 !> The box rotates about its intermediate axis and tumbles; energy and angular momentum stay what they were.
 program box_by_hand
-   use nutate
+   use nutate, only: angular_velocity, integrator_settings_t, make_shape_body, make_state, make_stepper, &
+      space_momentum, state_t, status_t, stepper_t, system_t, total_energy, wp
    implicit none
    type(system_t) :: system
    type(state_t) :: state

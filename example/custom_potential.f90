@@ -31,7 +31,10 @@ contains
 end module wall_potential
 
 program custom_potential
-   use nutate
+   use nutate, only: gravity_t, integrator_settings_t, make_shape_body, make_state, make_stepper, space_momentum, &
+      state_t, status_t, stepper_t, system_t, total_energy, wp
+   use nutate_attitude, only: quat_from_euler
+   use nutate_quaternion, only: rotate_to_space
    use wall_potential, only: wall_t
    implicit none
    type(system_t) :: system

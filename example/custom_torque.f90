@@ -1,6 +1,7 @@
 !> A torque of one's own, τ(t, attitude, Ω): a controller that points the body's axis 3 upwards and stops its rotation.
 module pointing_torque
-   use nutate, only: cross, rotate_to_body, torque_t, wp
+   use nutate, only: torque_t, wp
+   use nutate_quaternion, only: cross, rotate_to_body
    implicit none
    private
    public :: pointing_t
@@ -27,7 +28,12 @@ contains
 end module pointing_torque
 
 program custom_torque
-   use nutate
+   use nutate, only: angular_velocity, integrator_settings_t, make_body, make_state, make_stepper, state_t, status_t, &
+      stepper_t, system_t, total_energy, wp
+   use nutate_attitude, only: quat_from_euler
+   use nutate_body, only: diagonal
+   use nutate_kinds, only: pi
+   use nutate_quaternion, only: rotate_to_space
    use pointing_torque, only: pointing_t
    implicit none
    type(system_t) :: system

@@ -1,8 +1,9 @@
 !> A satellite on a circular orbit, made without a scene: the gravity gradient of the orbit, three wheels, and a
 !> regulator that points it to the Earth by their motors, held between samples.
 module pointing_rows
-   use nutate, only: conserved_energy, observer_t, pi, roll_pitch_yaw_from_quat, run_record_t, state_t, status_t, &
-      system_t, wp
+   use nutate, only: conserved_energy, observer_t, run_record_t, state_t, status_t, system_t, wp
+   use nutate_attitude, only: roll_pitch_yaw_from_quat
+   use nutate_kinds, only: pi
    implicit none
    private
    public :: printer_t
@@ -33,7 +34,13 @@ contains
 end module pointing_rows
 
 program satellite_by_hand
-   use nutate
+   use nutate, only: add_regulator, add_wheel, gravity_gradient_t, integrate, integrator_settings_t, kepler_orbit_t, &
+      long, make_body, make_state, orbit_t, regulator_t, run_plan_t, state_t, status_t, system_t, wheel_t, wp
+   use nutate_attitude, only: quat_from_roll_pitch_yaw
+   use nutate_body, only: diagonal
+   use nutate_orbit, only: earth_mu
+   use nutate_quaternion, only: rotate_to_body
+   use nutate_regulator, only: BY_WHEELS
    use pointing_rows, only: printer_t
    implicit none
    type(system_t) :: system

@@ -1,6 +1,8 @@
 !> A cone on its tip that precesses steadily, run by `integrate`; its precession rate against the exact 10 rad/s.
 module precession_meter
-   use nutate
+   use nutate, only: observer_t, run_record_t, state_t, status_t, system_t, wp
+   use nutate_kinds, only: pi
+   use nutate_quaternion, only: rotate_to_space
    implicit none
    private
    public :: precession_meter_t
@@ -37,7 +39,10 @@ contains
 end module precession_meter
 
 program top_precession
-   use nutate
+   use nutate, only: gravity_t, integrate, integrator_settings_t, make_shape_body, make_state, run_plan_t, state_t, &
+      status_t, system_t, wp
+   use nutate_attitude, only: quat_from_euler
+   use nutate_kinds, only: pi
    use precession_meter, only: precession_meter_t
    implicit none
    type(system_t) :: system

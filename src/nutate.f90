@@ -1,8 +1,8 @@
 !> Rotation of rigid bodies, integrated with quaternions so that energy, momentum and the unit norm hold to round-off at
 !> any step size (Nielsen & Krenk 2012).
 !>
-!> This module is all that a program needs to `use`. A body and what acts on it make a **system**; an attitude and an
-!> angular velocity make a **state**; a **stepper** moves the state:
+!> This module has what most programs need. A body and what acts on it make a **system**; an attitude and an angular
+!> velocity make a **state**; a **stepper** moves the state:
 !>
 !>     type(system_t) :: system
 !>     type(state_t) :: state
@@ -32,66 +32,88 @@
 !> this from a file. `free_body_t` and `lagrange_top_t` are exact solutions.
 !>
 !> Quaternions have their scalar first and take body components to space components. SI units, radians.
+!>
+!> A program takes the rest from these modules, which are public as this one is:
+!>
+!> Mathematics and constants:
+!>
+!>     use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
+!>        quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_roll_pitch_yaw, &
+!>        quat_from_rotation_vector, roll_pitch_yaw_from_quat, rotation_vector_from_quat
+!>     use nutate_body, only: diagonal
+!>     use nutate_kinds, only: pi
+!>     use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
+!>        quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, rotate_to_space, &
+!>        rotation_matrix
+!>     use nutate_gravity, only: standard_gravity
+!>     use nutate_orbit, only: earth_mu
+!>     use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, &
+!>        NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, &
+!>        NUTATE_STOPPED
+!>
+!> Parts of effects, events and wheels:
+!>
+!>     use nutate_carried_vector, only: carried_vector_t
+!>     use nutate_effect_list, only: effect_list_t
+!>     use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+!>     use nutate_geomagnetic_field, only: geomagnetic_field_t
+!>     use nutate_regulator, only: BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
+!>     use nutate_wheel_mounting, only: mount_wheels
+!>     use nutate_wheel_motor, only: make_motor_table
+!>
+!> Invariants, exact solutions, runs that are interrupted, and members of ensembles:
+!>
+!>     use nutate_archive, only: archive_t
+!>     use nutate_hamiltonian, only: relative_rate, world_power
+!>     use nutate_invariants, only: invariants_t
+!>     use nutate_member, only: member_t
+!>     use nutate_member_rows, only: run_members
+!>     use nutate_progress, only: progress_t
+!>     use nutate_row_layout, only: make_layout, row_layout_t
+!>     use nutate_steady_top, only: sleeping_spin, steady_precession
 module nutate
    use nutate_any_effect, only: effect_t, rotor_t
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_archive, only: archive_t
-   use nutate_attitude, only: angular_velocity_from_euler_rates, axis_angle_from_quat, euler_from_quat, &
-      quat_from_axis_angle, quat_from_euler, quat_from_matrix, quat_from_roll_pitch_yaw, quat_from_rotation_vector, &
-      roll_pitch_yaw_from_quat, rotation_vector_from_quat
-   use nutate_body, only: body_t, diagonal, make_body, make_shape_body
-   use nutate_carried_vector, only: carried_vector_t
+   use nutate_body, only: body_t, make_body, make_shape_body
    use nutate_column_event, only: column_event_t
    use nutate_damping, only: damping_t
    use nutate_dipole, only: dipole_t
    use nutate_earth_field, only: earth_field_t
-   use nutate_effect_list, only: effect_list_t
-   use nutate_event, only: CROSSING, event_t, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+   use nutate_event, only: event_t
    use nutate_event_tracker, only: event_list_t
    use nutate_exact_free, only: free_body_t
    use nutate_exact_top, only: lagrange_top_t
    use nutate_force, only: force_t, moving_force_t
-   use nutate_geomagnetic_field, only: geomagnetic_field_t
-   use nutate_gravity, only: gravity_t, standard_gravity
+   use nutate_gravity, only: gravity_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, body_momentum, conserved_energy, kinetic_energy, make_state, &
-      potential_energy, relative_rate, space_momentum, total_energy, world_power
+      potential_energy, space_momentum, total_energy
    use nutate_history, only: history_t
-   use nutate_invariants, only: invariants_t
    use nutate_kepler_orbit, only: kepler_orbit_t
-   use nutate_kinds, only: long, pi, wp
+   use nutate_kinds, only: long, wp
    use nutate_methods, only: make_stepper
-   use nutate_member, only: member_t
-   use nutate_member_rows, only: run_members
    use nutate_motion, only: motion_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_potential, only: potential_t
-   use nutate_progress, only: progress_t, run_summary_t
-   use nutate_quaternion, only: attitude_distance, cayley_map, cross, quat_conjugate, quat_exp, quat_left_matrix, &
-      quat_log, quat_norm, quat_normalized, quat_product, quat_right_matrix, rotate_to_body, &
-      rotate_to_space, rotation_matrix
-   use nutate_orbit, only: earth_mu, orbit_t
+   use nutate_orbit, only: orbit_t
    use nutate_orbital_gradient, only: orbital_gradient_t
+   use nutate_potential, only: potential_t
+   use nutate_progress, only: run_summary_t
+   use nutate_regulator, only: regulator_t
+   use nutate_regulator_mounting, only: add_regulator
    use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t
-   use nutate_row_layout, only: make_layout, row_layout_t
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_scene, only: parse_scene, read_scene, scene_t
    use nutate_spring, only: spring_t
    use nutate_state, only: state_t
-   use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, NUTATE_BAD_SCENE, NUTATE_IO, NUTATE_NOT_CONVERGED, &
-      NUTATE_NOT_FINITE, NUTATE_OFF_BRANCH, NUTATE_OK, NUTATE_SINGULAR, NUTATE_STEP_LIMIT, NUTATE_STOPPED, status_t
-   use nutate_steady_top, only: sleeping_spin, steady_precession
+   use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_system, only: system_t
    use nutate_tabulated_torque, only: make_tabulated_torque, tabulated_torque_t
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
-   use nutate_regulator_mounting, only: add_regulator
    use nutate_timed_force, only: timed_force_t
    use nutate_torque, only: torque_t
    use nutate_wheel, only: wheel_t
-   use nutate_wheel_motor, only: make_motor_table
-   use nutate_wheel_mounting, only: add_wheel, mount_wheels
+   use nutate_wheel_mounting, only: add_wheel
    implicit none
    public
 end module nutate

@@ -1,4 +1,4 @@
-"""Lists what programs can name: module `nutate`, the headers, the FORTRAN 77 routines.
+"""Lists what programs can name: module `nutate`, the modules that its head names, the headers, the FORTRAN 77 routines.
 
     tools/public_api.py --write     puts the list into docs/public-api.txt
     tools/public_api.py --check     compares it with docs/public-api.txt; exit status 1 where they differ
@@ -21,10 +21,10 @@ PROCEDURE = re.compile(r"^((?:pure |elemental |recursive |impure |integer |logic
                        r"|(?:real|integer|complex|logical|character)\([^)]*\) )*)(subroutine|function) (\w+) ?\((.*)$")
 
 
-def statements(path):
-    """The statements of a Fortran file: without comments, continuation lines joined, in lower case outside texts."""
+def statements(lines):
+    """The statements of lines of Fortran: without comments, continuation lines joined."""
     joined = ""
-    for line in open(path, encoding="utf-8"):
+    for line in lines:
         line = re.sub(r"""^((?:[^!'"]|'[^']*'|"[^"]*")*)!.*""", r"\1", line.rstrip("\n")).strip()
         if not line or line.startswith("#"):
             continue
@@ -34,6 +34,12 @@ def statements(path):
             continue
         yield re.sub(r"\s+", " ", joined)
         joined = ""
+
+
+def lines_of(path):
+    """The lines of a file."""
+    with open(path, encoding="utf-8") as file:
+        return file.read().splitlines()
 
 
 def split_names(text):
@@ -48,7 +54,7 @@ class Module:
     """The definitions of one module."""
 
     def __init__(self, path):
-        self.lines = list(statements(path))
+        self.lines = list(statements(lines_of(path)))
         self.procedures = {}
         self.types = {}
         self.constants = {}
@@ -130,17 +136,20 @@ class Module:
         return found
 
 
-def fortran_names():
-    """Everything that module nutate shows, by name."""
-    folders = {os.path.basename(path)[:-4]: path for path in glob.glob(f"{TOP}/src/**/*.f90", recursive=True)}
-    found = {}
-    for line in statements(f"{TOP}/src/nutate.f90"):
-        use = re.match(r"use (\w+), only ?: ?(.*)", line)
-        if use:
-            module = Module(folders[use.group(1)])
-            for name in split_names(use.group(2)):
-                found[name] = module.describe(name)
-    return [line for name in sorted(found) for line in found[name]]
+def fortran_modules():
+    """Everything that Fortran programs can name: of module nutate, and of each module that its head names."""
+    paths = {os.path.basename(path)[:-4]: path for path in glob.glob(f"{TOP}/src/**/*.f90", recursive=True)}
+    lines = lines_of(f"{TOP}/src/nutate.f90")
+    found = {"nutate": {}}
+    for of_head, text in ((False, lines), (True, [line[2:] for line in lines if line.startswith("!>     ")])):
+        for line in statements(text):
+            use = re.match(r"use (\w+), only ?: ?(.*)", line)
+            if use:
+                module, shown = Module(paths[use.group(1)]), found.setdefault(use.group(1) if of_head else "nutate", {})
+                for name in split_names(use.group(2)):
+                    shown[name] = module.describe(name)
+    return [line for module, names in found.items()
+            for line in ["", f"Fortran: module {module}", *(line for name in sorted(names) for line in names[name])]]
 
 
 def c_names():
@@ -167,7 +176,7 @@ def f77_names():
 
 
 def main():
-    text = "\n".join([HEADING, "Fortran: module nutate", *fortran_names(), "", "C: include/nutate.h and what it includes", *c_names(), "",
+    text = "\n".join([HEADING.rstrip("\n"), *fortran_modules(), "", "C: include/nutate.h and what it includes", *c_names(), "",
                       "FORTRAN 77", *f77_names(), ""])
     if sys.argv[1:] == ["--write"]:
         with open(LIST, "w", encoding="utf-8") as file:

@@ -1,6 +1,7 @@
 ! A free box tumbles about its intermediate axis; its energy must not change.
 program tumble
-   use nutate
+   use nutate, only: integrator_settings_t, make_shape_body, make_state, make_stepper, state_t, status_t, stepper_t, &
+      system_t, total_energy, wp
    implicit none
    type(system_t) :: system
    type(state_t) :: state
