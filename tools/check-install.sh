@@ -44,6 +44,15 @@ links_c() {
       $(pkg-config --cflags --libs nutate) && "$scratch/probe"
 }
 
+compiles_each_header() {
+   local header
+   for header in "$prefix"/include/nutate*.h; do
+      printf '#include "%s"\n' "$header" | tee "$scratch/alone.cpp" >"$scratch/alone.c"
+      gcc -Wall -Wextra -Werror -std=c99 -pedantic -fsyntax-only "$scratch/alone.c" &&
+         g++ -Wall -Wextra -Werror -fsyntax-only "$scratch/alone.cpp" || return 1
+   done
+}
+
 links_statically() {
    # shellcheck disable=SC2046
    gcc "$scratch/probe.c" -o "$scratch/static" $(pkg-config --cflags --libs nutate-static) && "$scratch/static" &&
@@ -80,6 +89,7 @@ expect "libnutate.so has a versioned soname" has_versioned_soname
 expect "pkg-config says the version" says_version pkg-config --modversion nutate
 expect "the program says the version" says_version "$prefix/bin/nutate" --version
 expect "a C program links by pkg-config" links_c
+expect "each header compiles by itself, as C and as C++" compiles_each_header
 expect "a C program links statically" links_statically
 expect "a C program links with nothing shared" links_without_shared_libraries
 expect "an example links by pkg-config nutate-fortran" links_modules

@@ -1,4 +1,4 @@
-!> C interface: attitudes in their several forms. What each function does stands in `include/nutate.h`.
+!> C interface: attitudes in their several forms. What each function does stands in `include/nutate_attitude.h`.
 !>
 !> Results go through local variables, so that they may stand where arguments stood.
 module nutate_c_attitude

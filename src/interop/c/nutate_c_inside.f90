@@ -1,4 +1,4 @@
-!> C interface: states inside the last step. What each function does stands in `include/nutate.h`.
+!> C interface: states inside the last step. What each function does stands in `include/nutate_stepper.h`.
 module nutate_c_inside
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use nutate_c_effects, only: judge_failure

@@ -1,4 +1,4 @@
-!> C interface: what a stepper's state is. What each function does stands in `include/nutate.h`.
+!> C interface: what a stepper's state is. What each function does stands in `include/nutate_stepper.h`.
 module nutate_c_reading
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_attitude, only: euler_from_quat

@@ -1,4 +1,4 @@
-!> C interface: runs of many steps. What each function does stands in `include/nutate.h`.
+!> C interface: runs of many steps. What each function does stands in `include/nutate_stepper.h`.
 module nutate_c_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_admissible, only: admits, POSITIVE

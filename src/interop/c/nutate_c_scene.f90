@@ -1,4 +1,4 @@
-!> C interface: scenes. What each function does stands in `include/nutate.h`.
+!> C interface: scenes. What each function does stands in `include/nutate_scene.h`.
 module nutate_c_scene
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_funptr, c_int, c_int64_t, c_loc, &
       c_null_ptr, c_ptr, c_size_t

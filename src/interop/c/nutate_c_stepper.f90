@@ -1,4 +1,4 @@
-!> C interface: steppers, their settings and their state. What each function does stands in `include/nutate.h`.
+!> C interface: steppers, their settings and their state. What each function does stands in `include/nutate_stepper.h`.
 module nutate_c_stepper
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
    use nutate_body, only: body_t, whole_body

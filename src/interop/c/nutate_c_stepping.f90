@@ -1,4 +1,4 @@
-!> C interface: single steps. What each function does stands in `include/nutate.h`.
+!> C interface: single steps. What each function does stands in `include/nutate_stepper.h`.
 module nutate_c_stepping
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr
    use nutate_c_effects, only: has_callbacks, judge_failure

@@ -1,4 +1,4 @@
-!> C interface: the effects of a system. What each function does stands in `include/nutate.h`.
+!> C interface: the effects of a system. What each function does stands in `include/nutate_system.h`.
 module nutate_c_system_effects
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan

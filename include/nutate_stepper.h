@@ -1,0 +1,147 @@
+/* nutate: steppers and what is read from them. Included by nutate.h, which says what the words and arrows mean. */
+#ifndef NUTATE_STEPPER_H
+#define NUTATE_STEPPER_H
+
+#include "nutate.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Steppers --------------------------------------------------------------------------------------------------- */
+
+/* A stepper for a system: second order, 8x8, at t = 0 with attitude 1 at rest.
+ *   ==>  system        is copied */
+int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper, char *message, size_t size);
+
+/* A stepper for a scene: its system, initial state, method, time step and columns. nutate_stepper_run_to its end time
+ * gives bit for bit the numbers of `nutate run`. A scene none of whose columns depends on the attitude may be integrated
+ * without it: functions that read the attitude, l or p then give NUTATE_BAD_ARGUMENT (see nutate_stepper_set_columns).
+ *   ==>  scene         is copied */
+int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **stepper, char *message, size_t size);
+
+int nutate_stepper_destroy(nutate_stepper **stepper); /* frees it   <=>  stepper */
+/* Sets what the group &integrator of a scene would say: method, order, linear_solver, time_step (or accuracy, or
+ * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
+ * needs accuracy or local_tolerance and is their default (docs/scenes.md); each run to a time chooses anew. What is set takes
+ * effect with the next step, which reports errors that only show in combination, unless nutate_stepper_prepare did.
+ *   ==>  key      name, such as "method"         ==>  value    text, such as "dop853", "4", "1e-3", ".false." */
+int nutate_stepper_set(nutate_stepper *stepper, const char *key, const char *value);
+
+/* Sets the nominal step of nutate_stepper_run and ..._run_to.
+ *   ==>  time_step  s; negative to go back in time; not 0 */
+int nutate_stepper_set_time_step(nutate_stepper *stepper, double time_step);
+
+/* Makes the method ready: tests the settings and allocates, so that the steps after it need not. Without this call the
+ * first step does it.   <=>  stepper */
+int nutate_stepper_prepare(nutate_stepper *stepper);
+
+/* Sets the state; energy_residual and work count from here.
+ *   ==>  t, s; q [4], attitude, body to space, unit to 1e-6, is normalised; omega [3], body axes, rad/s */
+int nutate_stepper_set_state(nutate_stepper *stepper, double t, const double q[4], const double omega[3]);
+
+/* The same with the conjugate momentum, taken as it is.
+ *   ==>  q [4], attitude, unit to 1e-6, is not normalised; p [4], p = 2 q o [0, L], kg m2/s */
+int nutate_stepper_set_canonical(nutate_stepper *stepper, double t, const double q[4], const double p[4]);
+
+/* One step of the method, of any length: no more and no less than the method's step.
+ *   <=>  stepper  on failure the state is as it was
+ *   ==>  dt       s; negative to go back in time; not 0
+ * Status: NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR: try a shorter step. NUTATE_NOT_FINITE,
+ * NUTATE_CALLBACK, NUTATE_BAD_ARGUMENT. */
+int nutate_stepper_step(nutate_stepper *stepper, double dt);
+
+/* Steps of the same length, as many calls of nutate_stepper_step would make.
+ *   <=>  stepper  on failure at the state before the step that failed
+ *   ==>  dt, s; n, number of steps, >= 0   <==  done, steps done, also on failure; or NULL */
+int nutate_stepper_steps(nutate_stepper *stepper, double dt, int64_t n, int64_t *done);
+
+/* Keeps the starts of steps from now on, for nutate_stepper_state_at.   <=>  stepper */
+int nutate_stepper_keep_steps(nutate_stepper *stepper);
+/* The state at a time inside the last step that was kept, as good as the method; later steps do not notice.
+ *   ==>  t, s   <==  q [4], attitude; omega [3], body axes, rad/s.   Status: NUTATE_BAD_ARGUMENT for other times. */
+int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], double omega[3]);
+
+/* Nominal steps of the time_step set: as `nutate run` makes them. The k-th ends at t0 + k time_step; steps end where
+ * torques start and stop; a step that fails is cut into parts. Calls in a row, of nutate_stepper_run_to too, continue the
+ * count of steps.
+ *   <=>  stepper   on failure at the last state reached: where a callback failed, that before the step
+ *   ==>  n         number of nominal steps, >= 0
+ *   ==>  every     a row after each `every` steps of this call, >= 1
+ *   <==  rows      [capacity][width] of the columns chosen, n/every of them; or NULL: none
+ *   ==>  capacity  rows that fit into rows, at least n/every; 0 with NULL
+ *   <==  n_rows    rows written, also on failure; or NULL */
+int nutate_stepper_run(nutate_stepper *stepper, int64_t n, int64_t every, double *rows, size_t capacity,
+                       size_t *n_rows);
+
+/* Runs to a time: with nominal steps, the last one shortened to end there; or, where accuracy or local_tolerance is
+ * set, with steps chosen by their error.
+ *   <=>  stepper   on failure at the last state reached
+ *   ==>  end_time  s
+ *   ==>  every     steps between rows, >= 1; where steps are chosen by their error and interval > 0 it does not count
+ *   ==>  interval  time between rows, s, where steps are chosen by their error; else 0
+ *   <==  rows      [capacity][width] of the columns chosen: the first state, those every so often, and the last; or NULL
+ *   ==>  capacity  rows that fit into rows; a run that has more stops with NUTATE_STEP_LIMIT. 0 with NULL
+ *   <==  n_rows    rows written, also on failure; or NULL */
+int nutate_stepper_run_to(nutate_stepper *stepper, double end_time, int64_t every, double interval, double *rows,
+                          size_t capacity, size_t *n_rows);
+
+/* Number of rows that nutate_stepper_run_to would have, with nominal steps.   ==>  stepper, end_time, every   <==  n_rows */
+int nutate_stepper_count_rows(const nutate_stepper *stepper, double end_time, int64_t every, size_t *n_rows);
+
+/* Chooses the columns of rows, t being always the first.
+ *   ==>  sets     comma separated: quaternion, conjugate_momentum, angular_velocity, angular_velocity_space,
+ *                 angular_momentum, angular_momentum_space, euler, energy, constraints, solver */
+int nutate_stepper_set_columns(nutate_stepper *stepper, const char *sets);
+/* Number of columns of a row.   ==>  stepper   <==  width */
+int nutate_stepper_width(const nutate_stepper *stepper, size_t *width);
+/* Name of a column.   ==>  stepper   ==>  column, 0 is "t"   <==  buffer   ==>  size */
+int nutate_stepper_column(const nutate_stepper *stepper, size_t column, char *buffer, size_t size);
+
+/* The present state as a row.
+ *   <==  row      [width]
+ *   ==>  size     numbers that fit into row, at least width */
+int nutate_stepper_row(nutate_stepper *stepper, double *row, size_t size);
+
+/* ---- Reading a stepper ------------------------------------------------------------------------------------------ */
+/*   ==>  stepper */
+
+int nutate_stepper_time(const nutate_stepper *stepper, double *t);                      /* <== s */
+int nutate_stepper_quaternion(const nutate_stepper *stepper, double q[4]);              /* <== attitude */
+int nutate_stepper_conjugate_momentum(const nutate_stepper *stepper, double p[4]);      /* <== kg m2/s */
+int nutate_stepper_angular_velocity(const nutate_stepper *stepper, double omega[3]);    /* <== body axes, rad/s */
+int nutate_stepper_angular_velocity_space(const nutate_stepper *stepper, double omega[3]); /* <== space axes, rad/s */
+int nutate_stepper_angular_momentum(const nutate_stepper *stepper, double L[3]);        /* <== body axes, N m s */
+int nutate_stepper_angular_momentum_space(const nutate_stepper *stepper, double l[3]);  /* <== space axes, N m s */
+int nutate_stepper_matrix(const nutate_stepper *stepper, double r[3][3]);               /* <== body to space */
+int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <== phi, theta, psi (z-x-z), rad, +-pi */
+
+/* Energies, J; calls potentials of your own.
+ *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and the change of total (of the
+ *                    Jacobi integral where the space axes turn) less that work and the world's
+ * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
+int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
+int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]); /* <== q.q - 1, q.p (kg m2/s) */
+
+/* Which components of the angular momentum in space the effects leave alone.
+ *   <==  components  0 none, 1 the one along axis, 3 all
+ *   <==  axis        [3], unit vector, space axes; zero unless components is 1; or NULL */
+int nutate_stepper_conserved(const nutate_stepper *stepper, int *components, double *axis);
+
+/* What the last nutate_stepper_run_to with accuracy came to; zeros where there was none.
+ *   <==  error  [2]: an estimate of the error of the attitude at its end, rad, and the part of it that round-off makes
+ *               whatever the steps. The accuracy is out of reach where the first is above it. */
+int nutate_stepper_accuracy(const nutate_stepper *stepper, double error[2]);
+
+/* The last step.
+ *   <==  iterations  Newton iterations; or NULL
+ *   <==  residual    last increment over that of the step; or NULL */
+int nutate_stepper_solver(const nutate_stepper *stepper, int *iterations, double *residual);
+/* Steps since the state was set with a root that is taken for the true one without a proof.   <==  steps */
+int nutate_stepper_unproved(const nutate_stepper *stepper, int64_t *steps);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,117 @@
+/* nutate: systems, which are bodies with what acts on them. Included by nutate.h, which says what the words and arrows
+ * mean. */
+#ifndef NUTATE_SYSTEM_H
+#define NUTATE_SYSTEM_H
+
+#include "nutate.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Systems ---------------------------------------------------------------------------------------------------- */
+
+/* A body from principal moments along its body axes.
+ *   ==>  moments         [3], about the reference point (or the centre of mass, see below), kg m2
+ *   ==>  mass            kg; 0: not known, for bodies without effects that need it
+ *   ==>  center_of_mass  [3], from the reference point, body axes, m; or NULL: the reference point
+ *   ==>  about_center    true: the moments refer to the centre of mass and are moved by the parallel-axis rule
+ * Status: NUTATE_BAD_BODY for moments that no rigid body has, NUTATE_BAD_ARGUMENT. */
+int nutate_system_create_moments(const double moments[3], double mass, const double *center_of_mass, int about_center,
+                                 nutate_system **system, char *message, size_t size);
+
+/* The same from an inertia tensor.
+ *   ==>  tensor          [6]: Jxx, Jyy, Jzz, Jxy, Jxz, Jyz, entries of the symmetric tensor, body axes, kg m2 */
+int nutate_system_create_tensor(const double tensor[6], double mass, const double *center_of_mass, int about_center,
+                                nutate_system **system, char *message, size_t size);
+
+/* A homogeneous body.
+ *   ==>  shape           "box" (full edges a, b, c), "cylinder" (radius, height; axis 3), "cone" (radius, height; axis
+ *                        3, apex towards -3), "sphere" (radius), "ellipsoid" (semi-axes)
+ *   ==>  lengths         [n_lengths], m
+ *   ==>  n_lengths       how many lengths the shape has
+ *   ==>  mass, density   kg, kg m-3: one of the two, the other 0
+ *   ==>  center_of_mass  [3], from the reference point, body axes, m; or NULL: the reference point */
+int nutate_system_create_shape(const char *shape, const double *lengths, size_t n_lengths, double mass, double density,
+                               const double *center_of_mass, nutate_system **system, char *message, size_t size);
+
+/* A body and effects as a scene file says them: the group &body, and those of effects.
+ *   ==>  text            such as "&body inertia = 5, 20, 17 / &rotor momentum = 0, 0, 60 /"
+ * Status: NUTATE_BAD_SCENE. */
+int nutate_system_parse(const char *text, nutate_system **system, char *message, size_t size);
+
+int nutate_system_destroy(nutate_system **system); /* frees it   <=>  system */
+
+/* Inertia, mass and centre of mass.
+ *   <==  inertia         about the reference point, body axes, kg m2; or NULL
+ *   <==  mass            kg, 0 where it is not known; or NULL
+ *   <==  center_of_mass  [3], body axes, m; or NULL */
+int nutate_system_body(const nutate_system *system, double inertia[3][3], double *mass, double *center_of_mass);
+
+/* The effects below act in addition to those that are there. Status: NUTATE_BAD_ARGUMENT for numbers that the keys of
+ * their groups do not admit, NUTATE_BAD_BODY where the mass of the body is needed and not known. */
+/* Uniform gravity on the centre of mass: V = -m g.(R c).   ==>  acceleration [3], space axes, m/s2 */
+int nutate_system_add_gravity(nutate_system *system, const double acceleration[3]);
+/* A dipole in a uniform field: V = -m.(R'b).   ==>  moment [3], body axes, A m2   ==>  field [3], space axes, T */
+int nutate_system_add_dipole(nutate_system *system, const double moment[3], const double field[3]);
+
+/* The gradient of a central field: V = (3/2) strength g'Jg, g = R'n.
+ *   ==>  direction  [3], n: to the centre, space axes, of any length but zero
+ *   ==>  strength   mu/r3, s-2 */
+int nutate_system_add_gravity_gradient(nutate_system *system, const double direction[3], double strength);
+
+/* A spring: V = k (|R x - a| - l)^2 / 2.
+ *   ==>  body_point [3], x, body axes, m      ==>  anchor [3], a, space axes, m
+ *   ==>  stiffness  k, N/m                    ==>  rest_length  l >= 0, m */
+int nutate_system_add_spring(nutate_system *system, const double body_point[3], const double anchor[3],
+                             double stiffness, double rest_length);
+/* Viscous damping: tau = -diag(c) omega.   ==>  coefficient [3], c, body axes, N m s; negative ones drive */
+int nutate_system_add_damping(nutate_system *system, const double coefficient[3]);
+
+/* A torque tau = torque cos(2 pi frequency t + phase), from start to stop.
+ *   ==>  torque       [3], N m
+ *   ==>  in_space     true: the torque stands in space axes; else in body axes
+ *   ==>  frequency    Hz, may be 0            ==>  phase  rad
+ *   ==>  start, stop  s, start < stop; -INFINITY and INFINITY: always. Runs of nominal steps end steps on them. */
+int nutate_system_add_torque(nutate_system *system, const double torque[3], int in_space, double frequency,
+                             double phase, double start, double stop);
+/* A rotor of constant momentum (gyrostat): L = J omega + h.   ==>  momentum [3], h, body axes, N m s */
+int nutate_system_add_rotor(nutate_system *system, const double momentum[3]);
+
+/* Effects as a scene file says them: one or several groups of effects.
+ *   ==>  text         such as "&gravity / &damping coefficient = 0, 0, 1e-3 /"
+ * Status: NUTATE_BAD_SCENE, also for a second &gravity. */
+int nutate_system_add_groups(nutate_system *system, const char *text);
+
+/* ---- Potentials and torques of your own ------------------------------------------------------------------------- */
+
+/* A potential of your own.
+ *   ==>  direction  [3], n, space axes, not zero, of the unit that the potential is written in
+ *   ==>  potential  called with gamma; must stay callable as long as the system, its copies and steppers are used
+ *   ==>  hessian    or NULL: by differences of the gradient
+ *   ==>  user       passed through; or NULL */
+int nutate_system_add_potential(nutate_system *system, const double direction[3], nutate_potential potential,
+                                nutate_hessian hessian, void *user);
+
+/* A torque of your own.   ==>  torque, called with t, q, omega; user, passed through or NULL */
+int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, void *user);
+
+/* Bounds of the callback that was added last: with them the root of a step can be proved to be that of the true motion;
+ * else each step counts as not proved (nutate_stepper_unproved). They are promised, not tested, and may be generous;
+ * wide ones prove shorter steps only. Status: NUTATE_BAD_ARGUMENT for none of 0 and 1e-300 to 1e100, or no callback.
+ * Of a potential, for all gamma up to |n| long, in J over powers of the unit of gamma.
+ *   ==>  gradient, hessian, third   of |dU/dgamma|, of the eigenvalues of d2U/dgamma2, of the third derivative along a
+ *                                   unit vector */
+int nutate_system_bound_potential(nutate_system *system, double gradient, double hessian, double third);
+
+/* Of a torque that does not depend on omega, at all attitudes and times, N m.
+ *   ==>  torque       of |tau|
+ *   ==>  by_rotation, second   of |d tau/d theta|, |d2 tau/d theta2| as the body turns by theta, rad, about any axis
+ *   ==>  rate         1/s: times this, once and twice, they bound the derivatives by time; 0: constant in time */
+int nutate_system_bound_torque(nutate_system *system, double torque, double by_rotation, double second, double rate);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
