@@ -24,75 +24,75 @@ help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
 
 setup: ## install what is missing and let fpm fetch test-drive; afterwards plain fpm works, without a network too
-	@bash tools/setup.sh test
+	@bash tools/setup/setup.sh test
 
 build: ## build the program: build/nutate (native, for this machine only: make FFLAGS='-O3 -march=native')
-	@bash tools/setup.sh build
-	@bash tools/build.sh
+	@bash tools/setup/setup.sh build
+	@bash tools/setup/build.sh
 
 mpi: ## build build/nutate-mpi: sweeps by the processes of MPI (Debian's OpenMPI)
-	@bash tools/setup.sh mpi
-	@NUTATE_MPI=1 bash tools/build.sh nutate_mpi
+	@bash tools/setup/setup.sh mpi
+	@NUTATE_MPI=1 bash tools/setup/build.sh nutate_mpi
 
 run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
-	@bash tools/run.sh '$(SCENE)'
+	@bash tools/setup/run.sh '$(SCENE)'
 
 test: setup ## run the unit tests and the command-line tests
 	@bash tools/test.sh
 
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/stability.md (STRESS=long selects)
-	@bash tools/stress.sh $(STRESS)
+	@bash tools/tests/stress.sh $(STRESS)
 
 lanes: setup ## compare the rows of ensembles by lanes of 1, 4, 8 and 16 bodies, by SSE2, AVX2 and AVX-512 (LANES_OF=avx2 selects)
-	@bash tools/check-lanes.sh $(LANES_OF)
+	@bash tools/checks/check-lanes.sh $(LANES_OF)
 
 attack: setup ## look for steps on a wrong root among 100 000 and write docs/stability.md (ATTACK='--seed 2 --case 7' repeats one)
-	@bash tools/attack.sh $(ATTACK)
+	@bash tools/tests/attack.sh $(ATTACK)
 
 accuracy: setup ## run 2000 random scenes against an oracle and write the table of docs/accuracy.md (CASE=7 repeats one, CASE=2001:4000 takes others)
-	@bash tools/accuracy.sh $(CASE)
+	@bash tools/docs/accuracy.sh $(CASE)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
-	@bash tools/setup.sh test
-	@bash tools/fuzz.sh $(FUZZ)
+	@bash tools/setup/setup.sh test
+	@bash tools/tests/fuzz.sh $(FUZZ)
 
 memcheck: ## run the tests under valgrind: leaks, invalid reads
-	@bash tools/setup.sh test memcheck
-	@bash tools/memcheck.sh
+	@bash tools/setup/setup.sh test memcheck
+	@bash tools/tests/memcheck.sh
 
 sanitize: ## run the tests in the strict build: all checks at run time, sanitizers, floating-point traps
-	@bash tools/setup.sh test
+	@bash tools/setup/setup.sh test
 	@bash tools/sanitize.sh
 
 bench: ## measure costs (BENCH=bench_step selects)
-	@bash tools/setup.sh build
-	@bash tools/bench.sh $(BENCH)
+	@bash tools/setup/setup.sh build
+	@bash tools/tests/bench.sh $(BENCH)
 
 figures: build ## draw the figures of the documentation
-	@bash tools/setup.sh figures
-	@bash tools/figures.sh
+	@bash tools/setup/setup.sh figures
+	@bash tools/docs/figures.sh
 
 lint: ## check the style of the sources
-	@bash tools/setup.sh lint
-	@bash tools/lint.sh
+	@bash tools/setup/setup.sh lint
+	@bash tools/lint/lint.sh
 
 api: ## write the list of all public names to docs/public-api.txt, which `make lint` compares
-	@python3 tools/public_api.py --write
+	@python3 tools/lint/public_api.py --write
 
 docs: ## write the reference of all modules to build/docs/index.html
-	@bash tools/setup.sh docs
-	@bash tools/docs.sh
+	@bash tools/setup/setup.sh docs
+	@bash tools/docs/docs.sh
 
 wheel: ## build a wheel of the Python package that needs no other library, in build/wheel/
-	@bash tools/setup.sh wheel
-	@bash tools/wheel.sh
+	@bash tools/setup/setup.sh wheel
+	@bash tools/setup/wheel.sh
 
 install: ## install program, libraries, packages for pkg-config, CMake and Python, scenes and docs in PREFIX=FOLDER
-	@bash tools/setup.sh build
-	@bash tools/install.sh '$(PREFIX)'
+	@bash tools/setup/setup.sh build
+	@bash tools/setup/install.sh '$(PREFIX)'
 
 uninstall: ## remove from PREFIX=FOLDER what `make install` put there
-	@bash tools/uninstall.sh '$(PREFIX)'
+	@bash tools/setup/uninstall.sh '$(PREFIX)'
 
 clean: ## remove what was built; the tools in .venv and the fetched test-drive stay
 	@[ ! -d build ] || find build -mindepth 1 -maxdepth 1 ! -name dependencies ! -name cache.toml -exec rm -rf {} +

@@ -9,7 +9,7 @@ done
 python3 -c 'import numpy' 2>/dev/null || { echo 'skipped: Python has no NumPy here'; exit 0; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-bash tools/install.sh "$folder/nutate" >/dev/null || exit 1
+bash tools/setup/install.sh "$folder/nutate" >/dev/null || exit 1
 
 cat >"$folder/steps.py" <<'END'
 import sys

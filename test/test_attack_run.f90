@@ -116,7 +116,7 @@ contains
       number = first
       do while (tally%stages < stages)
          call draw_case(seed, number, item)
-         write (command, '("bash tools/attack.sh --seed ",i0," --case ",i0)') seed, number
+         write (command, '("bash tools/tests/attack.sh --seed ",i0," --case ",i0)') seed, number
          call attack_case(item, command, tally)
          number = number + 1
       end do

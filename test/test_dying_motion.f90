@@ -273,7 +273,7 @@ contains
          write (line, '(3a,3(a,es8.1),4a)') label, ', ', trim(methods(i)), ': asked ', item%asked, ', said ', &
             summary%estimate, ', true ', off, '; ', trim(item%text), ' ', trim(status%message)
          again = ''
-         if (index(label, 'case ') == 1) again = '; again: tools/accuracy.sh dying '//label(6:)
+         if (index(label, 'case ') == 1) again = '; again: tools/docs/accuracy.sh dying '//label(6:)
          if (tally%first == '') tally%first = line
          if (present(loud)) write (error_unit, '(3a)') trim(line), ' ', trim(again)
       end do

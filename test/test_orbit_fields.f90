@@ -25,7 +25,7 @@ module test_orbit_fields
    public :: collect_orbit_fields
 
    !> Of the satellite with a magnet on an ellipse: times, s, how much errors of the start have grown, q, Ω, rad/s, and
-   !> the work of the world, J; 20 digits, by tools/references/earth_field.py.
+   !> the work of the world, J; 20 digits, by tools/docs/references/earth_field.py.
    real(wp), parameter :: references(10, 4) = reshape([ &
       1000.0_wp, 8.0_wp, -0.157441154044054495413_wp, -0.26522758030340914011_wp, &
       0.454209329442636325016_wp, -0.835799317244842944841_wp, -0.00307391279908655615741_wp, &

@@ -37,7 +37,7 @@ fi
 # recursion, which has one flag for all threads.
 checked='-std=f2018 -g -fcheck=all,no-array-temps,no-recursion -ffpe-trap=invalid,zero,overflow'
 
-# Tools that are already on PATH come first; `tools/setup.sh` fills the two folders with those that are not.
+# Tools that are already on PATH come first; `tools/setup/setup.sh` fills the two folders with those that are not.
 PATH=$PATH:$venv/bin:$venv/links
 export PATH
 

@@ -5,8 +5,8 @@
 # in turn.   mpi/bench/ranks.sh PROGRAM FOLDER      make bench BENCH=mpi/bench/ranks.sh
 set -u
 . tools/environment.sh
-bash tools/setup.sh mpi || { echo 'skipped: MPI is not here and cannot be installed'; exit 0; }
-NUTATE_MPI=1 bash tools/build.sh nutate_program nutate_mpi || exit 1
+bash tools/setup/setup.sh mpi || { echo 'skipped: MPI is not here and cannot be installed'; exit 0; }
+NUTATE_MPI=1 bash tools/setup/build.sh nutate_program nutate_mpi || exit 1
 rounds=5 members=2000 small=4000 counts='0 1 2 4 8'
 root=()
 [ "$(id -u)" -ne 0 ] || root=(--allow-run-as-root)

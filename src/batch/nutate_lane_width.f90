@@ -1,4 +1,4 @@
-!> How many bodies a batch moves at once. No bit of a body depends on it: `tools/check-lanes.sh` builds with others.
+!> How many bodies a batch moves at once. No bit of a body depends on it: `tools/checks/check-lanes.sh` builds others.
 module nutate_lane_width
    implicit none
    private

@@ -1,4 +1,4 @@
-!> The version of nutate. It is owned by `fpm.toml`, from which `tools/version.py` writes it here.
+!> The version of nutate. It is owned by `fpm.toml`, from which `tools/lint/version.py` writes it here.
 module nutate_version
    implicit none
    private

@@ -29,7 +29,7 @@ module nutate_exact_free
    !> factors.
    integer, parameter :: fastest_power = 900
    !> Rounding that every datum and every angle is taken to have for the estimate of the error: that of some ten
-   !> operations on the way from the data to the rates. Twice what 2000 random bodies need (`tools/accuracy.sh exact`).
+   !> operations on the way from the data to the rates. Twice what 2000 random bodies need (`make accuracy CASE=exact`).
    real(wp), parameter :: rounding = 2*eps
    !> The response to it is that to a larger change, of which no rounding hides a part, unless that leads too far (rad).
    real(wp), parameter :: probe = 16*eps, too_far = 0.1_wp

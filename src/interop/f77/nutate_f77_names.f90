@@ -1,5 +1,5 @@
-!> The arguments of the FORTRAN 77 routines by their names, for messages. `tools/f77_arguments.py` compares it with the
-!> routines.
+!> The arguments of the FORTRAN 77 routines by their names, for messages. `tools/lint/f77_arguments.py` compares it with
+!> the routines.
 module nutate_f77_names
    implicit none
    private

@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# Tries the ways to get nutate into a project or an environment, as a new user would; the last line is the total.
+#    tools/checks/check-packaging.sh [cmake|fpm|pip|types|wheel]...      all of them unless named
+set -u
+. "$(dirname "$0")/../environment.sh"
+
+scratch=$(mktemp -d) || exit 1
+trap 'rm -rf "$scratch"' EXIT
+passed=0 failed=0
+
+expect() { # WHAT COMMAND...
+   local what=$1
+   shift
+   if "$@" >"$scratch/log" 2>&1 </dev/null; then
+      passed=$((passed + 1))
+   else
+      failed=$((failed + 1)) && say "FAILED: $what" && cat "$scratch/log"
+   fi
+}
+
+configure() { # subdirectory|fetch
+   cmake -S tools/checks/packaging -B "$scratch/$1" -DNUTATE="$top" -DWAY="$1" -DNUTATE_WHOLE=OFF -DCMAKE_Fortran_FLAGS=-O0
+}
+
+# Libraries for C and Fortran; neither the program nor an install, unless asked for.
+as_part_of_a_cmake_project() {
+   local build=$scratch/subdirectory
+   configure subdirectory && cmake --build "$build" --parallel "$jobs" &&
+      "$build/tumble_c" && "$build/tumble_fortran" && [ ! -e "$build/nutate/nutate" ] &&
+      cmake --install "$build" --prefix "$scratch/nothing" && [ ! -e "$scratch/nothing/lib" ]
+}
+
+# As a dependency of another fpm project, which builds the library and nothing else of nutate.
+as_fpm_dependency() {
+   local project=$scratch/fpm
+   mkdir -p "$project/app" && cp link/cmake/tumble.f90 "$project/app/main.f90" &&
+      ln -s "$top" "$project/nutate" &&
+      printf 'name = "consumer"\n[dependencies]\nnutate = { path = "nutate" }\n' >"$project/fpm.toml" &&
+      fpm run --directory "$project" --flag -O0
+}
+
+# The package that pip builds from a checkout: what finds its library, program and page. `make install` has the same
+# modules, all tested there.
+as_pip_package() {
+   [ -x "$program" ] || bash tools/setup/build.sh || return 1
+   python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --disable-pip-version-check . scipy &&
+      [ -f "$scratch"/venv/lib/python*/site-packages/nutate/page.js ] &&
+      (cd "$scratch" && NUTATE=$program venv/bin/python "$top/tools/run_python_tests.py" "$top/python/tests" \
+         test_nutate test_sweeps test_view)
+}
+
+# What type checkers say of the package.
+types_of_python() {
+   python3 -m venv "$scratch/types" &&
+      "$scratch/types/bin/pip" install --disable-pip-version-check numpy scipy mypy==2.4.1 pyright==1.1.414 &&
+      "$scratch/types/bin/mypy" --strict python/nutate &&
+      "$scratch/types/bin/pyright" --pythonpath "$scratch/types/bin/python" python/nutate
+}
+
+try_cmake() {
+   expect "a project with add_subdirectory" as_part_of_a_cmake_project
+   expect "a project with FetchContent" configure fetch
+}
+try_fpm() { expect "a dependency in fpm.toml" as_fpm_dependency; }
+
+try_pip() { expect "pip install of a checkout" as_pip_package; }
+try_types() { expect "types of the Python package" types_of_python; }
+try_wheel() { expect "make wheel" make --no-print-directory wheel; }
+
+[ $# -gt 0 ] || set -- cmake fpm pip types wheel
+for part; do
+   case $part in
+      cmake | fpm | pip | types | wheel) "try_$part" ;;
+      *) die "check-packaging: unknown part '$part' (cmake, fpm, pip, types, wheel)" ;;
+   esac
+done
+say "$passed passed, $failed failed"
+[ $failed -eq 0 ]

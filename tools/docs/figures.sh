@@ -1,0 +1,132 @@
+#!/usr/bin/env bash
+# Draws the figures of docs/figures/ from runs made here and now; the histories stay in build/figures/.
+set -u
+. "$(dirname "$0")/../environment.sh"
+
+data=build/figures
+
+# simulate NAME SCENE [GROUP.KEY=VALUE]...: runs a scene into $data/NAME.csv.
+simulate() {
+   local name=$1 scene=$2 setting settings=()
+   shift 2
+   for setting; do settings+=(--set "$setting"); done
+   quietly "figure-$name" "$program" run "$scene" --quiet --output "$data/$name.csv" "${settings[@]}" || exit 1
+}
+
+# sweep NAME SCENE [GROUP.KEY=VALUE]...: the rows of its members into $data/NAME.csv.
+sweep() {
+   local name=$1 scene=$2 setting settings=()
+   shift 2
+   for setting; do settings+=(--set "$setting"); done
+   quietly "figure-$name" "$program" sweep "$scene" --quiet --output "$data/$name.npy" --csv "$data/$name.csv" \
+      "${settings[@]}" || exit 1
+}
+
+# draw NAME: runs tools/docs/figures/NAME.gp, which reads from `data` and writes to `figure`.
+draw() {
+   local figure=docs/figures/$1.svg
+   quietly "figure-$1" gnuplot -e "data = '$data'; figure = '$figure'" "tools/docs/figures/$1.gp" || exit 1
+   say "Drawn: $figure"
+}
+
+mkdir -p "$data" docs/figures
+simulate box_short scenes/box.nml integrator.time_step=0.01
+simulate box_long scenes/box.nml integrator.time_step=0.1
+draw box_omega
+
+# Events: the flips of the box, and bang-bang control.
+simulate intermediate_axis scenes/intermediate_axis.nml
+draw flips
+simulate bang_bang scenes/bang_bang.nml
+draw bang_bang
+
+# Control: magnets and wheels, and the motor of one wheel.
+simulate detumbling scenes/detumbling.nml
+draw detumbling
+simulate dual_spin scenes/dual_spin.nml
+draw dual_spin
+
+# A gyrocompass on the turning Earth.
+simulate gyrocompass scenes/gyrocompass.nml
+draw gyrocompass
+
+# Ensembles: a satellite after separation, and a book that is thrown by a steady hand, by another, and anyhow.
+for seconds in 10 30 600; do
+   sweep "separation_$seconds" scenes/separation.nml ensemble.members=20000 "integrator.end_time=$seconds"
+done
+draw separation
+for percent in 1 3 10; do
+   off=$(awk -v p="$percent" 'BEGIN {print 0.25*p}')
+   sweep "thrown_book_$percent" scenes/thrown_book.nml "vary.sigma=$off,$off,$off"
+done
+draw thrown_book
+
+# Roll, pitch and yaw on a circular orbit.
+simulate earth_pointing scenes/earth_pointing.nml
+draw earth_pointing
+
+# Hyperion at the perigee: from ANGLE,RATE (degrees, mean motions) over REVOLUTIONS.
+perigees() {
+   local name=$1 start=$2 revolutions=$3 end rate
+   end=$(awk -v n="$revolutions" 'BEGIN {printf "%.6f", 6.283186*n}')
+   rate=$(awk -v r="${start#*,}" 'BEGIN {printf "%.15g", 57.29577951308232*r}')
+   simulate "hyperion_$name" scenes/hyperion.nml "integrator.end_time=$end" output.every=1000000 initial.degrees=T \
+      "initial.roll_pitch_yaw=0,0,${start%,*}" "initial.angular_velocity=0,0,$rate"
+}
+perigees sea 0,1 1000
+for start in 0,0.55 0,0.6 0,0.72 0,2.31 0,2.33 0,2.66 0,2.75 0,2.9 0,3.2 0,3.35 90,0.865 90,0.875; do
+   perigees "island_$start" "$start" 100
+done
+draw hyperion
+
+# The box at eight times.
+simulate box_attitudes scenes/box.nml integrator.end_time=2.8 output.every=40 "output.columns='quaternion'"
+awk -f tools/docs/figures/box_edges.awk "$data/box_attitudes.csv" >"$data/box_edges.dat" || exit 1
+draw box_attitudes
+
+# period_error TOP OMEGA3 RATE: error of the period of precession over steps from ΩΔt = 0.014 to 0.8; RATE is exact.
+period_error() {
+   local top=$1 omega3=$2 rate=$3 k step mean
+   for k in 0 1 2 3 4 5 6 7 8 9 10; do
+      step=$(awk -v o="$omega3" -v k="$k" 'BEGIN {print 8/int(8*o/(0.0141*1.5^k))}')
+      simulate "$top" "scenes/$top.nml" "integrator.time_step=$step" integrator.end_time=8 "output.columns='euler'" \
+         "integrator.linear_solver='reduced'"
+      mean=$(awk -f tools/docs/figures/mean_precession.awk "$data/$top.csv") || exit 1
+      awk -v o="$omega3" -v s="$step" -v m="$mean" -v r="$rate" \
+         'BEGIN {e = r/m - 1; print o*s, e < 0 ? -e : e}'
+   done >"$data/period_$top.dat"
+}
+period_error precessing_top 140.6 10
+period_error fast_top 200 4.998774
+draw period_error
+
+# The picture of a history that the program draws by itself.
+simulate compass scenes/compass.nml output.every=5
+quietly figure-plot "$program" plot "$data/compass.csv" --output docs/figures/plot_compass.svg || exit 1
+say "Drawn: docs/figures/plot_compass.svg"
+
+# A page of nutate view in a browser without a window, if they are to be had.
+if bash tools/setup/setup.sh view; then
+   page=$top/$data/box.html
+   quietly figure-library bash tools/setup/build.sh nutate && PYTHONPATH=python NUTATE_LIBRARY=$cmake_folder/libnutate.so \
+      quietly figure-page "$venv/bin/python" -c \
+      "import nutate; nutate.view('scenes/box.nml', begin=0.055).save('$page')" || exit 1
+   quietly figure-view chromium --headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
+      --hide-scrollbars --window-size=1200,750 --virtual-time-budget=20000 --screenshot=docs/figures/view_box.png \
+      "file://$page" || exit 1
+   say "Drawn: docs/figures/view_box.png"
+fi
+
+# What accuracy costs: timings of this machine, which differ from run to run.
+cost() { # SCENE
+   local figure=docs/figures/cost_$1.svg
+   quietly "figure-cost-$1" "$program" cost "scenes/$1.nml" --plot "$figure" --csv "$data/cost_$1.csv" || exit 1
+   say "Drawn: $figure (table in $logs/figure-cost-$1.log)"
+}
+cost box
+cost precessing_top
+cost fast_top
+cost heavy_top
+
+# The layers, from the `use` statements.
+python3 tools/lint/layers.py --write && say "Drawn: docs/figures/layers.svg"

@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# Tests the Python package of an installed tree in a fresh virtual environment; the last line is the total.
+#    tools/tests/test-python.sh PREFIX [MODULE]...      all modules of python/tests unless named
+set -u
+. "$(dirname "$0")/../environment.sh"
+
+prefix=${1:?where nutate is installed}
+shift
+scratch=$(mktemp -d) || exit 1
+trap 'rm -rf "$scratch"' EXIT
+quietly python-venv python3 -m venv "$scratch/venv" || exit 1
+package=$prefix/share/nutate/python
+# What the package can do without is tested where it is to be had, by all modules.
+install() { quietly python-pip "$scratch/venv/bin/pip" install --disable-pip-version-check "$1"; }
+{ [ $# -eq 0 ] && install "$package[view,tables,rotation]"; } || install "$package" || exit 1
+NUTATE=$prefix/bin/nutate "$scratch/venv/bin/python" tools/run_python_tests.py python/tests "$@"
