@@ -2,7 +2,7 @@
 # routines of src/interop/, and hides everything else.
 function(write_export_map map)
    set(names "")
-   file(GLOB headers include/*.h)
+   file(GLOB headers CONFIGURE_DEPENDS include/*.h)
    foreach(header IN LISTS headers)
       file(STRINGS ${header} lines REGEX "nutate_[a-z0-9_]+\\(")
       foreach(line IN LISTS lines)

@@ -28,7 +28,7 @@ write_basic_package_version_file(nutate-config-version.cmake COMPATIBILITY SameM
 install(TARGETS nutate EXPORT nutate_targets)
 install(TARGETS nutate_static EXPORT nutate_fortran_targets)
 install(TARGETS nutate_program)
-file(GLOB headers include/*.h)
+file(GLOB headers CONFIGURE_DEPENDS include/*.h)
 install(FILES ${headers} TYPE INCLUDE)
 install(DIRECTORY ${module_folder}/ DESTINATION ${module_install_folder} FILES_MATCHING PATTERN "*.mod")
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/nutate.pc ${CMAKE_CURRENT_BINARY_DIR}/nutate-fortran.pc
