@@ -3,17 +3,17 @@ module nutate_check_command
    use nutate_attitude, only: axis_angle_from_quat
    use nutate_body, only: diagonal, whole_body
    use nutate_cli, only: command_t
+   use nutate_column_event, only: column_event_t, most_columns
    use nutate_columns, only: columns_t
    use nutate_console, only: count_text, page_t, plural, say_error, show_page, vector_text, EXIT_INPUT, EXIT_SUCCESS
-   use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
-   use nutate_run, only: run_t
-   use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_decimal, only: rounded_text
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_words, only: add_ensemble
-   use nutate_event_words, only: event_text
+   use nutate_event, only: CROSSING, event_t, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON
+   use nutate_expectation, only: history_bytes, known_steps, most_rows, rows_of, size_text, too_many_rows
    use nutate_files, only: STANDARD_OUTPUT
+   use nutate_fixed_steps, only: count_steps
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: invariants_t
    use nutate_keys, only: group_t, key_t, KEY_LOGICAL, KEY_TEXT
@@ -22,7 +22,9 @@ module nutate_check_command
    use nutate_notes, only: note_t
    use nutate_observer, only: observer_t, run_record_t
    use nutate_printable, only: printable_path
-   use nutate_fixed_steps, only: count_steps
+   use nutate_run, only: run_t
+   use nutate_run_plan, only: run_goal_t, run_plan_t
+   use nutate_run_summary, only: kept_momentum
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
    use nutate_slips, only: collect_notes
@@ -31,7 +33,6 @@ module nutate_check_command
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use nutate_run_summary, only: kept_momentum
    implicit none
    private
 
@@ -436,5 +437,51 @@ contains
          call page%line('  '//notes(i)%text)
       end do
    end subroutine add_notes
+
+   !> `omega3 crosses 0, falling; ends the run`.
+   function event_text(event) result(text)
+      class(event_t), intent(in) :: event
+      character(len=:), allocatable :: text
+      text = ''
+      select type (event)
+      class is (column_event_t)
+         text = columns_text(event)
+      end select
+      select case (event%kind)
+      case (CROSSING)
+         text = text//' crosses '//rounded_text(event%level)
+         if (event%period > 0.0_wp) text = text//' modulo '//rounded_text(event%period)
+         if (event%direction > 0) text = text//', growing'
+         if (event%direction < 0) text = text//', falling'
+      case (MAXIMUM)
+         text = text//' has a maximum'
+      case (MINIMUM)
+         text = text//' has a minimum'
+      case default
+         text = text//' has an extremum'
+      end select
+      if (event%action == SWITCH_ON) text = text//"; switches '"//trim(event%effect)//"' on"
+      if (event%action == SWITCH_OFF) text = text//"; switches '"//trim(event%effect)//"' off"
+      if (event%action > max(SWITCH_ON, SWITCH_OFF)) text = text//"; switches '"//trim(event%effect)//"' over"
+      if (event%count > 0) then
+         text = text//'; ends the run at number '//count_text(event%count)
+      else if (event%stop) then
+         text = text//'; ends the run'
+      end if
+   end function event_text
+
+   !> `psi + 2 omega3`.
+   function columns_text(event) result(text)
+      type(column_event_t), intent(in) :: event
+      character(len=:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, most_columns
+         if (event%columns(i) == '') exit
+         if (i > 1) text = text//' + '
+         if (abs(event%weights(i) - 1) > 0.0_wp) text = text//rounded_text(event%weights(i))//' '
+         text = text//trim(event%columns(i))
+      end do
+   end function columns_text
 
 end module nutate_check_command

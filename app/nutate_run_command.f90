@@ -1,31 +1,49 @@
 !> `nutate run SCENE`: simulates a scene and writes its history.
 module nutate_run_command
    use nutate_byte_archive, only: byte_archive_t
-   use nutate_run_checkpoint, only: read_checkpoint
    use nutate_cli, only: command_t
-   use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS
+   use nutate_console, only: say_error, show_page, EXIT_INPUT, EXIT_OUTPUT, EXIT_RUN, EXIT_SIGNAL, EXIT_SUCCESS, &
+      count_text
    use nutate_event_history, only: events_name
-   use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
-   use nutate_outputs, only: outputs_t, picture_kind, CHECKPOINT, EVENTS, HISTORY
    use nutate_expectation, only: expectation_text, known_steps, most_rows, rows_of, too_many_rows
-   use nutate_kinds, only: wp, long
+   use nutate_files, only: file_exists, goes_to_file, same_file, STANDARD_ERROR
    use nutate_gnuplot, only: picture_t
+   use nutate_kinds, only: wp, long
+   use nutate_observer, only: run_record_t
+   use nutate_outputs, only: outputs_t, picture_kind, CHECKPOINT, EVENTS, HISTORY
    use nutate_picture_opening, only: open_picture
-   use nutate_pilot_watcher, only: pilot_watcher_t
    use nutate_plot_command, only: draw_file
    use nutate_printable, only: printable_path
    use nutate_run, only: run_t
+   use nutate_run_checkpoint, only: read_checkpoint
+   use nutate_run_progress, only: progress_bar_t
    use nutate_run_reports, only: report_checkpoint, report_failure, report_output, report_signal, kept_rows
+   use nutate_run_signals, only: caught_signal, signal_flag, watch_signals, check_signals, stop_watcher_t
+   use nutate_run_summary, only: summary_page
    use nutate_run_watcher, only: run_watcher_t
    use nutate_scene, only: scene_t
    use nutate_scene_loading, only: load_scene
-   use nutate_run_signals, only: caught_signal, signal_flag, watch_signals
+   use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_IO, NUTATE_STOPPED
-   use nutate_run_summary, only: summary_page
+   use nutate_system, only: system_t
    implicit none
    private
 
    public :: run_command
+
+   !> What looks on while pilot runs find the steps of a run: a progress bar for each of them, and signals.
+   type, extends(stop_watcher_t) :: pilot_watcher_t
+      type(progress_bar_t) :: progress
+      !> Pilot runs so far, that under way included.
+      integer(long), private :: runs = 0
+      !> Start and length of each run, s.
+      real(wp), private :: t_first = 0.0_wp, duration = 0.0_wp
+   contains
+      !> Starts the clock.
+      procedure :: start
+      procedure :: observe => count_run
+      procedure :: poll => look_up
+   end type pilot_watcher_t
 
 contains
 
@@ -376,5 +394,40 @@ contains
          call report_failure(scene, watcher, run%state%t, run%summary, status, closing)
       end if
    end subroutine give_up
+
+   !> Starts the clock.
+   subroutine start(self, t_first, end_time, wanted)
+      class(pilot_watcher_t), intent(inout) :: self
+      !> Start and end of each run, s.
+      real(wp), intent(in) :: t_first, end_time
+      !> A progress bar is wanted.
+      logical, intent(in) :: wanted
+      self%t_first = t_first
+      self%duration = end_time - t_first
+      call self%progress%start(wanted)
+   end subroutine start
+
+   !> Takes the first state of a run for a new run.
+   subroutine count_run(self, system, state, record, status)
+      class(pilot_watcher_t), intent(inout) :: self
+      type(system_t), intent(in) :: system
+      type(state_t), intent(in) :: state
+      type(run_record_t), intent(in) :: record
+      type(status_t), intent(out) :: status
+      if (abs(state%t - self%t_first) > 0.5_wp*abs(self%duration)) return
+      self%runs = self%runs + 1
+      call self%progress%name('pilot run '//count_text(self%runs))
+   end subroutine count_run
+
+   !> Shows the progress, and ends the runs on a signal.
+   subroutine look_up(self, fraction, status)
+      class(pilot_watcher_t), intent(inout) :: self
+      real(wp), intent(in) :: fraction
+      type(status_t), intent(out) :: status
+      integer(long) :: now
+      call system_clock(now)
+      call self%progress%update(fraction, now)
+      call check_signals(status)
+   end subroutine look_up
 
 end module nutate_run_command

@@ -2,7 +2,7 @@
 module nutate_c_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_c_handles, only: find_scene, null_argument, report, scene_handle_t
-   use nutate_c_sweep_poll, only: polling_sweep_t
+   use nutate_c_polls, only: poll_t
    use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
    use nutate_member_rows, only: fill_rows, has_threads
    use nutate_row_layout, only: field_length, make_layout, row_layout_t
@@ -10,6 +10,8 @@ module nutate_c_sweep
    use nutate_scene_ensemble, only: add_table
    use nutate_scene_error, only: scene_error_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, NUTATE_OK
+   use nutate_sweep_watcher, only: sweep_watcher_t
+   !$ use omp_lib, only: omp_get_thread_num
    implicit none
    private
 
@@ -21,6 +23,24 @@ module nutate_c_sweep
    integer(c_int), parameter :: most_threads = 4096
    !> Bytes of a field.
    integer(c_int64_t), parameter :: word = 8
+
+   !> What the threads share.
+   type :: answer_t
+      type(poll_t) :: poll
+      logical :: ended = .false.
+      !> No threads but the one that called.
+      logical :: alone = .false.
+   end type answer_t
+
+   !> Asks the poll of a scene: the thread that called asks the program, the others see what it was told.
+   type, extends(sweep_watcher_t) :: polling_sweep_t
+      type(answer_t), pointer, private :: answer => null()
+   contains
+      !> Takes whom to ask.
+      procedure :: start
+      procedure :: wants_end => ask_program
+      final :: forget
+   end type polling_sweep_t
 
 contains
 
@@ -179,5 +199,37 @@ contains
       status = fail(NUTATE_BAD_SCENE, error%text)
       whole = error%text
    end subroutine take_table
+
+   !> Takes whom to ask.
+   subroutine start(self, poll, threads)
+      class(polling_sweep_t), intent(inout) :: self
+      type(poll_t), intent(in) :: poll
+      !> How many will ask; the first is the one that calls.
+      integer, intent(in) :: threads
+      if (.not. associated(self%answer)) allocate (self%answer)
+      self%answer%poll = poll
+      self%answer%alone = threads == 1
+   end subroutine start
+
+   logical function ask_program(self) result(wants_end)
+      class(polling_sweep_t), intent(in) :: self
+      type(status_t) :: status
+      integer :: thread
+      thread = 0
+      !$ thread = omp_get_thread_num()
+      !$omp atomic read
+      wants_end = self%answer%ended
+      if (wants_end .or. (thread > 0 .and. .not. self%answer%alone)) return
+      call self%answer%poll%ask(status)
+      wants_end = .not. status%ok()
+      if (.not. wants_end) return
+      !$omp atomic write
+      self%answer%ended = .true.
+   end function ask_program
+
+   subroutine forget(self)
+      type(polling_sweep_t), intent(inout) :: self
+      if (associated(self%answer)) deallocate (self%answer)
+   end subroutine forget
 
 end module nutate_c_sweep

@@ -5,13 +5,13 @@
 !> (`nutate_scene_body`, `..._initial`, `..._effects`, `..._integrator`, `..._output`). The first error ends it.
 module nutate_scene
    use nutate_body, only: body_t
-   use nutate_control, only: beyond_accuracy, needs_control
    use nutate_columns, only: columns_t, need_attitude
+   use nutate_control, only: beyond_accuracy, needs_control
    use nutate_effect_list, only: effect_list_t
    use nutate_ensemble_plan, only: ensemble_plan_t
    use nutate_event_tracker, only: event_list_t
-   use nutate_keys, only: group_t, group_kind_t, name_length
    use nutate_hamiltonian, only: make_state
+   use nutate_keys, only: group_t, group_kind_t, name_length, key_t, KEY_TEXT
    use nutate_kinds, only: wp
    use nutate_printable, only: printable_path
    use nutate_run_plan, only: run_plan_t
@@ -23,11 +23,11 @@ module nutate_scene
    use nutate_scene_events, only: build_events, event_keys, events_need_attitude
    use nutate_scene_initial, only: initial_keys, build_initial, rebuild_initial, check_initial
    use nutate_scene_integrator, only: integrator_keys, build_integrator
-   use nutate_scene_override, only: apply_override
    use nutate_scene_output, only: output_keys, output_settings_t, build_output
-   use nutate_scene_title, only: title_keys, scene_name
+   use nutate_scene_override, only: apply_override
    use nutate_scene_table, only: read_table, time_units
    use nutate_scene_vary, only: vary_keys
+   use nutate_spelling, only: lower_case
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_SCENE, NUTATE_IO
    use nutate_stepper, only: integrator_settings_t
@@ -72,6 +72,9 @@ module nutate_scene
       !> The groups as given, in the order of the file, overrides applied; shape (number of groups).
       type(group_t), allocatable :: groups(:)
    end type scene_t
+
+   !> Keys of the scene group `&scene`.
+   type(key_t), parameter :: title_keys(1) = [key_t(name='title', kind=KEY_TEXT)]
 
 contains
 
@@ -362,5 +365,14 @@ contains
       end do
       i = 0
    end function place_of
+
+   !> A path's file name without folder and `.nml`.
+   pure function scene_name(path) result(name)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: name
+      name = trim(path(index(path, '/', back=.true.) + 1:))
+      if (len(name) <= 4) return
+      if (lower_case(name(len(name) - 3:)) == '.nml') name = name(1:len(name) - 4)
+   end function scene_name
 
 end module nutate_scene

@@ -16,17 +16,16 @@
 !> (`nutate_axial_frame`): L/J₁ takes the place of Ω, and the angle of the body in that frame is one more series.
 module nutate_motion_series
    use nutate_axial_frame, only: axial_frame_t
-   use nutate_effect_list, only: effect_list_t
    use nutate_diagonal_series, only: expand_axial_top, expand_free, expand_top, steepest_growth
+   use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp
-   use nutate_lane_products, only: add_inner, add_outer, see_from_frame
-   use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_power_series, only: highest_order, inverses
+   use nutate_quaternion, only: cross, quat_product, rotate_to_body
    use nutate_series_sum, only: length_of, rotation_between, sum_series
    use nutate_series_tail, only: most_parts, series_tail_t
-   use nutate_torque_series, only: torque_series_t
    use nutate_system, only: system_t
+   use nutate_torque_series, only: torque_series_t
    use nutate_turning_top_series, only: expand_turning_axial_top, expand_turning_top
    use nutate_wheel_series, only: wheel_series_t
    implicit none
@@ -495,5 +494,57 @@ contains
       end if
       square = term(1)*term(1) + term(2)*term(2) + term(3)*term(3)
    end function momentum_square
+
+   !> Coefficient k as space axes that turn have it: of Ω less Rᵀω = Σ ωᵢEᵢ, and -E×Rᵀω of the three rows.
+   pure subroutine see_from_frame(turn, a, b, omega, carried)
+      !> ω along the rows, times the unit of time; shape (3).
+      real(wp), intent(in) :: turn(3)
+      !> Coefficient k of the lanes (L, E1) and (E2, E3).
+      real(wp), intent(in) :: a(2, 3), b(2, 3)
+      !> Times the unit of time; shape (3).
+      real(wp), intent(inout) :: omega(3)
+      !> One row each; shape (3,3).
+      real(wp), intent(out) :: carried(3, 3)
+      omega = omega - (turn(1)*a(2, :) + turn(2)*b(1, :) + turn(3)*b(2, :))
+      carried(1, :) = turn(3)*b(1, :) - turn(2)*b(2, :)
+      carried(2, :) = turn(1)*b(2, :) - turn(3)*a(2, :)
+      carried(3, :) = turn(2)*a(2, :) - turn(1)*b(1, :)
+   end subroutine see_from_frame
+
+   !> Coefficient k of lane × Ω, for a pair of lanes, without the products with the coefficients 0 and k: what comes
+   !> before does not wait for the newest.
+   pure subroutine add_inner(k, lanes, omega, sums)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: lanes(2, 3, 0:highest_order), omega(3, 0:highest_order)
+      real(wp), intent(out) :: sums(2, 3)
+      real(wp), dimension(2) :: x, y, z
+      integer :: j
+      x = 0.0_wp
+      y = 0.0_wp
+      z = 0.0_wp
+      do j = 1, k - 1
+         x = x + (lanes(:, 2, j)*omega(3, k - j) - lanes(:, 3, j)*omega(2, k - j))
+         y = y + (lanes(:, 3, j)*omega(1, k - j) - lanes(:, 1, j)*omega(3, k - j))
+         z = z + (lanes(:, 1, j)*omega(2, k - j) - lanes(:, 2, j)*omega(1, k - j))
+      end do
+      sums(:, 1) = x
+      sums(:, 2) = y
+      sums(:, 3) = z
+   end subroutine add_inner
+
+   !> Adds these products.
+   pure subroutine add_outer(k, first, last, v, w, sums)
+      integer, intent(in) :: k
+      !> Coefficients 0 and k of the lanes, and of Ω; shapes (2,3) and (3).
+      real(wp), intent(in) :: first(2, 3), last(2, 3), v(3), w(3)
+      real(wp), intent(inout) :: sums(2, 3)
+      sums(:, 1) = sums(:, 1) + (first(:, 2)*w(3) - first(:, 3)*w(2))
+      sums(:, 2) = sums(:, 2) + (first(:, 3)*w(1) - first(:, 1)*w(3))
+      sums(:, 3) = sums(:, 3) + (first(:, 1)*w(2) - first(:, 2)*w(1))
+      if (k == 0) return
+      sums(:, 1) = sums(:, 1) + (last(:, 2)*v(3) - last(:, 3)*v(2))
+      sums(:, 2) = sums(:, 2) + (last(:, 3)*v(1) - last(:, 1)*v(3))
+      sums(:, 3) = sums(:, 3) + (last(:, 1)*v(2) - last(:, 2)*v(1))
+   end subroutine add_outer
 
 end module nutate_motion_series

@@ -8,19 +8,18 @@ module nutate_taylor_stepper
    use nutate_hamiltonian, only: body_momentum, moving_energy
    use nutate_invariants, only: follows_turning_axes
    use nutate_kinds, only: wp, eps
+   use nutate_motion_series, only: motion_series_t, TWO_PAIRS
    use nutate_noise, only: noise_t
+   use nutate_power_series, only: highest_order
    use nutate_quaternion, only: quat_exp, quat_product
    use nutate_rigid_rates, only: begin_step, end_step, end_wheels, n_rates, prepare_rates, rigid_rates_t
-   use nutate_motion_series, only: motion_series_t, TWO_PAIRS
-   use nutate_power_series, only: highest_order
    use nutate_row_change, only: add_change, get_change, row_change_t
-   use nutate_series_error, only: add_work_of, take_error
    use nutate_spaced_projection, only: spaced_projection_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_OFF_BRANCH
    use nutate_stepper, only: dense_stepper_t, integrator_settings_t, is_inside, outside, step_goal_t
    use nutate_system, only: system_t
-   use nutate_work_share, only: book_share
+   use nutate_work_share, only: book_share, step_error_t
    implicit none
    private
 
@@ -495,5 +494,33 @@ contains
       call self%projection%transfer(archive)
       self%expanded = .false.
    end subroutine transfer
+
+   !> Work of a torque from the start of a series to a time, or, one more, of the potentials that move; its error is
+   !> added to that of the works.
+   pure subroutine add_work_of(series, i, s, work, error)
+      type(motion_series_t), intent(in) :: series
+      !> Of the torque.
+      integer, intent(in) :: i
+      !> Time in units.
+      real(wp), intent(in) :: s
+      !> J.
+      real(wp), intent(out) :: work
+      type(step_error_t), intent(inout) :: error
+      real(wp) :: off
+      call series%torques%get_work(i, series%order, series%time_unit, s, series%tail, work, off)
+      error%work = error%work + off
+   end subroutine add_work_of
+
+   !> By how much attitude and momentum may err at a time.
+   pure subroutine take_error(series, s, error)
+      !> With its tail.
+      type(motion_series_t), intent(in) :: series
+      !> In units.
+      real(wp), intent(in) :: s
+      type(step_error_t), intent(inout) :: error
+      error%angle = series%tail%error_of_all(series%order, s)
+      error%of_momentum = 0.0_wp
+      if (series%scale > tiny(1.0_wp)) error%of_momentum = error%angle/series%scale
+   end subroutine take_error
 
 end module nutate_taylor_stepper
