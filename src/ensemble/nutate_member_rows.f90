@@ -1,9 +1,9 @@
 !> Rows of members in memory, by the thread that calls or by several.
 module nutate_member_rows
+   use, intrinsic :: iso_c_binding, only: c_int
    use nutate_kinds, only: wp, long
    use nutate_lane_run, only: lanes
    use nutate_member_run, only: member_run_t
-   use nutate_pause, only: pause_thread
    use nutate_row_layout, only: row_layout_t
    use nutate_scene, only: scene_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_STOPPED
@@ -23,6 +23,15 @@ module nutate_member_rows
    integer(long), parameter :: fewest = max(1, lanes/3)
    !> Time between two questions of a thread that has no more members, s.
    real(wp), parameter :: usual_pause = 0.01_wp
+
+   interface
+      !> Of POSIX.
+      integer(c_int) function usleep(microseconds) bind(c, name='usleep')
+         import :: c_int
+         implicit none
+         integer(c_int), value :: microseconds
+      end function usleep
+   end interface
 
 contains
 
@@ -198,5 +207,12 @@ contains
          end do
       end associate
    end subroutine take_together
+
+   !> Waits for some time, or until a signal comes, and lets other threads work.
+   subroutine pause_thread(seconds)
+      !> Below 1.
+      real(wp), intent(in) :: seconds
+      if (usleep(int(1e6_wp*seconds, c_int)) /= 0) return
+   end subroutine pause_thread
 
 end module nutate_member_rows
