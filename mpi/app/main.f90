@@ -1,16 +1,18 @@
 !> `nutate-mpi sweep SCENE`: a sweep by the processes of MPI. Rank 0 says what there is to say.
 program main
-   use nutate_cli, only: argument_t, command_t, get_arguments, parse_arguments
+   use nutate_cli, only: argument_t, command_t, get_arguments, options, parse_arguments
    use nutate_console, only: page_t, say_error, show_page, EXIT_INPUT, EXIT_SIGNAL
    use nutate_contraction, only: arithmetic_in_words
    use nutate_files, only: prepare_process, STANDARD_ERROR, STANDARD_OUTPUT
-   use nutate_mpi_help, only: mpi_help, objection_to
    use nutate_rank_crew, only: follow, rank_crew_t
    use nutate_ranks, only: ranks_t
    use nutate_run_signals, only: caught_signal, end_by_signal
+   use nutate_spelling, only: is_listed
    use nutate_sweep_command, only: sweep_command
    use nutate_version, only: version
    implicit none
+   !> Options of `nutate sweep` that are for one process.
+   character(len=*), parameter :: not_here = '--member,--threads,--merge'
    type(ranks_t) :: ranks
    type(argument_t), allocatable :: arguments(:)
    type(command_t) :: command
@@ -62,5 +64,42 @@ contains
          exit_code = EXIT_INPUT
       end select
    end subroutine lead
+
+   !> What keeps a command from being one for several processes; blank if nothing does.
+   pure function objection_to(command) result(text)
+      type(command_t), intent(in) :: command
+      character(len=:), allocatable :: text
+      text = ''
+      if (all(command%verb /= [character(len=8) :: 'sweep', 'help', 'version', ''])) then
+         text = 'MPI runs sweeps only (expected nutate-mpi sweep SCENE)'
+      else if (command%member > 0) then
+         text = '--member is for one process (expected nutate sweep SCENE --member K)'
+      else if (command%merges) then
+         text = '--merge is for one process (expected nutate sweep SCENE --merge)'
+      else if (command%threads > 1) then
+         text = 'each process has one thread (expected more processes: mpirun -n N)'
+      end if
+   end function objection_to
+
+   !> The help page.
+   function mpi_help() result(page)
+      type(page_t) :: page
+      integer :: i
+      call page%line('nutate-mpi: run the members of an ensemble by the processes of MPI, and keep a row of each')
+      call page%line('')
+      call page%line('Usage: mpirun -n N nutate-mpi sweep SCENE [options]')
+      call page%line('')
+      call page%line('Options')
+      do i = 1, size(options)
+         if (.not. is_listed('sweep', trim(options(i)%verbs)) .or. is_listed(trim(options(i)%name), not_here)) cycle
+         call page%item(trim(options(i)%name)//' '//options(i)%value, options(i)%purpose)
+      end do
+      call page%line('')
+      call page%line('The file is that of nutate sweep, to the last byte, for any number of processes. All of them')
+      call page%line('need to see the folder where it is written. When a process is lost MPI ends all others; --resume')
+      call page%line('goes on, with as many as there are then, and so does nutate sweep --resume.')
+      call page%line('')
+      call page%line('Exit status: that of nutate sweep')
+   end function mpi_help
 
 end program main
