@@ -41,7 +41,7 @@ contains
                   settings%attitude .and. settings%projection .and. &
                   .not. settings%inverse_auxiliary_inertia > 0.0_wp) then
             call page%item('SIMD batches', 'none: '//obstacle//" (linear_solver = 'reduced' gives the same "// &
-                           'trajectory 3 times faster, in batches 8 times)')
+                           'trajectory 3 times faster)')
          else
             call page%item('SIMD batches', 'none: '//obstacle//' (steps in batches take a third to a half of the time)')
          end if

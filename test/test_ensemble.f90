@@ -2,11 +2,11 @@
 !> on nothing but their member.
 module test_ensemble
    use nutate_kinds, only: wp, eps, long
+   use nutate_lane_width, only: lanes
    use nutate_member, only: member_t
    use nutate_member_rows, only: run_members, take_rows
    use nutate_member_run, only: member_run_t
    use nutate_quaternion, only: rotation_matrix
-   use nutate_reduced_lanes, only: lanes
    use nutate_row_layout, only: make_layout, real_of, row_layout_t
    use nutate_sampling, only: draw_values
    use nutate_scene, only: parse_scene, scene_t
@@ -43,8 +43,6 @@ contains
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("members run together have the rows of members run alone", together_and_alone), &
-                  new_unittest("so have tops, gyrostats and satellites", loaded_together), &
-                  new_unittest("so have those by Taylor series", series_together), &
                   new_unittest("a frame that only some members turn is theirs alone", frames_together), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
@@ -334,61 +332,8 @@ contains
       end do
    end subroutine members_are_alone
 
-   !> Free bodies that lanes take, that they give up and that the scene refuses, at several orders and ways to look.
+   !> Free bodies, tops and satellites at several orders and ways to look; some turn too fast, some the scene refuses.
    subroutine together_and_alone(error)
-      type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: head = "&body inertia = 5.0, 20.0, 17.0 /"//line_feed// &
-         "&initial angular_velocity = 0.1, 0.0, 10.0 / &integrator linear_solver = 'reduced', time_step = 0.01, "
-      character(len=*), parameter :: tail(4) = [character(len=100) :: &
-         "end_time = 0.5 / &output columns = 'quaternion', 'energy', every = 7 /", &
-         "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &
-         "order = 8, end_time = 0.1 / &output columns = 'angular_velocity_space', every = 100 /", &
-         "order = 6, end_time = 0.1 / &output columns = 'quaternion', every = 2 /"]
-      integer(long), allocatable :: status_of(:)
-      integer :: i
-      do i = 1, size(tail)
-         call compare_rows(head//trim(tail(i))//"&ensemble members = 61, seed = 2 / &vary key = 'body.inertia.2', "// &
-                           "distribution = 'uniform', low = 16.0, high = 24.0 / "//line_feed// &
-                           "&vary key = 'initial.angular_velocity.2', distribution = 'normal', sigma = 25.0 / "// &
-                           "&vary key = 'initial.quaternion', distribution = 'rotation' /", lanes/2, status_of, error)
-         if (allocated(error)) return
-         call check(error, count(status_of == 0) > 40 .and. count(status_of == NUTATE_BAD_BODY) > 3, 'statuses')
-         if (allocated(error)) return
-      end do
-   end subroutine together_and_alone
-
-   !> Tops, gyrostats and dipoles, whose potentials differ from member to member; some turn too fast for the step.
-   subroutine loaded_together(error)
-      type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: head(4) = [character(len=200) :: &
-         "&gravity acceleration = 0, 0, -9.8 / &vary key = 'gravity.acceleration.1', "// &
-         "distribution = 'normal', sigma = 2 /", &
-         "&rotor momentum = 0.2, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 0.2 /", &
-         "&gravity / &rotor momentum = 0, 0.1, 1 / &dipole moment = 0, 0, 2, field = 0.5, 0, 0.2 /"// &
-         "&force body_point = 0, 0.1, 0.2, force = 0.3, 0, 0, axes = 'space' /", &
-         "&gravity_gradient direction = 0, 0.6, -0.8, strength = 1 / &dipole moment = 0, 0, 2, field = 1, 0, 0.4 / "// &
-         "&vary key = 'gravity_gradient.strength', distribution = 'normal', sigma = 0.3 /"]
-      character(len=*), parameter :: tail(3) = [character(len=100) :: &
-         "end_time = 1.0 / &output columns = 'quaternion', 'energy', every = 7 /", &
-         "order = 4, end_time = 0.3 / &output columns = 'angular_momentum_space', 'constraints' /", &
-         "order = 8, end_time = 0.2 / &output columns = 'angular_velocity_space', every = 100 /"]
-      integer(long), allocatable :: status_of(:)
-      integer :: i
-      do i = 1, 12
-         call compare_rows("&body inertia = 0.35, 0.3, 0.1, mass = 1, center_of_mass = 0, 0, 0.3 / "//line_feed// &
-                           "&initial angular_velocity = 0, 0.5, 10 / "//trim(head(1 + (i - 1)/3))//line_feed// &
-                           "&integrator linear_solver = 'reduced', time_step = 0.01, "//trim(tail(1 + mod(i, 3)))// &
-                           line_feed//"&ensemble members = 41, seed = 3 / &vary "// &
-                           "key = 'initial.angular_velocity.3', distribution = 'normal', sigma = 8 / &vary "// &
-                           "key = 'initial.quaternion', distribution = 'rotation' /", lanes/2, status_of, error)
-         if (allocated(error)) return
-         call check(error, count(status_of == 0) > 30, 'statuses')
-         if (allocated(error)) return
-      end do
-   end subroutine loaded_together
-
-   !> Free bodies, tops and satellites by Taylor series, at several orders and ways to look; some turn too fast.
-   subroutine series_together(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: tail(4) = [character(len=100) :: &
          "end_time = 5 / &output columns = 'quaternion', 'energy', every = 7 /", &
@@ -414,15 +359,15 @@ contains
          call check(error, count(status_of == 0) > 40 .and. count(status_of == NUTATE_BAD_BODY) > 3, 'statuses')
          if (allocated(error)) return
       end do
-   end subroutine series_together
+   end subroutine together_and_alone
 
    !> Every third member turns no frame, and can be run in a lane.
    subroutine frames_together(error)
       type(error_type), allocatable, intent(out) :: error
       integer(long), allocatable :: status_of(:)
       call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / "// &
-                        "&rotating_frame rate = 0, 0, 0 / &integrator linear_solver = 'reduced', "// &
-                        "time_step = 0.01, end_time = 0.2 / &output columns = 'quaternion', 'energy' /"// &
+                        "&rotating_frame rate = 0, 0, 0 / &integrator method = 'taylor', "// &
+                        "time_step = 0.1, end_time = 2.0 / &output columns = 'quaternion', 'energy' /"// &
                         line_feed//"&ensemble members = 64 / &vary key = 'rotating_frame.rate.3', "// &
                         "distribution = 'grid', low = -1, high = 1, points = 3 /", min(1, lanes/2), status_of, error)
       if (allocated(error)) return

@@ -9,7 +9,6 @@
 module nutate_taylor_lanes
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_kinds, only: wp
-   use nutate_lane_bodies, only: lane_bodies_t
    use nutate_lane_expansion, only: lane_expansion_t, move_lanes, put_motion, rest_motion, set_up_motion
    use nutate_lane_potentials, only: are_lane_potentials
    use nutate_lane_projection, only: lane_projection_t, project_lanes, put_target, rest_target, set_up_targets
@@ -22,46 +21,51 @@ module nutate_taylor_lanes
    implicit none
    private
 
-   public :: taylor_lanes_t, can_be_series_lanes
+   public :: taylor_lanes_t, can_be_lanes, lanes
 
    !> Numbers of a body that a lane takes: products of several stay in the range of numbers.
    real(wp), parameter :: least = 1e-40_wp, greatest = 1e40_wp
 
    !> The bodies, each a lane.
-   type, extends(lane_bodies_t) :: taylor_lanes_t
-      private
+   type :: taylor_lanes_t
+      !> The lane has a body, which has not been given up.
+      logical :: taken(lanes) = .false.
       !> s.
-      real(wp) :: dt = 0.0_wp
+      real(wp), private :: dt = 0.0_wp
       !> 1: the lane has no body.
-      real(wp) :: idle(lanes) = 1.0_wp
+      real(wp), private :: idle(lanes) = 1.0_wp
       !> Shape (lanes, 4).
-      real(wp) :: q(lanes, 4) = 0.0_wp, p(lanes, 4) = 0.0_wp
-      type(lane_expansion_t) :: expansion
-      type(lane_projection_t) :: projection
+      real(wp), private :: q(lanes, 4) = 0.0_wp, p(lanes, 4) = 0.0_wp
+      type(lane_expansion_t), private :: expansion
+      type(lane_projection_t), private :: projection
       !> Steps since the last projection, and from there to the next.
-      integer :: count(lanes) = 0, interval(lanes) = 1
+      integer, private :: count(lanes) = 0, interval(lanes) = 1
       !> The last states have been made fit to be seen; these; shape (lanes, 4).
-      logical :: looked = .false.
-      real(wp) :: seen_q(lanes, 4) = 0.0_wp, seen_p(lanes, 4) = 0.0_wp
+      logical, private :: looked = .false.
+      real(wp), private :: seen_q(lanes, 4) = 0.0_wp, seen_p(lanes, 4) = 0.0_wp
    contains
       !> Empties all lanes, for steps of a length.
       procedure :: set_up
+      !> Puts a body into a lane.
       procedure :: put
+      !> One step of all bodies.
       procedure :: step
+      !> Makes the bodies fit to be seen; one that cannot be is given up. The steps that follow do not notice.
       procedure :: look
+      !> Where a body is.
       procedure :: get
    end type taylor_lanes_t
 
 contains
 
    !> True if lanes may be able to move a system: nothing acts on it but rotors, and potentials that lanes know.
-   pure logical function can_be_series_lanes(system) result(can_be)
+   pure logical function can_be_lanes(system) result(can_be)
       type(system_t), intent(in) :: system
       associate (effects => system%effects)
          can_be = effects%n_torques + effects%n_off + effects%n_wheels == 0 .and. .not. effects%frame_turns
          if (can_be) can_be = are_lane_potentials(effects)
       end associate
-   end function can_be_series_lanes
+   end function can_be_lanes
 
    !> Empties all lanes, for steps of a length.
    pure subroutine set_up(self, order, dt)
@@ -98,8 +102,11 @@ contains
    !> or of any lane, or its numbers out of a lane's range.
    subroutine put(self, lane, system, state)
       class(taylor_lanes_t), intent(inout) :: self
+      !> 1 to `lanes`.
       integer, intent(in) :: lane
+      !> One that lanes can move.
       type(system_t), intent(in) :: system
+      !> |q| = 1 and q·p = 0.
       type(state_t), intent(in) :: state
       call rest(self, lane)
       if (.not. is_in_range(self, system, state)) return
@@ -196,6 +203,7 @@ contains
    !> Where a body is: as it is to be seen, where `look` was called after the last step. Its time is not touched.
    pure subroutine get(self, lane, state)
       class(taylor_lanes_t), intent(in) :: self
+      !> 1 to `lanes`, taken.
       integer, intent(in) :: lane
       type(state_t), intent(inout) :: state
       if (self%looked) then

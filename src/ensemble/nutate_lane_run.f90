@@ -1,16 +1,13 @@
-!> Members of an ensemble that are run together, each in a lane, with steps of one length: free bodies, gyrostats, tops
-!> and satellites by the reduced form (`reduced_lanes_t`) or by Taylor series (`taylor_lanes_t`). Their rows have the
-!> bits of members that are run alone.
+!> Members of an ensemble that are run together, each in a lane, by Taylor series with steps of one length: free bodies,
+!> gyrostats, tops and satellites. Their rows have the bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
    use nutate_fixed_steps, only: count_steps
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, long
-   use nutate_lane_bodies, only: lane_bodies_t
    use nutate_limits, only: same_time
    use nutate_member_watcher, only: look_stride
    use nutate_observer, only: run_record_t
-   use nutate_reduced_lanes, only: can_be_lanes, lanes, reduced_lanes_t
    use nutate_row_layout, only: bits_of, row_layout_t
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
@@ -18,14 +15,13 @@ module nutate_lane_run
    use nutate_stepper, only: integrator_settings_t
    use nutate_sweep_watcher, only: sweep_watcher_t
    use nutate_system, only: system_t
-   use nutate_taylor_lanes, only: can_be_series_lanes, taylor_lanes_t
+   use nutate_taylor_lanes, only: can_be_lanes, lanes, taylor_lanes_t
    implicit none
    private
 
    public :: lane_run_t, lanes, batch_obstacle
 
-   !> Iterations of a step that a lane may need, steps between two questions whether to go on.
-   integer, parameter :: fewest_iterations = 8
+   !> Steps between two questions whether to go on.
    integer(long), parameter :: poll_every = 1024
    !> Steps of which the times are told from each other without doubt.
    integer(long), parameter :: most_steps = 10000000_long
@@ -46,7 +42,7 @@ module nutate_lane_run
       logical :: possible = .false.
       !> Of each lane; shape (lanes).
       type(lane_member_t), allocatable, private :: members(:)
-      class(lane_bodies_t), allocatable, private :: bodies
+      type(taylor_lanes_t), allocatable, private :: bodies
       integer(long), private :: steps = 0
       !> Steps after which members are looked at.
       integer(long), private :: stride = 1
@@ -73,20 +69,13 @@ contains
       type(scene_t), intent(in) :: scene
       !> Chosen.
       type(columns_t), intent(in) :: columns
-      type(reduced_lanes_t), allocatable :: reduced
-      type(taylor_lanes_t), allocatable :: series
       self%possible = batch_obstacle(scene, columns) == ''
       if (.not. self%possible) return
       self%steps = count_steps(scene%initial%t, scene%plan)
       self%stride = max(scene%plan%every, look_stride(scene))
-      if (.not. allocated(self%members)) allocate (self%members(lanes))
-      if (scene%integrator%method == 'taylor') then
-         allocate (series)
-         call move_alloc(series, self%bodies)
-      else
-         allocate (reduced)
-         call move_alloc(reduced, self%bodies)
-      end if
+      if (allocated(self%bodies)) return
+      allocate (self%members(lanes))
+      allocate (self%bodies)
    end subroutine prepare
 
    !> What keeps all members of a scene out of batches, in words; empty if nothing does.
@@ -99,7 +88,7 @@ contains
       words = method_obstacle(scene%integrator)
       if (words == '') words = steps_obstacle(scene)
       if (words /= '') return
-      if (.not. system_suits(scene%integrator%method, scene%system)) then
+      if (.not. can_be_lanes(scene%system)) then
          words = 'an effect that batches do not know'
       else if (scene%events%count() > 0) then
          words = 'there are events'
@@ -115,34 +104,14 @@ contains
       type(integrator_settings_t), intent(in) :: settings
       character(len=:), allocatable :: words
       words = ''
-      select case (settings%method)
-      case ('nielsen_krenk')
-         if (settings%linear_solver /= 'reduced') then
-            words = "linear_solver is '"//trim(settings%linear_solver)//"'"
-         else if (settings%conserve) then
-            words = 'conserve is set'
-         else if (.not. settings%projection .or. settings%tolerance > 0.0_wp .or. &
-                  settings%max_iterations < fewest_iterations) then
-            words = 'projection, tolerance or max_iterations is set'
-         end if
-      case ('taylor')
-         if (.not. settings%conserve) words = 'conserve is off'
-      case default
+      if (settings%method /= 'taylor') then
          words = "method is '"//trim(settings%method)//"'"
-      end select
-      if (words == '' .and. .not. settings%attitude) words = 'no column depends on the attitude'
-   end function method_obstacle
-
-   !> True if lanes may know what acts in a system.
-   pure logical function system_suits(method, system)
-      character(len=*), intent(in) :: method
-      type(system_t), intent(in) :: system
-      if (method == 'taylor') then
-         system_suits = can_be_series_lanes(system)
-      else
-         system_suits = can_be_lanes(system)
+      else if (.not. settings%conserve) then
+         words = 'conserve is off'
+      else if (.not. settings%attitude) then
+         words = 'no column depends on the attitude'
       end if
-   end function system_suits
+   end function method_obstacle
 
    !> Why not all members take the same steps of one length, the last one as long as the others; empty if they do.
    pure function steps_obstacle(scene) result(words)
@@ -178,12 +147,7 @@ contains
       !> Prepared.
       class(lane_run_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene
-      select type (bodies => self%bodies)
-      type is (reduced_lanes_t)
-         call bodies%set_up(scene%integrator%order, scene%plan%time_step, scene%system%effects%n_potentials)
-      type is (taylor_lanes_t)
-         call bodies%set_up(scene%integrator%series_order, scene%plan%time_step)
-      end select
+      call self%bodies%set_up(scene%integrator%series_order, scene%plan%time_step)
    end subroutine begin
 
    !> Puts a member into a lane; it is not taken where lanes do not know what acts on it, or its numbers are out of
@@ -198,7 +162,7 @@ contains
       !> Chosen.
       type(columns_t), intent(in) :: columns
       ! A number that was drawn can set a frame turning.
-      if (abs(member%initial%t) > 0.0_wp .or. .not. system_suits(member%integrator%method, member%system)) return
+      if (abs(member%initial%t) > 0.0_wp .or. .not. can_be_lanes(member%system)) return
       call self%bodies%put(lane, member%system, member%initial)
       if (.not. self%bodies%taken(lane)) return
       associate (own => self%members(lane), j0 => member%integrator%inverse_auxiliary_inertia)
@@ -238,7 +202,7 @@ contains
    !> Looks where a member is.
    subroutine measure(own, bodies, lane)
       type(lane_member_t), intent(inout) :: own
-      class(lane_bodies_t), intent(in) :: bodies
+      type(taylor_lanes_t), intent(in) :: bodies
       integer, intent(in) :: lane
       call bodies%get(lane, own%state)
       call own%invariants%measure(own%system, own%state, 0.0_wp)

@@ -26,7 +26,6 @@ module nutate_implicit_step
    private
 
    public :: implicit_stepper_t, increment_t, most_cancellation, most_unknowns, usual_cancellation
-   public :: attitude_noise, kept_after_surprise, most_stalls, too_slow
 
    !> Increments that fall by less than this per iteration call for a new Jacobian: from there a new one, and quadratic
    !> convergence, is cheaper than the iterations that are left to round-off.

@@ -4,7 +4,7 @@ module nutate_newton_increment
    implicit none
    private
 
-   public :: increment_t, has_converged, most_cancellation, round_off, usual_cancellation
+   public :: increment_t, has_converged, most_cancellation, usual_cancellation
 
    !> Relative increment that is round-off of the residual: of a sum and a product.
    real(wp), parameter :: round_off = 2*eps

@@ -5,7 +5,7 @@ module nutate_predictor
    implicit none
    private
 
-   public :: predictor_t, most_steps, most_unknowns, weights
+   public :: predictor_t, most_unknowns
 
    !> Most unknowns of a step, and most steps that the polynomial goes through: two more cost the 8×8 system 6 to 11 %
    !> less than four (`bench_step`), further ones continue round-off.

@@ -17,7 +17,7 @@ module nutate_reduced
    implicit none
    private
 
-   public :: reduced_t, coarse, curvature, slow
+   public :: reduced_t
 
    !> Largest |qᵀq - 1| that a state can have come to since.
    real(wp), parameter :: near_manifold = 1e-8_wp
