@@ -43,6 +43,7 @@ contains
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("members run together have the rows of members run alone", together_and_alone), &
+                  new_unittest("a last pilot run taken for the run leaves no trace", pilots_are_runs), &
                   new_unittest("a frame that only some members turn is theirs alone", frames_together), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble
@@ -373,6 +374,54 @@ contains
       if (allocated(error)) return
       call check(error, all(status_of == 0), 'statuses')
    end subroutine frames_together
+
+   !> Members with an accuracy, by each method that it can choose: Euler angles, which are followed through a run, have
+   !> it run once more behind its pilots. Some need more steps than they are allowed.
+   subroutine pilots_are_runs(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=*), parameter :: worlds(6) = [character(len=96) :: "accuracy = 1e-6 /", &
+         "accuracy = 1e-3 / &rotor momentum = 0, 2, 5 /", "accuracy = 1e-9 / &rotor momentum = 0, 2, 5 /", &
+         "accuracy = 1e-5 / &gravity acceleration = 0, 0, -9.8 / &torque body = 0.1, 0, 0 /", &
+         "accuracy = 1e-7 / &gravity acceleration = 0, 0, -9.8 /", &
+         "accuracy = 1e-6 / &rotor momentum = 0, 2, 5 /"]
+      integer(long), allocatable :: once(:, :), twice(:, :)
+      integer :: i, n
+      do i = 1, size(worlds)
+         call run_world(worlds(i), "'quaternion', 'energy'", i == size(worlds), once, error)
+         call run_world(worlds(i), "'quaternion', 'energy', 'euler'", i == size(worlds), twice, error)
+         if (allocated(error)) return
+         n = size(once, 1)
+         call check(error, all(once(:n - 2, :) == twice(:n - 2, :)), 'another end: '//worlds(i))
+         call check(error, all(once(n - 1:, :) == twice(size(twice, 1) - 1:, :)), 'other errors: '//worlds(i))
+         call check(error, any(once(2, :) == 0) .or. i == size(worlds), 'no member arrives: '//worlds(i))
+         call check(error, any(once(2, :) /= 0) .or. i < size(worlds), 'all members arrive: '//worlds(i))
+         if (allocated(error)) return
+      end do
+   end subroutine pilots_are_runs
+
+   !> Members of a body.
+   subroutine run_world(world, columns, is_short, fields, error)
+      !> The rest of &integrator, and effects.
+      character(len=*), intent(in) :: world, columns
+      !> Twenty steps have to do.
+      logical, intent(in) :: is_short
+      integer(long), allocatable, intent(out) :: fields(:, :)
+      type(error_type), allocatable, intent(inout) :: error
+      type(scene_t) :: scene
+      type(row_layout_t) :: layout
+      type(status_t) :: status
+      character(len=:), allocatable :: message
+      call parse_scene("&body inertia = 5, 20, 17, mass = 12, center_of_mass = 0, 0, 0.3 / "//line_feed// &
+                       "&initial angular_velocity = 0.1, 1, 6 / &integrator end_time = 3, "//world//line_feed// &
+                       "&output columns = "//columns//" / &ensemble members = 8 / "//line_feed//"&vary key = "// &
+                       "'initial.angular_velocity', distribution = 'normal', sigma = 0.5, 0.5, 2 /", &
+                       'world.nml', scene, status, message)
+      call check(error, status%ok(), message)
+      if (allocated(error)) return
+      if (is_short) scene%plan%max_steps = 20
+      call make_layout(scene, layout, status)
+      call run_members(scene, layout, 1_long, 8_long, fields, status)
+   end subroutine run_world
 
    !> Compares the rows of members that are run together with those of each alone.
    subroutine compare_rows(text, fewest, status_of, error)

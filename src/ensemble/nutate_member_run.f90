@@ -101,7 +101,6 @@ contains
       type(run_t), intent(inout) :: run
       integer(long), intent(inout) :: fields(:)
       type(status_t), intent(out) :: outcome
-      type(sweep_asker_t) :: asker
       type(run_plan_t) :: plan
       associate (scene => self%member%scene, watcher => self%watcher)
          watcher%stride = look_stride(scene)
@@ -119,12 +118,29 @@ contains
          if (watcher%columns%shows_commands) allocate (watcher%last_row(watcher%columns%width), source=0.0_wp)
          watcher%sees_every_step = watcher%columns%follows_steps .or. associated(watcher%history)
          watcher%rows_at_steps = scene%output%by_default .and. .not. associated(watcher%history)
-         asker%sweep => watcher%sweep
-         call run%find_steps(scene%system, outcome, asker)
-         if (outcome%ok()) call run%go(scene%system, outcome, watcher)
+         call go_to_end(watcher, run, scene%system, outcome)
       end associate
       call note_end(self, run, outcome%ok(), fields)
    end subroutine go
+
+   !> Goes to the end. Where only the ends of steps are looked at, the last pilot run is the run.
+   subroutine go_to_end(watcher, run, system, outcome)
+      type(member_watcher_t), intent(inout) :: watcher
+      type(run_t), intent(inout) :: run
+      type(system_t), intent(in) :: system
+      type(status_t), intent(inout) :: outcome
+      type(sweep_asker_t) :: asker
+      asker%sweep => watcher%sweep
+      watcher%begins_anew = watcher%rows_at_steps .and. .not. (watcher%sees_every_step .or. allocated(run%events))
+      if (.not. watcher%begins_anew) then
+         call run%find_steps(system, outcome, asker)
+      else
+         watcher%at_start = watcher%invariants
+         call run%find_steps(system, outcome, asker, watcher)
+         if (.not. outcome%ok()) watcher%invariants = watcher%at_start
+      end if
+      if (outcome%ok() .and. run%summary%steps == 0) call run%go(system, outcome, watcher)
+   end subroutine go_to_end
 
    !> Puts where a run ended into the row.
    subroutine note_end(self, run, arrived, fields)

@@ -35,6 +35,9 @@ module nutate_member_watcher
    type, extends(sweep_asker_t) :: member_watcher_t
       type(columns_t) :: columns
       type(invariants_t) :: invariants
+      !> Rows of several runs are shown, each from its start, where the invariants are these.
+      logical :: begins_anew = .false.
+      type(invariants_t) :: at_start
       !> Steps between two measurements of the invariants.
       integer(long) :: stride = 1
       !> The last row; only where `columns%shows_commands`, which are others once the run has ended on a sample.
@@ -74,6 +77,7 @@ contains
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
       if (allocated(self%last_row)) call self%columns%evaluate(system, state, record, self%last_row)
+      if (self%begins_anew .and. record%step == 0) self%invariants = self%at_start
       if (mod(record%step, self%stride) == 0) call self%invariants%measure(system, state, record%work)
       if (associated(self%history)) call self%history%observe(system, state, record, status)
    end subroutine take_row

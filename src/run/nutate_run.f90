@@ -318,18 +318,27 @@ contains
    !> already, there is nothing to find. `go` does this if it has not been done.
    !>
    !> Errors: those of the pilot runs, and what the observer returned.
-   subroutine find_steps(self, system, status, observer)
+   subroutine find_steps(self, system, status, observer, shown)
       !> Begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
       !> Its `poll` can end the search; the rows that it is shown are the ends of pilot runs.
       class(observer_t), intent(inout), optional :: observer
+      !> Of a run without events, wants the rows at steps alone, of several runs from their start to their end: where
+      !> pilot runs were taken, the last that it was shown is the run, which is then at its end.
+      class(observer_t), intent(inout), optional :: shown
+      type(progress_t) :: last
       if (.not. lacks_steps(self)) return
       select type (control => self%policy)
       class is (error_control_t)
-         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer)
-         if (status%ok()) call control%begin(system, self%summary%settings, self%progress_t, status)
+         call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer, last, shown)
+         if (.not. status%ok()) return
+         if (present(shown) .and. allocated(last%summary%work)) then
+            call take_over(self, last)
+         else
+            call control%begin(system, self%summary%settings, self%progress_t, status)
+         end if
       end select
    end subroutine find_steps
 
@@ -388,15 +397,23 @@ contains
       if (.not. status%ok()) return
       if (.not. allocated(last%summary%work)) then
          call drive(self%progress_t, self%policy, system, status)
-         return
+      else
+         call take_over(self, last)
       end if
+   end subroutine go_unseen
+
+   !> Takes the last run of a search for the run itself.
+   subroutine take_over(self, last)
+      class(run_t), intent(inout) :: self
+      !> At its end.
+      type(progress_t), intent(inout) :: last
       last%plan = self%plan
       last%summary%estimate = self%summary%estimate
       last%summary%round_off = self%summary%round_off
       last%summary%settings = self%summary%settings
       last%summary%choice = self%summary%choice
       self%progress_t = last
-   end subroutine go_unseen
+   end subroutine take_over
 
    !> Goes to a time, from wherever the run is. Errors: those of `begin` and `go`.
    subroutine go_to(self, system, t, status, observer)
