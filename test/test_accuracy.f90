@@ -15,8 +15,8 @@ module test_accuracy
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
    use test_problems, only: precessing_top, problem_t
    use test_random_scenes, only: make_random_scene, random_scene_t
-   use test_support, only: check_below, is_slow_build, random_unit
-   use testdrive, only: check, error_type, new_unittest, skip_test, unittest_type
+   use test_support, only: check, check_below, error_type, is_slow_build, new_unittest, random_unit, skip_test, &
+                           unittest_type
    implicit none
    private
 
@@ -91,11 +91,10 @@ contains
       call run_cases(1, merge(40, 160, is_slow_build()), outcomes)
       tally = tally_of(outcomes, 0)
       call check(error, tally%failed, 0, "runs failed")
-      if (.not. allocated(error)) call check(error, tally%above_10, 0, "errors above ten times what was said")
-      if (.not. allocated(error)) call check(error, tally%above_2 <= 1, "errors above twice what was said")
-      if (.not. allocated(error)) call check_below(error, 0.85_wp*tally%runs, real(tally%in_reach, wp), "in reach")
-      if (.not. allocated(error)) call check_below(error, real(tally%needlessly, wp), 0.06_wp*tally%runs, &
-                                                   "out of reach although it was not")
+      call check(error, tally%above_10, 0, "errors above ten times what was said")
+      call check(error, tally%above_2 <= 1, "errors above twice what was said")
+      call check_below(error, 0.85_wp*tally%runs, real(tally%in_reach, wp), "in reach")
+      call check_below(error, real(tally%needlessly, wp), 0.06_wp*tally%runs, "out of reach although it was not")
    end subroutine accuracy_is_kept
 
    !> Runs all cases and writes the table; or one again; or those from one to another, say 2001:4000. Failures go to

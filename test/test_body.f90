@@ -5,8 +5,7 @@ module test_body
    use nutate_kinds, only: wp, eps, pi
    use nutate_quaternion, only: rotation_matrix
    use nutate_status, only: NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY, status_t
-   use test_support, only: check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -34,13 +33,9 @@ contains
    subroutine shapes_have_the_moments_of_books(error)
       type(error_type), allocatable, intent(out) :: error
       call check_shape('box', [4.0_wp, 1.0_wp, 2.0_wp], [5.0_wp, 20.0_wp, 17.0_wp])
-      if (allocated(error)) return
       call check_shape('cylinder', [2.0_wp, 3.0_wp], [21.0_wp, 21.0_wp, 24.0_wp])
-      if (allocated(error)) return
       call check_shape('cone', [1.0_wp, 2.0_wp], [3.6_wp, 3.6_wp, 3.6_wp])
-      if (allocated(error)) return
       call check_shape('sphere', [5.0_wp], [120.0_wp, 120.0_wp, 120.0_wp])
-      if (allocated(error)) return
       call check_shape('ellipsoid', [1.0_wp, 2.0_wp, 3.0_wp], [31.2_wp, 24.0_wp, 12.0_wp])
 
    contains
@@ -53,7 +48,6 @@ contains
          type(status_t) :: status
          call make_shape_body(shape, lengths, body, status, mass=12.0_wp)
          call check(error, status%ok(), shape//": "//trim(status%message))
-         if (allocated(error)) return
          call check_close(error, body%moments, moments, 4*eps*maxval(moments), shape)
       end subroutine check_shape
 
@@ -66,7 +60,6 @@ contains
       call make_shape_body('cone', [0.05_wp, 0.1_wp], body, status, density=2700.0_wp, &
                            center_of_mass=[0.0_wp, 0.0_wp, 0.075_wp])
       call check_close(error, body%mass, 2700*pi*0.05_wp**2*0.1_wp/3, 4*eps, "mass")
-      if (allocated(error)) return
       ! The top of the paper's reference [3], about its tip.
       call check_close(error, body%moments, [0.00450622196249286_wp, 0.00450622196249286_wp, 0.000530143760293278_wp], &
                        1e-17_wp, "moments about the tip")
@@ -81,7 +74,6 @@ contains
                      center_of_mass=[1.0_wp, 2.0_wp, -3.0_wp], about_center_of_mass=.true.)
       expected = reshape([28.0_wp, -4.0_wp, 6.0_wp, -4.0_wp, 23.0_wp, 12.0_wp, 6.0_wp, 12.0_wp, 14.0_wp], [3, 3])
       call check_close(error, pack(body%inertia, .true.), pack(expected, .true.), 32*eps)
-      if (allocated(error)) return
       call check_close(error, pack(parallel_axis(2.0_wp, [0.0_wp, 0.0_wp, 3.0_wp]), .true.), &
                        pack(diagonal([18.0_wp, 18.0_wp, 0.0_wp]), .true.), 0.0_wp)
    end subroutine parallel_axis_rule_moves_the_tensor
@@ -92,7 +84,6 @@ contains
       type(status_t) :: status
       call make_body(diagonal([3.0_wp, 1.0_wp, 2.5_wp]), body, status)
       call check_close(error, body%moments, [3.0_wp, 1.0_wp, 2.5_wp], 0.0_wp)
-      if (allocated(error)) return
       call check_close(error, pack(body%axes, .true.), pack(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), .true.), 0.0_wp)
    end subroutine diagonal_tensor_keeps_its_axes
 
@@ -106,7 +97,6 @@ contains
       moments = [7.0_wp, 5.0_wp, 6.0_wp]
       call make_body(matmul(turn, matmul(diagonal(moments), transpose(turn))), body, status)
       call check_close(error, body%moments, moments, 32*eps)
-      if (allocated(error)) return
       call check_close(error, pack(body%axes, .true.), pack(turn, .true.), 64*eps, "axes, right-handed")
    end subroutine turned_tensor_is_diagonalised
 
@@ -121,18 +111,14 @@ contains
       if (allocated(error)) return
       call check_close(error, pack(matmul(body%inverse_inertia, body%inertia), .true.), &
                        pack(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), .true.), 16*eps)
-      if (allocated(error)) return
       call check(error, all(body%inverse_inertia == transpose(body%inverse_inertia)), "not symmetric to the last digit")
    end subroutine inverse_inertia_is_the_inverse
 
    subroutine plates_spheres_and_needles_are_bodies(error)
       type(error_type), allocatable, intent(out) :: error
       call expect(error, [1.0_wp, 2.0_wp, 3.0_wp], 0, "plate")
-      if (allocated(error)) return
       call expect(error, [0.1_wp, 0.2_wp, 0.3_wp], 0, "plate in rounded numbers")
-      if (allocated(error)) return
       call expect(error, [1.0_wp, 1.0_wp, 1.0_wp], 0, "sphere")
-      if (allocated(error)) return
       call expect(error, [1.0_wp, 1.0_wp, 1e-12_wp], 0, "needle")
    end subroutine plates_spheres_and_needles_are_bodies
 
@@ -142,24 +128,18 @@ contains
       type(status_t) :: status
       real(wp) :: tensor(3, 3)
       call expect(error, [1.0_wp, 1.0_wp, 0.0_wp], NUTATE_BAD_BODY, "infinitely thin rod")
-      if (allocated(error)) return
       call expect(error, [0.0_wp, 0.0_wp, 0.0_wp], NUTATE_BAD_BODY, "not positive definite")
-      if (allocated(error)) return
       call expect(error, [1.0_wp, -1.0_wp, 1.0_wp], NUTATE_BAD_BODY, "not positive definite")
-      if (allocated(error)) return
       call expect(error, [1.0_wp, 1.0_wp, 2.001_wp], NUTATE_BAD_BODY, "exceeds the sum of the other two")
-      if (allocated(error)) return
       tensor = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
       tensor(1, 2) = 0.5_wp
       call make_body(tensor, body, status)
       call check(error, index(status%message, "not symmetric") > 0, trim(status%message))
-      if (allocated(error)) return
       tensor(2, 1) = 0.5_wp
       tensor(1, 2) = 1.5_wp
       tensor(2, 1) = 1.5_wp
       call make_body(tensor, body, status)
       call check(error, index(status%message, "not positive definite") > 0, trim(status%message))
-      if (allocated(error)) return
       tensor(3, 3) = huge(1.0_wp)
       tensor(3, 3) = ieee_value(1.0_wp, ieee_quiet_nan)
       call make_body(tensor, body, status)
@@ -168,7 +148,7 @@ contains
 
    !> A diagonal tensor gives this code, and a message that contains this text where it is refused.
    subroutine expect(error, moments, code, text)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: moments(3)
       integer, intent(in) :: code
       character(len=*), intent(in) :: text
@@ -191,7 +171,6 @@ contains
    subroutine triangle_check_is_relative(error)
       type(error_type), allocatable, intent(out) :: error
       call expect(error, 1e-46_wp*[1.0_wp, 1.0_wp, 2.001_wp], NUTATE_BAD_BODY, "exceeds the sum of the other two")
-      if (allocated(error)) return
       call expect(error, 1e37_wp*[0.1_wp, 0.2_wp, 0.3_wp], 0, "plate")
    end subroutine triangle_check_is_relative
 
@@ -215,24 +194,17 @@ contains
       type(status_t) :: status
       call make_shape_body('sphere', [1.0_wp], body, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
-      if (allocated(error)) return
       call make_shape_body('sphere', [1.0_wp], body, status, mass=1.0_wp, density=1.0_wp)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
-      if (allocated(error)) return
       call make_shape_body('sphere', [1.0_wp, 2.0_wp], body, status, mass=1.0_wp)
       call check(error, trim(status%subject), 'size')
-      if (allocated(error)) return
       call make_shape_body('pyramid', [1.0_wp], body, status, mass=1.0_wp)
       call check(error, trim(status%subject), 'shape')
-      if (allocated(error)) return
       call check(error, index(status%message, 'box, cylinder, cone, sphere, ellipsoid') > 0, status%message)
-      if (allocated(error)) return
       call make_shape_body('sphere', [-1.0_wp], body, status, mass=1.0_wp)
       call check(error, trim(status%subject), 'size')
-      if (allocated(error)) return
       call make_shape_body('sphere', [1.0_wp], body, status, mass=-1.0_wp)
       call check(error, trim(status%subject), 'mass')
-      if (allocated(error)) return
       call make_body(diagonal([1.0_wp, 1.0_wp, 1.0_wp]), body, status, center_of_mass=[1.0_wp, 0.0_wp, 0.0_wp], &
                      about_center_of_mass=.true.)
       call check(error, trim(status%subject), 'mass')

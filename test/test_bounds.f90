@@ -25,8 +25,7 @@ module test_bounds
    use test_attack_case, only: custom_potential_t, custom_torque_t
    use test_f77_routines, only: nubpot, nubtor, nunprv, nustep, potspr, tormot
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_t
-   use test_support, only: check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -68,16 +67,12 @@ contains
       call effects%bound_potential(9.0_wp, 9.0_wp, 9.0_wp, status)
       call effects%bound_potential(1.0_wp, 2.0_wp, 3.0_wp, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call effects%bound_torque(4.0_wp, 5.0_wp, 6.0_wp, 7.0_wp, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       associate (u => effects%potentials, tau => effects%torques)
          call check(error, .not. any([u(1)%item%given%known, u(3)%item%given%known, tau(1)%item%given%known, &
                                       tau(3)%item%given%known]), 'an effect that was not meant')
-         if (allocated(error)) return
          call check(error, u(2)%item%given%known .and. tau(2)%item%given%known, 'the effect that was meant')
-         if (allocated(error)) return
          associate (a => u(2)%item%given, b => tau(2)%item%given)
             call check_close(error, [a%first, a%second, a%third, b%first, b%second, b%third, b%rate], &
                              [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp, 7.0_wp], 0.0_wp)
@@ -94,7 +89,6 @@ contains
       call effects%bound_potential(1.0_wp, 1.0_wp, 1.0_wp, statuses(1))
       call effects%bound_torque(1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, statuses(2))
       call check(error, all(statuses%code == NUTATE_BAD_ARGUMENT), 'no effect')
-      if (allocated(error)) return
       call effects%add(dipole_t(a, a))
       call effects%add(spring_t(a, a, 1.0_wp, 0.5_wp))
       call effects%add(spring_t(a, 2*a, 1.0_wp, 0.5_wp))
@@ -103,7 +97,6 @@ contains
       call effects%bound_potential(1.0_wp, 1.0_wp, 1.0_wp, statuses(1))
       call effects%bound_torque(1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, statuses(2))
       call check(error, all(statuses%code == NUTATE_BAD_ARGUMENT), 'others')
-      if (allocated(error)) return
       call check(error, .not. any([effects%potentials(1)%item%given%known, effects%potentials(2)%item%given%known, &
                                    effects%torques(1)%item%given%known]), 'bounds are left behind')
    end subroutine library_takes_none
@@ -127,11 +120,9 @@ contains
             if (i > 3) call effects%bound_torque(values(4), values(5), values(6), values(7), status)
             call check(error, status%code == NUTATE_BAD_ARGUMENT .and. status%subject == names(i) .and. &
                        index(status%message, trim(names(i))) > 0, 'not refused by name: '//names(i))
-            if (allocated(error)) return
          end do
       end do
       call check(error, .not. (effects%potentials(1)%item%given%known .or. effects%torques(1)%item%given%known), 'kept')
-      if (allocated(error)) return
       call effects%bound_potential(0.0_wp, 1e-300_wp, 1e100_wp, status)
       call check(error, status%ok(), 'the ends of the range')
    end subroutine bad_bounds_are_refused
@@ -154,11 +145,10 @@ contains
             call take_f77(isolv, given, ends(:, 2), counts(2))
             call take_c(isolv, given, ends(:, 3), counts(3))
             call check(error, counts(1), merge(0, steps, given == 3), 'Fortran')
-            if (.not. allocated(error)) call check(error, counts(2), counts(1), 'F77')
-            if (.not. allocated(error)) call check(error, counts(3), counts(1), 'C')
-            if (.not. allocated(error)) call check_close(error, ends(:, 2), ends(:, 1), 0.0_wp)
-            if (.not. allocated(error)) call check_close(error, ends(:, 3), ends(:, 1), 0.0_wp)
-            if (allocated(error)) return
+            call check(error, counts(2), counts(1), 'F77')
+            call check(error, counts(3), counts(1), 'C')
+            call check_close(error, ends(:, 2), ends(:, 1), 0.0_wp)
+            call check_close(error, ends(:, 3), ends(:, 1), 0.0_wp)
          end do
       end do
    end subroutine all_ways_prove_alike
@@ -281,10 +271,8 @@ contains
       copy = work
       call nustep(steps/2, dt, t, q, p, potspr, tormot, iuser, smooth, copy, most, info(5))
       call check(error, all(info == 0), 'INFO')
-      if (allocated(error)) return
       call nunprv(unproved, copy, most, info(1))
       call check(error, unproved, steps/2, 'steps not proved')
-      if (allocated(error)) return
       call check_close(error, [q, p], end, 0.0_wp)
    end subroutine bounds_stay_in_work
 
@@ -304,12 +292,10 @@ contains
             if (i < 4) call nubpot(x(1), x(2), x(3), work, most, info(4 + i))
          end do
          call check(error, all(info == -[1, 2, 3, 4, 1, 2, 3]), 'numbers')
-         if (allocated(error)) return
       end do
       call nubpot(x(1), x(2), x(3), work, 90, info(1))
       call nubtor(x(1), x(2), x(3), 1.0_wp, work, 90, info(2))
       call check(error, all(info(1:2) == -[5, 6]) .and. all(work == before), 'LWORK, or WORK was changed')
-      if (allocated(error)) return
       work(2) = 0.0_wp
       call nubpot(x(1), x(2), x(3), work, most, info(1))
       call nubtor(x(1), x(2), x(3), 1.0_wp, work, most, info(2))
@@ -333,7 +319,7 @@ contains
       call check(error, all(codes(1:3) == NUTATE_OK))
       codes(1) = nutate_system_bound_potential(system, 1.0_wp, 1.0_wp, 1.0_wp)
       codes(2) = nutate_system_bound_torque(system, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp)
-      if (.not. allocated(error)) call check(error, all(codes(1:2) == NUTATE_BAD_ARGUMENT), 'there is no callback')
+      call check(error, all(codes(1:2) == NUTATE_BAD_ARGUMENT), 'there is no callback')
       codes(1) = nutate_system_add_potential(system, [0.0_wp, 0.0_wp, 1.0_wp], c_funloc(spring_in_height), &
                                              c_null_funptr, c_null_ptr)
       codes(2) = nutate_system_add_user_torque(system, c_funloc(motor), c_null_ptr)
@@ -345,12 +331,12 @@ contains
             codes(3) = NUTATE_BAD_ARGUMENT
             if (i < 4) codes(3) = nutate_system_bound_potential(system, x(1), x(2), x(3))
             codes(4) = nutate_system_bound_torque(system, x(1), x(2), x(3), x(4))
-            if (.not. allocated(error)) call check(error, all(codes(3:4) == NUTATE_BAD_ARGUMENT), 'a bad bound')
+            call check(error, all(codes(3:4) == NUTATE_BAD_ARGUMENT), 'a bad bound')
          end do
       end do
       codes(3) = nutate_system_bound_potential(system, 1.0_wp, 0.0_wp, 0.0_wp)
       codes(4) = nutate_system_bound_torque(system, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
-      if (.not. allocated(error)) call check(error, all(codes == NUTATE_OK), 'good bounds')
+      call check(error, all(codes == NUTATE_OK), 'good bounds')
       codes(1) = nutate_system_destroy(c_loc(system))
    end subroutine c_refuses
 
@@ -384,8 +370,8 @@ contains
       codes(7) = nutate_stepper_set_time_step(stepper, 0.01_wp)
       codes(8) = nutate_stepper_run(stepper, 5_c_int64_t, 1_c_int64_t, c_null_ptr, 0_c_size_t)
       codes(9) = nutate_stepper_unproved(stepper, counts(3))
-      if (.not. allocated(error)) call check(error, all(codes == NUTATE_OK), 'a function of C fails')
-      if (.not. allocated(error)) call check(error, all(int(counts) == [20, 0, 0]), 'steps not proved')
+      call check(error, all(codes == NUTATE_OK), 'a function of C fails')
+      call check(error, all(int(counts) == [20, 0, 0]), 'steps not proved')
       codes(1) = nutate_stepper_destroy(c_loc(stepper))
       codes(2) = nutate_system_destroy(c_loc(system))
       codes(3) = nutate_scene_destroy(c_loc(scene))

@@ -25,8 +25,7 @@ module test_c_interface
    use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    use test_shipped_scenes, only: shipped_scenes => scene_names
-   use test_support, only: check_below
-   use testdrive, only: check, error_type, new_unittest, skip_test, test_failed, unittest_type
+   use test_support, only: check, check_below, error_type, new_unittest, skip_test, test_failed, unittest_type
    implicit none
    private
 
@@ -116,7 +115,7 @@ contains
 
    !> Fails with the line of a C file.
    subroutine check_line(error, line, file)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(c_int), intent(in) :: line
       character(len=*), intent(in) :: file
       character(len=12) :: number
@@ -193,14 +192,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(c_double) :: worst
       call check_line(error, test_c_own_gravity(0_c_int, worst), 'test_c_programs.c')
-      if (.not. allocated(error)) call check_line(error, test_c_own_gravity(1_c_int, worst), 'test_c_programs.c')
+      call check_line(error, test_c_own_gravity(1_c_int, worst), 'test_c_programs.c')
    end subroutine own_gravity
 
    subroutine own_damping(error)
       type(error_type), allocatable, intent(out) :: error
       real(c_double) :: worst
       call check_line(error, test_c_own_damping(worst), 'test_c_programs.c')
-      if (.not. allocated(error)) call check_below(error, worst, 1e-12_wp)
+      call check_below(error, worst, 1e-12_wp)
    end subroutine own_damping
 
    subroutine account_of_a_new_state(error)
@@ -251,7 +250,7 @@ contains
 
    !> The rows of a shipped scene by the library.
    subroutine run_library(error, name, scene, keeper)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
       type(scene_t), intent(out) :: scene
       type(keeper_t), intent(inout) :: keeper
@@ -276,7 +275,7 @@ contains
 
    !> A shipped scene through C.
    subroutine open_scene(error, name, scene)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
       type(c_ptr), intent(out), target :: scene
       character(kind=c_char), target :: path(64)
@@ -290,11 +289,10 @@ contains
 
    !> Fails unless all bits of the first rows agree.
    subroutine check_bits(error, values, expected, label)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: values(:, :), expected(:, :)
       character(len=*), intent(in) :: label
       call check(error, all(shape(values) == shape(expected)), label//': shapes differ')
-      if (allocated(error)) return
       call check(error, .not. any(abs(values - expected) > 0.0_wp), label//': values differ')
    end subroutine check_bits
 
@@ -313,15 +311,11 @@ contains
          if (allocated(error)) return
          call check(error, nutate_scene_run(handle, c_loc(history), c_null_ptr, 0_c_size_t) == 0 .and. &
                     nutate_history_size(history, rows, width) == 0, trim(shipped_scenes(i))//' does not run')
-         if (allocated(error)) return
          if (allocated(values)) deallocate (values)
          allocate (values(width, rows))
          call check(error, nutate_history_values(history, values, width*rows), 0)
-         if (.not. allocated(error)) &
-            call check_bits(error, values, keeper%values(:, 1:keeper%rows), trim(shipped_scenes(i)))
-         if (allocated(error)) return
+         call check_bits(error, values, keeper%values(:, 1:keeper%rows), trim(shipped_scenes(i)))
          call check(error, nutate_history_destroy(c_loc(history)) + nutate_scene_destroy(c_loc(handle)), 0)
-         if (allocated(error)) return
       end do
    end subroutine scenes_have_the_bits_of_the_library
 
@@ -333,12 +327,11 @@ contains
       do i = 1, size(shipped_scenes)
          call run_batches(error, shipped_scenes(i))
          if (.not. allocated(error)) call run_at_once(error, shipped_scenes(i))
-         if (allocated(error)) return
       end do
    end subroutine batches_have_the_bits_of_the_library
 
    subroutine run_batches(error, name)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
       type(scene_t) :: scene
       type(keeper_t) :: keeper
@@ -364,22 +357,19 @@ contains
          steps = steps - batch
       end do
       call check(error, code, 0, name)
-      if (.not. allocated(error)) call check_bits(error, values(:, :filled), keeper%values(:, :filled), name)
-      if (allocated(error)) return
+      call check_bits(error, values(:, :filled), keeper%values(:, :filled), name)
       call check(error, filled, keeper%rows - 1, name//': number of rows')
-      if (allocated(error)) return
       code = nutate_stepper_run_to(stepper, scene%plan%end_time, scene%plan%every, 0.0_wp, c_null_ptr, 0_c_size_t, &
                                    added)
       code = code + nutate_stepper_row(stepper, values(:, filled + 1), size(values, 1, c_size_t))
       call check(error, code, 0, name)
-      if (.not. allocated(error)) call check_last(error, values(:, filled + 1), keeper, name)
-      if (allocated(error)) return
+      call check_last(error, values(:, filled + 1), keeper, name)
       call check(error, nutate_stepper_destroy(c_loc(stepper)) + nutate_scene_destroy(c_loc(handle)), 0)
    end subroutine run_batches
 
    !> The last row; what the solver did in it is that of its last part only, where the row is asked for afterwards.
    subroutine check_last(error, row, keeper, name)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: row(:)
       type(keeper_t), intent(in) :: keeper
       character(len=*), intent(in) :: name
@@ -390,7 +380,7 @@ contains
    end subroutine check_last
 
    subroutine run_at_once(error, name)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in) :: name
       type(scene_t) :: scene
       type(keeper_t) :: keeper
@@ -441,9 +431,7 @@ contains
          call check(error, code == 0 .and. done == 200 .and. status%ok(), trim(shipped_scenes(i)))
          if (allocated(error)) return
          call check_bits(error, reshape([q, p], [8, 1]), reshape([state%q, state%p], [8, 1]), trim(shipped_scenes(i)))
-         if (allocated(error)) return
          call check(error, nutate_stepper_destroy(c_loc(stepper)) + nutate_scene_destroy(c_loc(handle)), 0)
-         if (allocated(error)) return
       end do
    end subroutine steps_have_the_bits_of_the_library
 
@@ -463,15 +451,14 @@ contains
       if (.not. allocated(error)) call open_scene(error, 'spring_gyroscope', handle)
       if (allocated(error)) return
       call check(error, nutate_scene_write(handle, c_loc(path), c_null_ptr, 0_c_size_t), 0)
-      if (allocated(error)) return
       allocate (values, mold=keeper%values(:, 1:keeper%rows))
       open (newunit=unit, file=file, status='old', action='read', iostat=problem)
       if (problem == 0) read (unit, '(a)', iostat=problem) header
       if (problem == 0) read (unit, *, iostat=problem) values
       close (unit, status='delete')
       call check(error, problem == 0 .and. trim(header) == keeper%columns%header(), 'the file cannot be read')
-      if (.not. allocated(error)) call check_bits(error, values, keeper%values(:, 1:keeper%rows), 'file')
-      if (.not. allocated(error)) call check(error, nutate_scene_destroy(c_loc(handle)), 0)
+      call check_bits(error, values, keeper%values(:, 1:keeper%rows), 'file')
+      call check(error, nutate_scene_destroy(c_loc(handle)), 0)
    end subroutine files_read_back
 
 end module test_c_interface

@@ -2,7 +2,7 @@
 !> `test_c_runs.c`.
 module test_c_runs
    use, intrinsic :: iso_c_binding, only: c_int
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -34,7 +34,7 @@ contains
    end subroutine collect_c_runs
 
    subroutine check_line(error, line)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(c_int), intent(in) :: line
       character(len=12) :: number
       write (number, '(i0)') line

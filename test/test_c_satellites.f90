@@ -1,7 +1,7 @@
 !> The C interface: frames, orbits, wheels and regulators (`test_c_satellites.c`).
 module test_c_satellites
    use, intrinsic :: iso_c_binding, only: c_int
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -59,7 +59,7 @@ contains
    end subroutine refused
 
    subroutine judge(error, line)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       integer(c_int), intent(in) :: line
       character(len=24) :: place
       write (place, '(i0)') line

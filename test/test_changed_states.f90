@@ -10,8 +10,7 @@ module test_changed_states
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, fast_top, march, problem_t
-   use test_support, only: check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -40,7 +39,7 @@ contains
       call ieee_set_halting_mode(ieee_usual, .false.)
       do i = 1, size(methods)
          do k = 1, size(breakages)
-            if (.not. allocated(error)) call check_method(error, methods(i), breakages(k))
+            call check_method(error, methods(i), breakages(k))
          end do
       end do
       call ieee_set_halting_mode(ieee_usual, halting)
@@ -50,12 +49,12 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(methods)
-         if (.not. allocated(error)) call check_clock(error, methods(i))
+         call check_clock(error, methods(i))
       end do
    end subroutine set_clock_changes_nothing
 
    subroutine check_clock(error, method)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(method_t), intent(in) :: method
       real(wp), parameter :: dt = 1e-3_wp
       class(stepper_t), allocatable :: stepper, other
@@ -73,7 +72,6 @@ contains
       call march(problem%system, stepper, state, dt, 3, status)
       call march(problem%system, other, later, dt, 3, status)
       call check(error, status%ok(), trim(method%name)//': '//status%message)
-      if (allocated(error)) return
       call check_close(error, [later%t - 5, later%q], [state%t, state%q], 64*eps, trim(method%name))
    end subroutine check_clock
 
@@ -95,7 +93,7 @@ contains
    end subroutine prepare
 
    subroutine check_method(error, method, breakage)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(method_t), intent(in) :: method
       character(len=*), intent(in) :: breakage
       real(wp), parameter :: dt = 1e-3_wp
@@ -119,9 +117,7 @@ contains
       if (breakage == 'step infinite') broken_step = ieee_value(dt, ieee_positive_inf)
       call stepper%step(problem%system, broken, broken_step, status)
       call check(error, .not. status%ok() .and. status%message /= '', label//' was not refused')
-      if (allocated(error)) return
       call check(error, all(bits_of(broken) == bits_of(before)), label//': the state was touched')
-      if (allocated(error)) return
       call march(problem%system, stepper, sound, dt, 3, status)
       call check(error, status%ok(), label//', then a sound state: '//status%message)
    end subroutine check_method

@@ -18,8 +18,7 @@ module test_conserve
    use test_conserving_runs, only: check_guard, check_run, get_stepper, go, guard_row, guard_t, methods, round_off
    use test_problems, only: box, bruls_top, forced_body, free_body, march, problem_t, simo_top
    use test_shipped_scenes, only: scene_names
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -56,8 +55,7 @@ contains
          call read_scene('scenes/'//trim(scene_names(i))//'.nml', scene, status, message)
          call check(error, status%ok(), message)
          do m = 1, 2
-            if (.not. allocated(error)) &
-               call check_run(error, problem_t(scene%system, scene%initial), methods(m), scene%plan%time_step, 2000, 1)
+            call check_run(error, problem_t(scene%system, scene%initial), methods(m), scene%plan%time_step, 2000, 1)
          end do
          if (allocated(error)) then
             error%message = trim(scene_names(i))//': '//error%message
@@ -69,23 +67,23 @@ contains
    subroutine nothing_adds_up(error)
       type(error_type), allocatable, intent(out) :: error
       call check_run(error, box(), 'rk4', 0.01_wp, 1000000, 1000)
-      if (.not. allocated(error)) call check_run(error, simo_top(), 'dop853', 0.01_wp, 100000, 100)
-      if (.not. allocated(error)) call check_run(error, forced_body(), 'rk4', 0.01_wp, 100000, 100)
-      if (.not. allocated(error)) call check_run(error, simo_top(), 'nielsen_krenk', 0.01_wp, 50000, 100)
-      if (.not. allocated(error)) call check_run(error, forced_body(), 'nielsen_krenk', 0.01_wp, 50000, 100)
+      call check_run(error, simo_top(), 'dop853', 0.01_wp, 100000, 100)
+      call check_run(error, forced_body(), 'rk4', 0.01_wp, 100000, 100)
+      call check_run(error, simo_top(), 'nielsen_krenk', 0.01_wp, 50000, 100)
+      call check_run(error, forced_body(), 'nielsen_krenk', 0.01_wp, 50000, 100)
    end subroutine nothing_adds_up
 
    subroutine orders_are_kept(error)
       type(error_type), allocatable, intent(out) :: error
       call check_orders(error, free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp]), 10.0_wp, [200, 32])
-      if (.not. allocated(error)) call check_orders(error, box(), 2.0_wp, [200, 25])
-      if (.not. allocated(error)) call check_orders(error, bruls_top(), 0.2_wp, [400, 50])
-      if (.not. allocated(error)) call check_orders(error, forced_body(), 2.0_wp, [100, 12])
+      call check_orders(error, box(), 2.0_wp, [200, 25])
+      call check_orders(error, bruls_top(), 0.2_wp, [400, 50])
+      call check_orders(error, forced_body(), 2.0_wp, [100, 12])
    end subroutine orders_are_kept
 
    !> Slope of the attitude error over a halving from n steps: 4 ± 0.2 and 8 - 0.5 or more.
    subroutine check_orders(error, problem, t, n)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: t
       integer, intent(in) :: n(2)
@@ -99,13 +97,9 @@ contains
             if (.not. allocated(error)) call go(error, problem, methods(m), .true., t/(k*n(m)), k*n(m), state)
             errors(k) = attitude_distance(state%q, reference%q)
          end do
-         if (allocated(error)) return
          call check(error, errors(1) < 1e-3_wp .and. errors(2) > 5e-12_wp, "errors are out of the range that shows")
-         if (allocated(error)) return
          call check_below(error, log(errors(1)/errors(2))/log(2.0_wp), most(m), methods(m)//" order")
-         if (.not. allocated(error)) &
-            call check_below(error, least(m), log(errors(1)/errors(2))/log(2.0_wp), methods(m)//" order")
-         if (allocated(error)) return
+         call check_below(error, least(m), log(errors(1)/errors(2))/log(2.0_wp), methods(m)//" order")
       end do
    end subroutine check_orders
 
@@ -116,9 +110,8 @@ contains
       call go(error, box(), 'dop853', .true., 0.01_wp, 2000, reference)
       if (.not. allocated(error)) call go(error, box(), 'dop853', .false., 0.04_wp, 500, plain)
       if (.not. allocated(error)) call go(error, box(), 'dop853', .true., 0.04_wp, 500, corrected)
-      if (.not. allocated(error)) &
-         call check_below(error, 15*attitude_distance(corrected%q, reference%q), &
-                          attitude_distance(plain%q, reference%q), "15 times the corrected error")
+      call check_below(error, 15*attitude_distance(corrected%q, reference%q), attitude_distance(plain%q, reference%q), &
+                       "15 times the corrected error")
    end subroutine error_on_the_box_is_divided
 
    !> Work and energy after 4 s of every kind of effect against steps of another kind, as good as the method.
@@ -149,10 +142,8 @@ contains
          associate (first => total_energy(problem%system, problem%start))
             call check_close(error, energies(3, m) - first, sum(energies(1:2, m)), 2*round_off*first, "account")
          end associate
-         if (allocated(error)) return
          call check_close(error, energies(:, m), energies(:, 1), &
                           tolerances(m - 1)*maxval(abs(energies(:, 1))), methods(m - 1)//" energies")
-         if (allocated(error)) return
       end do
    end subroutine work_and_energy_as_by_another
 
@@ -171,12 +162,9 @@ contains
          call march(problem%system, stepper, state, steps(m), 40, status)
          if (status%ok()) call march(problem%system, stepper, state, -steps(m), 40, status)
          call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
          call check_close(error, [state%t, state%q], [0.0_wp, problem%start%q], tolerances(m), "q")
-         if (allocated(error)) return
          problem%start%t = 0.0_wp
          call check_run(error, problem, methods(m), -steps(m), 40, 1)
-         if (allocated(error)) return
       end do
    end subroutine there_and_back
 
@@ -193,9 +181,8 @@ contains
             if (allocated(error)) return
             call go(error, free_body(scale(moments, masses(k)), scale(momentum, masses(k) - times(k))), methods(m), &
                     .true., scale(0.125_wp, times(k)), 400, b)
-            if (.not. allocated(error)) call check_close(error, b%q, a%q, 0.0_wp, methods(m)//" q")
-            if (.not. allocated(error)) &
-               call check_close(error, scale(b%p, times(k) - masses(k)), a%p, 0.0_wp, methods(m)//" p")
+            call check_close(error, b%q, a%q, 0.0_wp, methods(m)//" q")
+            call check_close(error, scale(b%p, times(k) - masses(k)), a%p, 0.0_wp, methods(m)//" p")
          end do
       end do
    end subroutine units_change_no_digit
@@ -223,12 +210,10 @@ contains
             call integrate(problem%system, stepper, state, run_plan_t(time_step=0.01_wp, end_time=10.0_wp), status, &
                            guard)
             call check(error, status%ok(), trim(status%message))
-            if (.not. allocated(error)) call check_guard(error, guard)
-            if (.not. allocated(error)) call check_close(error, state%q, problem%start%q, 0.0_wp, "q")
+            call check_guard(error, guard)
+            call check_close(error, state%q, problem%start%q, 0.0_wp, "q")
             if (.not. allocated(error)) call go(error, problem, 'dop853', .true., 0.01_wp, 1000, with)
-            if (.not. allocated(error)) call check_close(error, body_momentum(state), body_momentum(with), &
-                                                         merge(0.1_wp, 1e-8_wp, m == 1)*170, "L")
-            if (allocated(error)) return
+            call check_close(error, body_momentum(state), body_momentum(with), merge(0.1_wp, 1e-8_wp, m == 1)*170, "L")
          end do
          call problem%system%effects%add(damping_t([0.1_wp, 0.2_wp, 0.3_wp]))
       end do
@@ -258,10 +243,8 @@ contains
                            run_plan_t(end_time=merge(1.0_wp, 10.0_wp, k == 2), interval=0.0123_wp, &
                                       goal=run_goal_t(local_tolerance=1e-7_wp)), status, guard, summary)
             call check(error, status%ok(), trim(status%message))
-            if (allocated(error)) return
             call check(error, guard%rows > summary%steps/30 .and. guard%rows > 80, "no rows between steps")
-            if (.not. allocated(error)) call check_guard(error, guard)
-            if (allocated(error)) return
+            call check_guard(error, guard)
             rejected = rejected + int(summary%cut_steps)
          end do
       end do
@@ -296,8 +279,7 @@ contains
             if (mod(i, 100) == 1) call guard_row(guard, problem%system, state, record, status)
          end do
          call check(error, status%ok(), trim(status%message))
-         if (.not. allocated(error)) call check_guard(error, guard)
-         if (allocated(error)) return
+         call check_guard(error, guard)
       end do
    end subroutine a_step_tried_again
 
@@ -320,8 +302,7 @@ contains
          if (status%ok()) call march(problem%system, used, a, 0.02_wp, 10, status)
          if (status%ok()) call march(problem%system, fresh, b, 0.02_wp, 10, status)
          call check(error, status%ok(), trim(status%message))
-         if (.not. allocated(error)) call check_close(error, [a%t, a%q, a%p], [b%t, b%q, b%p], 0.0_wp, "state")
-         if (allocated(error)) return
+         call check_close(error, [a%t, a%q, a%p], [b%t, b%q, b%p], 0.0_wp, "state")
       end do
    end subroutine another_state_starts_anew
 
@@ -341,11 +322,9 @@ contains
          state = problem%start
          call stepper%advance(problem%system, state, 0.01_wp, 1.5_wp, status)
          call check_close(error, stepper%work, [0.0_wp], 0.0_wp, "work without the whole in the window")
-         if (allocated(error)) return
          state%t = 1.5_wp
          call stepper%advance(problem%system, state, 0.01_wp, 0.5_wp, status)
          call check(error, abs(stepper%work(1)) > 0.1_wp, "no work though the whole is in the window")
-         if (allocated(error)) return
       end do
    end subroutine parts_are_known
 
@@ -376,12 +355,9 @@ contains
                call integrate(problem%system, settings, states(k), run_plan_t(time_step=0.01_wp, end_time=10.0_wp), &
                               status, guard)
                call check(error, status%ok(), trim(status%message))
-               if (allocated(error)) return
             end do
             call check_guard(error, guard)
-            if (allocated(error)) return
             call check_below(error, attitude_distance(states(2)%q, states(1)%q), 1e-10_wp, "attitude")
-            if (allocated(error)) return
          end do
       end do
    end subroutine implicit_steps_move_little
@@ -394,11 +370,9 @@ contains
       problem = box()
       call get_stepper(problem, 'exact', .true., stepper, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
-      if (allocated(error)) return
       call make_stepper(problem%system, integrator_settings_t(conserve=.true., projection=.false., &
                                                               inverse_auxiliary_inertia=0.1_wp), stepper, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
-      if (allocated(error)) return
       call get_stepper(problem, 'dop853', .true., stepper, status)
       call check(error, status%ok() .and. stepper%error_estimate >= 0.0_wp, "no estimate")
    end subroutine only_where_it_has_a_use

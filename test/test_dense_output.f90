@@ -8,8 +8,7 @@ module test_dense_output
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use test_problems, only: box, fast_top, forced_body, march, problem_t
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -84,16 +83,13 @@ contains
             call march(problem%system, reference, exact, (3 + part)*dt/16, 16, status)
             call stepper%state_at(problem%system, problem%start%t + (3 + part)*dt, inside, work, status)
             call check(error, status%ok(), trim(methods(row)%name)//': '//trim(status%message))
-            if (allocated(error)) return
             within = attitude_distance(inside%q, exact%q)
             if (i == 4) at_end = attitude_distance(inside%q, state%q)
             call check_below(error, within, merge(1e-12_wp, 8*0.04_wp**(min(methods(row)%order, 8) + 1)*40, &
                                                   methods(row)%order == 0 .or. methods(row)%name == 'taylor') &
                              + 64*eps, trim(methods(row)%name))
-            if (allocated(error)) return
          end do
          call check_below(error, at_end, 64*eps, trim(methods(row)%name)//' at the end')
-         if (allocated(error)) return
       end do
    end subroutine errors_inside
 
@@ -115,12 +111,9 @@ contains
          do i = 1, 9
             call stepper%state_at(problem%system, 4e-3_wp + 2e-4_wp*i, inside, work, status)
             call check(error, status%ok(), trim(methods(row)%name)//': '//trim(status%message))
-            if (allocated(error)) return
             call check_below(error, abs(total_energy(problem%system, inside) - energy), worst + 16*eps*energy, &
                              trim(methods(row)%name)//', energy')
-            if (allocated(error)) return
             call check_below(error, abs(dot_product(inside%q, inside%q) - 1), 16*eps, trim(methods(row)%name))
-            if (allocated(error)) return
          end do
       end do
    end subroutine invariants_inside
@@ -142,12 +135,9 @@ contains
          call stepper%step(problem%system, state, 0.04_wp, status)
          call stepper%state_at(problem%system, 0.145_wp, inside, work, status)
          call check(error, status%ok(), trim(methods(row)%name)//': '//trim(status%message))
-         if (allocated(error)) return
          call check_below(error, abs(total_energy(problem%system, inside) - energy - work), 256*eps*abs(energy), &
                           trim(methods(row)%name))
-         if (allocated(error)) return
          call check(error, abs(work) > 1e-3_wp, 'no work to speak of')
-         if (allocated(error)) return
       end do
    end subroutine work_inside
 
@@ -170,12 +160,10 @@ contains
             do k = 1, mod(i, 4)
                call looked%state_at(problem%system, a%t - 0.007_wp*k, inside, work, status)
                call check(error, status%ok(), trim(methods(row)%name)//': '//trim(status%message))
-               if (allocated(error)) return
             end do
             call plain%step(problem%system, b, 0.03_wp, status)
          end do
          call check(error, all([a%t, a%q, a%p] == [b%t, b%q, b%p]), trim(methods(row)%name)//' noticed')
-         if (allocated(error)) return
       end do
    end subroutine unnoticed
 
@@ -199,7 +187,6 @@ contains
          end do
          call once%state_at(problem%system, b%t - 0.011_wp, same, work, status)
          call check(error, all([inside%t, inside%q, inside%p] == [same%t, same%q, same%p]), trim(methods(row)%name))
-         if (allocated(error)) return
       end do
    end subroutine independent_of_memory
 
@@ -216,19 +203,14 @@ contains
          call start(problem, row, 0.03_wp, 0, stepper, state, status)
          call stepper%state_at(problem%system, 0.0_wp, inside, work, status)
          call check(error, status%code, NUTATE_BAD_ARGUMENT, trim(methods(row)%name)//' before the first step')
-         if (allocated(error)) return
          call march(problem%system, stepper, state, 0.03_wp, 2, status)
          call stepper%state_at(problem%system, 0.03_wp, inside, work, status)
          call check(error, status%ok(), trim(methods(row)%name)//' at the start')
-         if (allocated(error)) return
          call check_close(error, inside%t, 0.03_wp, eps, trim(methods(row)%name))
-         if (allocated(error)) return
          call stepper%state_at(problem%system, 0.0299_wp, inside, work, status)
          call check(error, status%code, NUTATE_BAD_ARGUMENT, trim(methods(row)%name)//' before the step')
-         if (allocated(error)) return
          call stepper%state_at(problem%system, 0.0601_wp, inside, work, status)
          call check(error, status%code, NUTATE_BAD_ARGUMENT, trim(methods(row)%name)//' after the step')
-         if (allocated(error)) return
       end do
    end subroutine outside_is_refused
 

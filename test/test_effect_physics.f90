@@ -11,8 +11,7 @@ module test_effect_physics
    use nutate_status, only: status_t
    use test_effect_samples, only: sample_body, spinner
    use test_problems, only: problem_t, solve
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -54,7 +53,7 @@ contains
    !> A swing that is let go at rest passes its middle after a quarter of the period: the error of the angle there falls
    !> as Δt² and, that taken away, as Δt⁴.
    subroutine check_swing(error, problem, axis, quarter, amplitude)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       !> Body axis about which the body swings; its middle is the attitude 1.
       integer, intent(in) :: axis
@@ -69,13 +68,10 @@ contains
          n = 25*2**k
          call solve(problem, quarter/n, n, state, status)
          call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
          angle(k) = 2*atan2(state%q(1 + axis), state%q(1))/amplitude
       end do
       call check_close(error, log(angle(1:2)/angle(2:3))/log(2.0_wp), [2.0_wp, 2.0_wp], 0.01_wp, "order")
-      if (allocated(error)) return
       call check_below(error, abs(angle(3)), 2e-4_wp, "angle at the quarter of the period")
-      if (allocated(error)) return
       call check_below(error, abs(4*angle(3) - angle(2))/3, 2e-7_wp, "angle extrapolated to short steps")
    end subroutine check_swing
 
@@ -115,7 +111,6 @@ contains
          call problem%system%effects%add(gravity_gradient_t(problem%system%body, [-2.0_wp, 0.0_wp, 0.0_wp], kappa))
          problem%start%q = [cos(amplitudes(i)/2), 0.0_wp, 0.0_wp, sin(amplitudes(i)/2)]
          call check_swing(error, problem, 3, quarter_period(omega, 2*amplitudes(i)), amplitudes(i))
-         if (allocated(error)) return
       end do
       call check_close(error, quarter_period(omega, 2e-3_wp), 0.5_wp*pi/omega, 1e-6_wp/omega, "small amplitude")
    end subroutine gradient_librates_a_satellite
@@ -131,7 +126,6 @@ contains
       problem%start = make_state(problem%system, identity, [1.0_wp, -2.0_wp, 0.5_wp])
       call solve(problem, 0.1_wp, 100, state, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, space_momentum(state), [2.0_wp, -4.0_wp, 1.0_wp], 1e-13_wp, "space momentum")
    end subroutine gradient_leaves_a_sphere_alone
 
@@ -151,7 +145,6 @@ contains
       call solve(held, 0.05_wp, 200, a, status)
       call solve(heavy, 0.05_wp, 200, b, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, [a%q, a%p], [b%q, b%p], 1e-11_wp, "state")
    end subroutine spring_is_gravity
 
@@ -165,7 +158,6 @@ contains
       problem%start = make_state(problem%system, identity, [1.0_wp, -2.0_wp, 0.5_wp])
       call solve(problem, 0.1_wp, 100, state, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, space_momentum(state), [2.0_wp, -6.0_wp, 2.0_wp], 1e-12_wp, "space momentum")
    end subroutine spring_at_the_pivot_does_nothing
 
@@ -175,11 +167,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: phi = 1e-4_wp
       call check_spring(error, [0.5_wp, 0.0_wp, 0.0_wp], [1.5_wp, 0.0_wp, 0.0_wp], 0.4_wp, sqrt(6*0.6_wp*0.75_wp/2))
-      if (allocated(error)) return
       call check_spring(error, [0.5_wp, 0.0_wp, 0.0_wp], [0.5_wp, 0.0_wp, 0.0_wp], 0.0_wp, sqrt(6*0.25_wp/2))
    contains
       subroutine check_spring(error, x, a, rest_length, omega)
-         type(error_type), allocatable, intent(out) :: error
+         type(error_type), allocatable, intent(inout) :: error
          real(wp), intent(in) :: x(3), a(3), rest_length, omega
          type(problem_t) :: problem
          problem = spinner([3.0_wp, 4.0_wp, 2.0_wp], 0.0_wp)

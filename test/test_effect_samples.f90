@@ -13,7 +13,7 @@ module test_effect_samples
    use nutate_wheel, only: wheel_t
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: problem_t
-   use testdrive, only: check, error_type
+   use test_support, only: check, error_type
    implicit none
    private
 
@@ -70,7 +70,7 @@ contains
    !> Takes the samples from the files. Fails where a kind of the catalogue is in none of them.
    subroutine load(self, error)
       class(effect_samples_t), intent(out) :: self
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(effect_kind_t), allocatable :: kinds(:)
       integer :: k
       allocate (kinds, source=effect_kinds())
@@ -91,7 +91,7 @@ contains
       class(effect_samples_t), intent(inout) :: self
       type(effect_kind_t), intent(in) :: kinds(:)
       character(len=*), intent(in) :: file
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(scene_t) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message

@@ -12,8 +12,7 @@ module test_ensemble
    use nutate_scene, only: parse_scene, scene_t
    use nutate_status, only: status_t, NUTATE_BAD_BODY, NUTATE_BAD_SCENE
    use test_statistics, only: distance_to_uniform, normal_probability
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
 
@@ -82,12 +81,9 @@ contains
       if (allocated(error)) return
       x = values_of(scene)
       call check_below(error, distance_to_uniform((x(1, :) - 4)/3), seldom, 'uniform')
-      if (allocated(error)) return
       call check_below(error, distance_to_uniform(normal_probability((x(2, :) - 0.1_wp)/0.1_wp)), seldom, 'normal')
-      if (allocated(error)) return
       ! The mean is what the scene says.
       call check_below(error, distance_to_uniform(normal_probability((x(4, :) - 10)/3)), seldom, 'normal, third')
-      if (allocated(error)) return
       call check_below(error, abs(correlation(x(1, :), x(2, :))), 0.02_wp, 'draws are independent')
    end subroutine uniform_and_normal
 
@@ -112,9 +108,7 @@ contains
       x = values_of(scene)
       call check_close(error, [correlation(x(1, :), x(2, :)), correlation(x(1, :), x(3, :)), &
                                correlation(x(2, :), x(3, :))], [0.5_wp, -0.8_wp, 0.1_wp], 0.015_wp, 'correlations')
-      if (allocated(error)) return
       call check_below(error, distance_to_uniform(normal_probability((x(2, :) - 20)/3)), seldom, 'second')
-      if (allocated(error)) return
       call check_below(error, distance_to_uniform(normal_probability(x(3, :))), seldom, 'third')
    end subroutine covariances
 
@@ -129,7 +123,6 @@ contains
       if (allocated(error)) return
       x = values_of(scene)
       call check_below(error, maxval(abs(x(2, :) - 2*x(1, :))), 8*eps, 'off the line')
-      if (allocated(error)) return
       call check_below(error, maxval(abs(x(3, :))), 0.0_wp, 'no variance')
    end subroutine flat_covariance
 
@@ -145,10 +138,8 @@ contains
       if (allocated(error)) return
       q = values_of(scene)
       call check_below(error, maxval(abs(sum(q**2, dim=1) - 1)), 4*eps, 'norm')
-      if (allocated(error)) return
       angle = 2*acos(min(abs(q(1, :)), 1.0_wp))
       call check_below(error, distance_to_uniform((angle - sin(angle))/acos(-1.0_wp)), seldom, 'angle')
-      if (allocated(error)) return
       allocate (cosine(9, size(q, 2)))
       do i = 1, size(q, 2)
          r = rotation_matrix(q(:, i))
@@ -156,7 +147,6 @@ contains
       end do
       do i = 1, 9
          call check_below(error, distance_to_uniform(min((cosine(i, :) + 1)/2, 1 - eps)), seldom, 'a cosine')
-         if (allocated(error)) return
       end do
    end subroutine rotations
 
@@ -178,10 +168,8 @@ contains
          met(2, int(1000*x(2, i))) = .true.
       end do
       call check(error, all(met), 'a part without a member')
-      if (allocated(error)) return
       ! Far better than chance: a sample with one in each part is within 1/n of the distribution.
       call check_below(error, distance_to_uniform(x(1, :)), 1.01_wp/sqrt(1000.0_wp), 'distance')
-      if (allocated(error)) return
       call check_below(error, abs(correlation(x(1, :), x(2, :))), 0.1_wp, 'independent')
    end subroutine latin
 
@@ -195,12 +183,9 @@ contains
                 "high = 5.1, 99.0, points = 2, 1 /", scene, error)
       if (allocated(error)) return
       call check(error, scene%ensemble%members == 6_long, 'not 3 times 2 members')
-      if (allocated(error)) return
       x = values_of(scene)
       call check_close(error, x(1, :), [-1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp], 0.0_wp, 'slow')
-      if (allocated(error)) return
       call check_close(error, x(2, :), [4.9_wp, 5.1_wp, 4.9_wp, 5.1_wp, 4.9_wp, 5.1_wp], 0.0_wp, 'fast')
-      if (allocated(error)) return
       call check_close(error, x(3, :), spread(20.0_wp, 1, 6), 0.0_wp, 'one point')
    end subroutine grids
 
@@ -215,19 +200,15 @@ contains
                 "&vary key = 'torque.2.frequency', distribution = 'uniform', low = 0.5, high = 0.5 /", scene, error)
       if (allocated(error)) return
       call check(error, scene%ensemble%targets(1)%name == 'torque.2.space.3', 'another name')
-      if (allocated(error)) return
       call member%prepare(scene)
       call member%take(scene%ensemble, 1_long, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       associate (groups => member%scene%groups)
          call check_close(error, groups(4)%vector('body', [0.0_wp, 0.0_wp, 0.0_wp]), [1.0_wp, 2.0_wp, 3.0_wp], 0.0_wp)
-         if (allocated(error)) return
          call check_close(error, groups(5)%vector('space', [0.0_wp, 0.0_wp, 0.0_wp]), [4.0_wp, 5.0_wp, 7.0_wp], 0.0_wp)
-         if (allocated(error)) return
          call check_close(error, groups(5)%number('frequency', 0.0_wp), 0.5_wp, 0.0_wp)
       end associate
-      if (allocated(error)) return
       call check(error, member%scene%system%effects%n_torques == 2, 'effects are added again with each member')
    end subroutine names
 
@@ -244,7 +225,6 @@ contains
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       call check(error, member%scene%integrator%max_iterations == 7, 'not rounded')
-      if (allocated(error)) return
       call check_close(error, member%values, [7.0_wp], 0.0_wp, 'the row tells another number')
    end subroutine whole_numbers
 
@@ -274,9 +254,7 @@ contains
          if (allocated(error)) return
          call check_close(error, [member%scene%initial%q, member%scene%initial%p], [other%initial%q, other%initial%p], &
                           0.0_wp, 'the start')
-         if (allocated(error)) return
          call check_close(error, member%scene%system%body%moments, other%system%body%moments, 0.0_wp, 'moments')
-         if (allocated(error)) return
       end do
    end subroutine members_by_hand
 
@@ -296,14 +274,10 @@ contains
       call make_layout(scene, layout, status)
       call run_members(scene, layout, 1_long, 4_long, fields, status)
       call check(error, all(fields(1, :) == [1, 2, 3, 4]), 'members')
-      if (allocated(error)) return
       call check(error, all(fields(2, :) == [NUTATE_BAD_SCENE, 0, NUTATE_BAD_BODY, NUTATE_BAD_BODY]), 'status')
-      if (allocated(error)) return
       call check_close(error, real_of(fields(3:4, 3)), [50.0_wp, -0.2_wp], 0.0_wp, 'the values that were refused')
-      if (allocated(error)) return
       at = layout%values + 1
       call check_close(error, real_of(fields(at, 2)), 0.2_wp, eps, 'the end')
-      if (allocated(error)) return
       call check(error, real_of(fields(at, 1)) /= real_of(fields(at, 1)), 'a time of a run that was not')
    end subroutine refusals
 
@@ -325,11 +299,9 @@ contains
       call make_layout(scene, layout, status)
       call run_members(scene, layout, 1_long, 12_long, fields, status)
       call check(error, any(fields(2, :) /= 0) .and. any(fields(2, :) == 0), 'none refused, or all')
-      if (allocated(error)) return
       do k = 1, 12
          call run_members(scene, layout, k, k, alone, status)
          call check(error, all(fields(:, k) == alone(:, 1)), 'another row for a member alone')
-         if (allocated(error)) return
       end do
    end subroutine members_are_alone
 
@@ -358,7 +330,6 @@ contains
                            "&vary key = 'initial.quaternion', distribution = 'rotation' /", lanes/3, status_of, error)
          if (allocated(error)) return
          call check(error, count(status_of == 0) > 40 .and. count(status_of == NUTATE_BAD_BODY) > 3, 'statuses')
-         if (allocated(error)) return
       end do
    end subroutine together_and_alone
 
@@ -395,7 +366,6 @@ contains
          call check(error, all(once(n - 1:, :) == twice(size(twice, 1) - 1:, :)), 'other errors: '//worlds(i))
          call check(error, any(once(2, :) == 0) .or. i == size(worlds), 'no member arrives: '//worlds(i))
          call check(error, any(once(2, :) /= 0) .or. i < size(worlds), 'all members arrive: '//worlds(i))
-         if (allocated(error)) return
       end do
    end subroutine pilots_are_runs
 
@@ -448,7 +418,6 @@ contains
       do k = 1, scene%ensemble%members
          call run_members(scene, layout, k, k, alone, status)
          call check(error, all(alone(:, 1) == fields(:, k)), 'a member differs from itself alone')
-         if (allocated(error)) return
       end do
       allocate (runner)
       call runner%prepare(scene, layout, status)
@@ -485,9 +454,7 @@ contains
          call make_layout(scene, layout, status)
          call run_members(scene, layout, 1_long, 3_long, fields, status)
          call check(error, all(fields(2, :) == 0), trim(methods(i)))
-         if (allocated(error)) return
          call check_below(error, maxval(abs(real_of(fields(layout%values + 1, :)) - 0.4_wp)), 4*eps, 'the end')
-         if (allocated(error)) return
       end do
    end subroutine everything
 

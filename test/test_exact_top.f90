@@ -7,8 +7,8 @@ module test_exact_top
    use nutate_quaternion, only: cross, quat_conjugate, quat_product, rotate_to_body, rotate_to_space, rotation_matrix
    use nutate_status, only: status_t
    use test_exact_top_reference, only: fastest, moments, prepared, random_sample, rows, sample_t
-   use test_support, only: check_below, check_close, random_unit, random_unit_quaternion
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit, &
+                           random_unit_quaternion, unittest_type
    implicit none
    private
 
@@ -58,9 +58,7 @@ contains
       call top%evaluate(1.0_wp, q, momentum)
       call check_close(error, q, [-0.74129324557326555_wp, 0.49974636690044272_wp, 0.015923842809073599_wp, &
          -0.44775475884400627_wp], 1.0e-13_wp, "q(1)")
-      if (allocated(error)) return
       call check_close(error, top%tilt(123.0_wp), pi/3, 1.0e-14_wp, "tilt")
-      if (allocated(error)) return
       call top%mean_rates(precession, spin)
       call check_close(error, [precession, spin], [10.0_wp, 135.6_wp], 1.0e-12_wp, "rates")
    end subroutine steady_precession_of_the_literature
@@ -74,7 +72,6 @@ contains
       call top%mean_rates(precession, spin)
       call check_close(error, [precession, 2*pi/top%nutation_period(), spin], &
          [4.998774_wp, 21.546497_wp, 199.008543_wp], 5.0e-7_wp, "precession, nutation, spin")
-      if (allocated(error)) return
       ! It starts at its highest point; half a nutation later it is at its lowest.
       call check_below(error, top%tilt(0.0_wp), top%tilt(top%nutation_period()/2))
    end subroutine mean_rates_of_the_fast_top
@@ -100,7 +97,6 @@ contains
       do i = 1, size(times)
          call top%evaluate(times(i), q, momentum)
          call check_close(error, q, expected(:, i), 2*eps*150*(1 + times(i)))
-         if (allocated(error)) return
       end do
       ! The published figure of this problem: the rate about space axis 2 at t = 2.
       associate (omega => rotate_to_space(q, momentum/moments))
@@ -119,7 +115,6 @@ contains
       call top%evaluate(10.0_wp, q, momentum)
       call check_close(error, q, [0.2438016485933435_wp, 0.0195997964216783492_wp, -0.0187249229592649203_wp, &
          -0.96944622408030772_wp], 1.0e-13_wp, "q(10)")
-      if (allocated(error)) return
       values = invariants(sample, q, momentum)
       call check_close(error, values(1), 1269.97500520789932_wp, 1.0e-12_wp, "H")
    end subroutine heavy_top_of_simo
@@ -139,9 +134,7 @@ contains
          tolerance = eps*(2 + fastest(sample)*abs(rows(11, i)))*rows(12, i)
          write (label, '("row ",i0)') i
          call check_close(error, q, rows(13:16, i), tolerance, label)
-         if (allocated(error)) return
          call check_close(error, momentum, rows(17:19, i), tolerance*norm2(rows(17:19, i)), label)
-         if (allocated(error)) return
       end do
    end subroutine reference_values_are_met
 
@@ -159,12 +152,10 @@ contains
          t = (random_unit(seed) - 0.5_wp)*10.0_wp**(8*random_unit(seed))
          call top%evaluate(t, q, momentum)
          call check_close(error, norm2(q), 1.0_wp, 4*eps, "norm")
-         if (allocated(error)) return
          scales(2:3) = norm2(momentum) + norm2(sample%momentum)
          scales(1) = scales(2)**2/min(sample%j1, sample%j3) + abs(sample%mgl)
          call check_close(error, invariants(sample, q, momentum)/scales, &
             invariants(sample, sample%q0, sample%momentum)/scales, 8*eps, "energy and momenta")
-         if (allocated(error)) return
       end do
    end subroutine invariants_hold_at_any_time
 
@@ -194,10 +185,8 @@ contains
          call top%evaluate(t, q, momentum)
          omega = momentum/moments(sample)
          call check_close(error, q_dot, 0.5_wp*quat_product(q, [0.0_wp, omega]), 5.0e-11_wp, "kinematics")
-         if (allocated(error)) return
          call check_close(error, l_dot, cross(momentum, omega) + cross(rotate_to_body(q, vertical), &
             [0.0_wp, 0.0_wp, sample%mgl]), 5.0e-11_wp, "Euler's equations with gravity")
-         if (allocated(error)) return
       end do
    end subroutine equations_of_motion_are_satisfied
 
@@ -223,11 +212,8 @@ contains
          ! An unstable motion amplifies round-off on the way.
          tolerance = 50*eps*(2 + fastest(sample)*(abs(t1) + abs(t2)))
          call check_close(error, q, expected, tolerance, "attitude")
-         if (allocated(error)) return
          call check_close(error, momentum, l_expected, tolerance*norm2(l_expected), "momentum")
-         if (allocated(error)) return
          if (mod(i, 2) == 0) call check_close(error, q, sample%q0, tolerance, "there and back")
-         if (allocated(error)) return
       end do
    end subroutine a_restart_continues_the_motion
 
@@ -249,7 +235,6 @@ contains
          call top%evaluate(period, q, momentum)
          call check_close(error, q, quat_product(quat_product([cos(turn(1)), sin(turn(1))*vertical], sample%q0), &
             [cos(turn(2)), sin(turn(2))*vertical]), 40*eps*(2 + fastest(sample)*period))
-         if (allocated(error)) return
       end do
    end subroutine mean_rates_are_those_of_the_motion
 
@@ -271,9 +256,7 @@ contains
          call top%evaluate(-9.0_wp, q, momentum)
          call body%evaluate(-9.0_wp, expected, l_expected)
          call check_close(error, q, expected, 2*eps*(2 + 9*fastest(sample)), "attitude")
-         if (allocated(error)) return
          call check_close(error, momentum, l_expected, 4*eps*(2 + 9*fastest(sample))*norm2(momentum), "momentum")
-         if (allocated(error)) return
       end do
    end subroutine without_gravity_it_is_the_free_body
 
@@ -301,9 +284,7 @@ contains
          call top%evaluate(4.0_wp, q, momentum)
          call general%evaluate(4.0_wp, q_general, l_general)
          call check_close(error, q_general, quat_product(s, quat_product(q, quat_conjugate(w))), 500*eps, "attitude")
-         if (allocated(error)) return
          call check_close(error, l_general, rotate_to_space(w, momentum), 500*eps*norm2(momentum), "momentum")
-         if (allocated(error)) return
       end do
    end subroutine axes_and_vertical_may_point_anywhere
 

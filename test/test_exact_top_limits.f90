@@ -4,8 +4,7 @@ module test_exact_top_limits
    use nutate_kinds, only: wp, eps
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_BAD_BODY
    use test_exact_top_reference, only: prepared, sample_t
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -37,9 +36,7 @@ contains
          top = prepared(sample_t(2.0_wp, 1.0_wp, 3.0_wp*(-1)**i, [1.0_wp, tilt, tilt/2, 0.0_wp], start))
          call top%evaluate(0.0_wp, q, momentum)
          call check_close(error, momentum, start, 4*eps, "momentum")
-         if (allocated(error)) return
          call check_close(error, q(2:3)/q(1), [tilt, tilt/2], 4*eps*tilt, "attitude")
-         if (allocated(error)) return
       end do
    end subroutine a_start_next_to_the_vertical_is_exact
 
@@ -54,7 +51,6 @@ contains
       do i = -30, 30
          t = i
          call check_close(error, top%tilt(t), 2*atan2(1.0_wp, abs(sinh(t))), 4*eps)
-         if (allocated(error)) return
       end do
       call check_close(error, top%nutation_period(), huge(1.0_wp), 0.0_wp)
    end subroutine separatrix_of_the_pendulum_is_met
@@ -65,10 +61,8 @@ contains
       ! J₁ = 2, J₃ = 1, m g l = 2: critical at 4 rad/s.
       top = prepared(sample_t(2.0_wp, 1.0_wp, 2.0_wp, identity, [1.0e-6_wp, 0.0_wp, 4.5_wp]))
       call check_below(error, top%tilt(top%nutation_period()/2), 1.0e-6_wp, "above the critical spin")
-      if (allocated(error)) return
       top = prepared(sample_t(2.0_wp, 1.0_wp, 2.0_wp, identity, [1.0e-6_wp, 0.0_wp, 3.5_wp]))
       call check_below(error, 0.5_wp, top%tilt(top%nutation_period()/2), "below it")
-      if (allocated(error)) return
       top = prepared(sample_t(2.0_wp, 1.0_wp, 2.0_wp, identity, [0.0_wp, 0.0_wp, 3.5_wp]))
       call check_close(error, top%tilt(1.0e3_wp), 0.0_wp, 0.0_wp, "undisturbed it stays")
    end subroutine a_sleeping_top_sleeps
@@ -90,7 +84,6 @@ contains
          do k = 1, size(times)
             call top%evaluate(times(k), q, momentum)
             call check_close(error, norm2(q), 1.0_wp, 4*eps, "norm")
-            if (allocated(error)) return
          end do
       end do
    end subroutine absurd_times_and_states_do_no_harm
@@ -102,16 +95,12 @@ contains
       real(wp), parameter :: ones(3) = 1
       call top%prepare(0.0_wp, 1.0_wp, 1.0_wp, identity, ones, status)
       call check(error, status%code, NUTATE_BAD_BODY, "a moment is zero")
-      if (allocated(error)) return
       call top%prepare(1.0_wp, 1.0e-300_wp, 1.0_wp, identity, ones, status)
       call check(error, status%code, NUTATE_BAD_BODY, "moments too far apart")
-      if (allocated(error)) return
       call top%prepare(1.0_wp, 1.0_wp, 1.0_wp, 0*identity, ones, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, "no attitude")
-      if (allocated(error)) return
       call top%prepare(1.0_wp, 1.0_wp, 1.0e300_wp, identity, ones, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, "too much gravity")
-      if (allocated(error)) return
       call top%prepare(1.0_wp, 1.0_wp, 1.0_wp, identity, ones, status, up=0*ones)
       call check(error, status%code, NUTATE_BAD_ARGUMENT, "no vertical")
    end subroutine bad_input_is_refused

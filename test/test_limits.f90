@@ -10,8 +10,7 @@ module test_limits
    use test_limit_promises, only: of_bodies, of_events, of_fields, of_orbits, of_potentials, of_regulators, &
       of_settings, of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
-   use test_support, only: is_slow_build
-   use testdrive, only: check, error_type, new_unittest, test_failed, unittest_type
+   use test_support, only: check, error_type, is_slow_build, new_unittest, test_failed, unittest_type
    implicit none
    private
 
@@ -124,7 +123,6 @@ contains
       do i = 1, size(numbers)
          call check(error, all([text_takes_every(numbers(i)), c_takes_every(numbers(i)), f77_takes_every(numbers(i))] &
                                .eqv. numbers(i) > 0), number_text(real(numbers(i), wp)))
-         if (allocated(error)) return
       end do
    end subroutine whole_numbers
 
@@ -178,7 +176,6 @@ contains
             setting%values(1:2) = strength
             takes = [text_takes(setting, message), c_takes(setting, message)]
             if (any(takes .neqv. k == 1)) call test_failed(error, 'dipole: '//message)
-            if (allocated(error)) return
          end do
       end do
    end subroutine strengths
@@ -209,21 +206,18 @@ contains
       do i = 1, size(lengths)
          call check(error, c_takes_direction([0.0_wp, lengths(i), 0.0_wp]) .eqv. promised(i), &
                     'C: '//number_text(lengths(i)))
-         if (allocated(error)) return
          call check(error, f77_takes_direction([0.0_wp, lengths(i), 0.0_wp]) .eqv. promised(i), &
                     'F77: '//number_text(lengths(i)))
-         if (allocated(error)) return
       end do
       do i = 1, size(energies)
          call check(error, f77_takes_energy(energies(i)) .eqv. abs(energies(i)) <= 1e100_wp, &
                     'F77: an energy of '//number_text(energies(i)))
-         if (allocated(error)) return
       end do
    end subroutine callbacks
 
    !> Every size with either sign, by every way. The message has the first verdicts that differ.
    subroutine check_all(error, promises)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(promise_t), intent(in) :: promises(:)
       real(wp) :: sizes(46)
       character(len=:), allocatable :: wrong

@@ -7,8 +7,7 @@ module test_literature
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use test_problems, only: bruls_top, free_body, precessing_top, problem_t, simo_top, solve
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -32,13 +31,10 @@ contains
       type(problem_t) :: top
       top = bruls_top()
       call check_close(error, total_energy(top%system, top%start), 5435.69679_wp, 0.5e-5_wp, "H")
-      if (allocated(error)) return
       call check_convergence(error, top, 0.2_wp, 400, [-0.708279152974312562_wp, 0.438781088126581897_wp, &
                                                        0.545728396145417673_wp, 0.0893997528240050105_wp])
-      if (allocated(error)) return
       call check_convergence(error, top, 1.0_wp, 4000, [0.732943980679663718_wp, -0.278285719337612679_wp, &
                                                         0.531824611334162618_wp, -0.320176142736249281_wp])
-      if (allocated(error)) return
       call check_convergence(error, top, 2.0_wp, 10000, [0.122947135041533467_wp, -0.491079892550027015_wp, &
                                                          0.350430030343620962_wp, -0.787986887550485669_wp])
    end subroutine heavy_top_of_bruls
@@ -55,7 +51,6 @@ contains
       type(problem_t) :: top
       top = simo_top()
       call check_close(error, total_energy(top%system, top%start), 1269.97500520789932_wp, 8*eps*1270, "H")
-      if (allocated(error)) return
       call check_convergence(error, top, 10.0_wp, 10000, [0.2438016485933435_wp, 0.0195997964216783492_wp, &
                                                           -0.0187249229592649203_wp, -0.96944622408030772_wp])
    end subroutine heavy_top_of_simo
@@ -70,7 +65,6 @@ contains
       type(status_t) :: status
       body = free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp])
       call check_convergence(error, body, 10.0_wp, 200, exact)
-      if (allocated(error)) return
       call solve(body, 10.0_wp/32000, 32000, state, status)
       call check_below(error, attitude_distance(state%q, exact), 1e-6_wp, "error at the shortest step")
    end subroutine free_body_of_hairer
@@ -94,7 +88,7 @@ contains
 
    !> The attitude error at time t falls as Δt², slope 2.0 ± 0.1 over three halvings from n steps.
    subroutine check_convergence(error, problem, t, n, exact)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: t, exact(4)
       integer, intent(in) :: n
@@ -105,7 +99,6 @@ contains
       do i = 1, 4
          call solve(problem, t/(n*2**(i - 1)), n*2**(i - 1), state, status)
          call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
          errors(i) = attitude_distance(state%q, exact)
       end do
       call check_close(error, log(errors(1:3)/errors(2:4))/log(2.0_wp), [2.0_wp, 2.0_wp, 2.0_wp], 0.1_wp, "order")

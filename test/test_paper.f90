@@ -8,8 +8,7 @@ module test_paper
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
    use test_problems, only: box, fast_top, precessing_top, problem_t
-   use test_support, only: check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -33,7 +32,6 @@ contains
       integer :: i
       do i = 1, 4
          call check_close(error, half_period(steps(i)), expected(i), 0.5e-4_wp, "half period")
-         if (allocated(error)) return
       end do
    end subroutine half_period_of_the_box
 
@@ -119,7 +117,7 @@ contains
    !> Relative period error factor·(Ω₃Δt)²/12 with the factor in [0.6, 1.6] and as published within 0.02, of order
    !> 2.00 ± 0.05.
    subroutine check_precession(error, problem, omega3, exact, factor)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: omega3, exact, factor
       real(wp) :: errors(3), dt, found
@@ -129,9 +127,7 @@ contains
          errors(i) = exact/mean_precession(problem, dt) - 1
          found = 12*errors(i)/(omega3*dt)**2
          call check(error, abs(found) > 0.6_wp .and. abs(found) < 1.6_wp, "factor out of range")
-         if (allocated(error)) return
          call check_close(error, abs(found), factor, 0.02_wp, "factor")
-         if (allocated(error)) return
       end do
       call check_close(error, log(errors(1:2)/errors(2:3))/log(2.0_wp), [2.0_wp, 2.0_wp], 0.05_wp, "order")
    end subroutine check_precession

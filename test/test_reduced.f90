@@ -16,8 +16,8 @@ module test_reduced
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_problems, only: box, bruls_top, fast_top, forced_body, march, precessing_top, problem_t
-   use test_support, only: check_below, check_close, random_unit_quaternion, random_vector
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
+                           random_vector, unittest_type
    implicit none
    private
 
@@ -49,9 +49,7 @@ contains
    subroutine tops_as_by_the_full_system(error)
       type(error_type), allocatable, intent(out) :: error
       call compare(error, precessing_top(), 0.001_wp, 1000, 1e-12_wp)
-      if (allocated(error)) return
       call compare(error, fast_top(), 0.001_wp, 1000, 1e-12_wp)
-      if (allocated(error)) return
       call compare(error, bruls_top(), 0.001_wp, 1000, 1e-12_wp)
    end subroutine tops_as_by_the_full_system
 
@@ -62,7 +60,7 @@ contains
 
    !> q and p of both forms after n steps, and the work of the torques in the last one.
    subroutine compare(error, problem, dt, n, tolerance)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: dt, tolerance
       integer, intent(in) :: n
@@ -77,11 +75,8 @@ contains
       call march(problem%system, full, a, dt, n, status)
       call march(problem%system, reduced, b, dt, n, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, b%q, a%q, tolerance, "q")
-      if (allocated(error)) return
       call check_close(error, b%p, a%p, tolerance*norm2(a%p), "p")
-      if (allocated(error)) return
       call check_close(error, reduced%work, full%work, tolerance*kinetic_energy(problem%system, a), "work")
    end subroutine compare
 
@@ -108,7 +103,6 @@ contains
          call equations%residual(problem%system, b + shift, above)
          call equations%residual(problem%system, b - shift, below)
          call check_close(error, matrix(:, i), (above - below)/(2*h), 2e-9_wp, "column")
-         if (allocated(error)) return
       end do
    end subroutine jacobian_matches_differences
 
@@ -127,7 +121,7 @@ contains
 
    !> 50 000 steps.
    subroutine check_drift(error, problem, dt)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: dt
       type(reduced_t) :: stepper
@@ -140,9 +134,7 @@ contains
       call march(problem%system, stepper, state, dt, 50000, status)
       call invariants%measure(problem%system, state)
       call check_below(error, invariants%energy_error(), 1e-13_wp, "energy")
-      if (allocated(error)) return
       call check_below(error, invariants%momentum_error(), 1e-13_wp, "momentum")
-      if (allocated(error)) return
       call check_below(error, invariants%norm_error, 1e-13_wp, "norm")
    end subroutine check_drift
 
@@ -165,7 +157,6 @@ contains
          energy = total_energy(system, state)
          call stepper%step(system, state, k*2.5e-4_wp, status)
          call check_close(error, total_energy(system, state), energy, 1e-12_wp*energy, "energy")
-         if (allocated(error)) return
       end do
    end subroutine added_root_is_refused
 
@@ -185,9 +176,7 @@ contains
       call march(problem%system, with, a, 0.01_wp, 500, status)
       call march(problem%system, without, b, 0.01_wp, 500, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, body_momentum(b), body_momentum(a), 1e-11_wp*norm2(body_momentum(a)), "L")
-      if (allocated(error)) return
       call check_close(error, b%q, problem%start%q, 0.0_wp, "attitude integrated all the same")
    end subroutine momentum_alone_as_with_attitude
 
@@ -203,7 +192,6 @@ contains
       state%q = 1.001_wp*state%q
       call stepper%step(problem%system, state, 0.01_wp, status)
       call check(error, status%code, NUTATE_BAD_ARGUMENT)
-      if (allocated(error)) return
       state = problem%start
       state%p = state%p + state%q
       call stepper%step(problem%system, state, 0.01_wp, status)

@@ -19,8 +19,7 @@ module test_rk8
    use test_conserving_runs, only: check_run, get_stepper, go
    use test_problems, only: box, bruls_top, fast_top, forced_body, free_body, march, problem_t, simo_top
    use test_shipped_scenes, only: scene_names
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -79,22 +78,22 @@ contains
    subroutine order_8_in_every_form(error)
       type(error_type), allocatable, intent(out) :: error
       call check_order(error, free_body([0.6_wp, 0.8_wp, 1.0_wp], [1.8_wp, 0.4_wp, -0.9_wp]), 10.0_wp, 24, 'free')
-      if (.not. allocated(error)) call check_order(error, bruls_top(), 2.0_wp, 16, 'symmetric')
-      if (.not. allocated(error)) call check_order(error, body_in_fields(1, .false.), 5.0_wp, 60, 'upright')
-      if (.not. allocated(error)) call check_order(error, body_in_fields(2, .false.), 5.0_wp, 60, 'aslant')
-      if (.not. allocated(error)) call check_order(error, body_in_fields(3, .false.), 5.0_wp, 60, 'two fields')
-      if (.not. allocated(error)) call check_order(error, body_in_fields(3, .true.), 5.0_wp, 60, 'tensor')
-      if (.not. allocated(error)) call check_order(error, forced_body(), 2.0_wp, 16, 'all effects')
+      call check_order(error, bruls_top(), 2.0_wp, 16, 'symmetric')
+      call check_order(error, body_in_fields(1, .false.), 5.0_wp, 60, 'upright')
+      call check_order(error, body_in_fields(2, .false.), 5.0_wp, 60, 'aslant')
+      call check_order(error, body_in_fields(3, .false.), 5.0_wp, 60, 'two fields')
+      call check_order(error, body_in_fields(3, .true.), 5.0_wp, 60, 'tensor')
+      call check_order(error, forced_body(), 2.0_wp, 16, 'all effects')
    end subroutine order_8_in_every_form
 
    !> Axes that turn about nothing that the body knows of.
    subroutine order_8_in_turning_axes(error)
       type(error_type), allocatable, intent(out) :: error
       call check_order(error, turning(bruls_top()), 2.0_wp, 20, 'symmetric')
-      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(1, .false.)), 5.0_wp, 60, 'upright')
-      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(2, .false.)), 5.0_wp, 60, 'aslant')
-      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(3, .false.)), 5.0_wp, 60, 'two fields')
-      if (.not. allocated(error)) call check_order(error, turning(body_in_fields(3, .true.)), 5.0_wp, 60, 'tensor')
+      call check_order(error, turning(body_in_fields(1, .false.)), 5.0_wp, 60, 'upright')
+      call check_order(error, turning(body_in_fields(2, .false.)), 5.0_wp, 60, 'aslant')
+      call check_order(error, turning(body_in_fields(3, .false.)), 5.0_wp, 60, 'two fields')
+      call check_order(error, turning(body_in_fields(3, .true.)), 5.0_wp, 60, 'tensor')
    end subroutine order_8_in_turning_axes
 
    !> The same in inclined axes, from the same absolute motion.
@@ -107,7 +106,7 @@ contains
    !> Slope of the attitude error over one halving from n steps, against the series; with the projection errors are at
    !> most twice as large.
    subroutine check_order(error, problem, t, n, label)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       !> s.
       real(wp), intent(in) :: t
@@ -122,11 +121,10 @@ contains
          errors(k) = attitude_distance(state%q, exact%q)
          if (.not. allocated(error)) call go(error, problem, 'rk8', .true., t/(k*n), k*n, state)
          projected = attitude_distance(state%q, exact%q)
-         if (.not. allocated(error)) call check_below(error, projected, 2*errors(k), label//", projected")
+         call check_below(error, projected, 2*errors(k), label//", projected")
       end do
-      if (.not. allocated(error)) &
-         call check(error, errors(1) < 1e-4_wp .and. errors(2) > 5e-13_wp, label//": errors are out of range")
-      if (.not. allocated(error)) call check_below(error, 7.5_wp, log(errors(1)/errors(2))/log(2.0_wp), label)
+      call check(error, errors(1) < 1e-4_wp .and. errors(2) > 5e-13_wp, label//": errors are out of range")
+      call check_below(error, 7.5_wp, log(errors(1)/errors(2))/log(2.0_wp), label)
    end subroutine check_order
 
    !> Steps of up to two revolutions.
@@ -135,13 +133,13 @@ contains
       type(state_t) :: exact, state
       call go(error, bruls_top(), 'taylor', .true., 5e-4_wp, 4000, exact)
       if (.not. allocated(error)) call go(error, bruls_top(), 'rk8', .true., 0.1_wp, 20, state)
-      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 3e-8_wp, "Bruels")
+      call check_below(error, attitude_distance(state%q, exact%q), 3e-8_wp, "Bruels")
       if (.not. allocated(error)) call go(error, turning(bruls_top()), 'taylor', .true., 5e-4_wp, 4000, exact)
       if (.not. allocated(error)) call go(error, turning(bruls_top()), 'rk8', .true., 0.1_wp, 20, state)
-      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 6e-8_wp, "turning axes")
+      call check_below(error, attitude_distance(state%q, exact%q), 6e-8_wp, "turning axes")
       if (.not. allocated(error)) call go(error, fast_top(), 'taylor', .true., 5e-4_wp, 2000, exact)
       if (.not. allocated(error)) call go(error, fast_top(), 'rk8', .true., 0.01_wp, 100, state)
-      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 3e-11_wp, "fast top")
+      call check_below(error, attitude_distance(state%q, exact%q), 3e-11_wp, "fast top")
    end subroutine symmetric_tops_take_few_steps
 
    !> A top about each of its axes, in a field along each axis of space, up and down.
@@ -159,8 +157,7 @@ contains
                field = 0.0_wp
                field(along) = 5.0_wp*sense
                call compare_with_series(error, moments, center, field, .false.)
-               if (.not. allocated(error)) call compare_with_series(error, moments, center, field, .true.)
-               if (allocated(error)) return
+               call compare_with_series(error, moments, center, field, .true.)
             end do
          end do
       end do
@@ -168,7 +165,7 @@ contains
 
    !> The top of `moments` about `center` in a uniform field, by rk8 and by series.
    subroutine compare_with_series(error, moments, center, field, turns)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: moments(3), center(3), field(3)
       !> The space axes turn.
       logical, intent(in) :: turns
@@ -182,8 +179,8 @@ contains
                                  20*center + [0.5_wp, 0.4_wp, 0.3_wp])
       call go(error, problem, 'taylor', .true., 1e-2_wp, 300, exact)
       if (.not. allocated(error)) call go(error, problem, 'rk8', .true., 0.05_wp, 60, state)
-      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, exact%q), 1e-10_wp, "q")
-      if (.not. allocated(error)) call check_close(error, state%p, exact%p, 1e-9_wp, "p")
+      call check_below(error, attitude_distance(state%q, exact%q), 1e-10_wp, "q")
+      call check_close(error, state%p, exact%p, 1e-9_wp, "p")
    end subroutine compare_with_series
 
    subroutine every_scene_keeps_its_invariants(error)
@@ -195,8 +192,7 @@ contains
       do i = 1, size(scene_names)
          call read_scene('scenes/'//trim(scene_names(i))//'.nml', scene, status, message)
          call check(error, status%ok(), message)
-         if (.not. allocated(error)) &
-            call check_run(error, problem_t(scene%system, scene%initial), 'rk8', scene%plan%time_step, 2000, 1)
+         call check_run(error, problem_t(scene%system, scene%initial), 'rk8', scene%plan%time_step, 2000, 1)
          if (allocated(error)) then
             error%message = trim(scene_names(i))//': '//error%message
             return
@@ -208,11 +204,10 @@ contains
    subroutine nothing_adds_up(error)
       type(error_type), allocatable, intent(out) :: error
       call check_run(error, box(), 'rk8', 0.01_wp, 1000000, 1001)
-      if (.not. allocated(error)) call check_run(error, simo_top(), 'rk8', 0.01_wp, 1000000, 1001)
-      if (.not. allocated(error)) call check_run(error, bruls_top(), 'rk8', 0.01_wp, 100000, 101)
-      if (.not. allocated(error)) call check_run(error, turning(bruls_top()), 'rk8', 0.01_wp, 100000, 101)
-      if (.not. allocated(error)) &
-         call check_run(error, turning(body_in_fields(3, .false.)), 'rk8', 0.01_wp, 100000, 101)
+      call check_run(error, simo_top(), 'rk8', 0.01_wp, 1000000, 1001)
+      call check_run(error, bruls_top(), 'rk8', 0.01_wp, 100000, 101)
+      call check_run(error, turning(bruls_top()), 'rk8', 0.01_wp, 100000, 101)
+      call check_run(error, turning(body_in_fields(3, .false.)), 'rk8', 0.01_wp, 100000, 101)
    end subroutine nothing_adds_up
 
    !> To the last bit: no rows, a row for every step, steps by hand, and a state that only now and then is asked for.
@@ -237,10 +232,8 @@ contains
             if (k == 3) call march(problem%system, stepper, states(k), 0.03125_wp, n, status)
             if (k == 4) call integrate_in_parts(problem, stepper, states(k), 0.03125_wp, n, status)
             call check(error, status%ok(), trim(status%message))
-            if (allocated(error)) return
             call check_close(error, states(k)%q, states(1)%q, 0.0_wp, spaced(m)//" q")
-            if (.not. allocated(error)) call check_close(error, states(k)%p, states(1)%p, 0.0_wp, spaced(m)//" p")
-            if (allocated(error)) return
+            call check_close(error, states(k)%p, states(1)%p, 0.0_wp, spaced(m)//" p")
          end do
       end do
    end subroutine rows_do_not_change_the_motion
@@ -263,9 +256,8 @@ contains
          if (k == 1) call integrate(problem%system, default_settings('taylor'), states(k), plan, status)
          if (k > 1) call integrate(problem%system, default_settings('taylor'), states(k), plan, status, looker)
          call check(error, status%ok(), trim(status%message))
-         if (.not. allocated(error)) call check_close(error, states(k)%q, states(1)%q, 0.0_wp, "q")
-         if (.not. allocated(error)) call check_close(error, states(k)%p, states(1)%p, 0.0_wp, "p")
-         if (allocated(error)) return
+         call check_close(error, states(k)%q, states(1)%q, 0.0_wp, "q")
+         call check_close(error, states(k)%p, states(1)%p, 0.0_wp, "p")
       end do
       associate (energy => total_energy(problem%system, problem%start))
          call check_close(error, [total_energy(problem%system, states(1))], [energy], 1e-14_wp*abs(energy), "energy")
@@ -326,7 +318,7 @@ contains
          call stepper%advance(problem%system, state, 0.04_wp, 0.0_wp, status)
       end do
       call check_close(error, next%q, state%q, 0.0_wp, "q")
-      if (.not. allocated(error)) call check_close(error, next%p, state%p, 0.0_wp, "p")
+      call check_close(error, next%p, state%p, 0.0_wp, "p")
    end subroutine seen_states_go_on
 
    subroutine there_and_back(error)
@@ -346,8 +338,7 @@ contains
          call march(problem%system, stepper, state, 0.02_wp, 50, status)
          if (status%ok()) call march(problem%system, stepper, state, -0.02_wp, 50, status)
          call check(error, status%ok(), trim(status%message))
-         if (.not. allocated(error)) call check_close(error, state%q, problem%start%q, 1e-11_wp, "q")
-         if (allocated(error)) return
+         call check_close(error, state%q, problem%start%q, 1e-11_wp, "q")
       end do
    end subroutine there_and_back
 
@@ -358,14 +349,12 @@ contains
       type(state_t) :: state
       problem = free_body([0.6_wp, 0.8_wp, 1.0_wp], [0.0_wp, 0.0_wp, 0.0_wp])
       call go(error, problem, 'rk8', .true., 0.1_wp, 20, state)
-      if (.not. allocated(error)) call check_close(error, state%q, problem%start%q, 0.0_wp, "free")
-      if (allocated(error)) return
+      call check_close(error, state%q, problem%start%q, 0.0_wp, "free")
       problem = bruls_top()
       problem%start = make_state(problem%system, [sqrt(0.5_wp), -sqrt(0.5_wp), 0.0_wp, 0.0_wp], &
                                  [0.0_wp, 0.0_wp, 0.0_wp])
       call go(error, problem, 'rk8', .true., 0.01_wp, 20, state)
-      if (.not. allocated(error)) &
-         call check_below(error, attitude_distance(state%q, problem%start%q), 1e-14_wp, "hanging")
+      call check_below(error, attitude_distance(state%q, problem%start%q), 1e-14_wp, "hanging")
    end subroutine rest_stays
 
    subroutine too_long_is_refused(error)
@@ -384,10 +373,8 @@ contains
          state = problem%start
          call stepper%step(problem%system, state, 100.0_wp, status)
          call check(error, status%code, NUTATE_OFF_BRANCH, trim(status%message))
-         if (.not. allocated(error)) call check_close(error, [state%t, state%q, state%p], &
-                                                      [problem%start%t, problem%start%q, problem%start%p], 0.0_wp, &
-                                                      "state")
-         if (allocated(error)) return
+         call check_close(error, [state%t, state%q, state%p], [problem%start%t, problem%start%q, problem%start%p], &
+                          0.0_wp, "state")
       end do
    end subroutine too_long_is_refused
 

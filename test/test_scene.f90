@@ -7,8 +7,7 @@ module test_scene
    use nutate_quaternion, only: rotate_to_space
    use nutate_scene, only: scene_t, parse_scene
    use nutate_status, only: status_t
-   use test_support, only: check_close
-   use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+   use test_support, only: check, check_close, error_type, new_unittest, test_failed, unittest_type
    implicit none
    private
 
@@ -48,7 +47,7 @@ contains
    subroutine parse(text, scene, error, settings)
       character(len=*), intent(in) :: text
       type(scene_t), intent(out) :: scene
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       character(len=*), intent(in), optional :: settings(:)
       type(status_t) :: status
       character(len=:), allocatable :: message
@@ -62,20 +61,14 @@ contains
       call parse(body//initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%title == 'box' .and. scene%shape == '' .and. scene%output%file == 'box.csv', 'names')
-      if (allocated(error)) return
       call check_close(error, scene%initial%q, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, 'q')
-      if (allocated(error)) return
       call check_close(error, scene%initial%p, [0.0_wp, 1.0_wp, 0.0_wp, 340.0_wp], 0.0_wp, 'p')
-      if (allocated(error)) return
       call check(error, scene%integrator%method == 'nielsen_krenk' .and. scene%integrator%order == 2 .and. &
                  scene%integrator%linear_solver == 'lapack' .and. scene%integrator%projection .and. &
                  scene%integrator%max_iterations == 20, 'integrator')
-      if (allocated(error)) return
       call check_close(error, [scene%integrator%inverse_auxiliary_inertia, scene%integrator%tolerance], &
                        [0.0_wp, 0.0_wp], 0.0_wp, '1/J0 and tolerance')
-      if (allocated(error)) return
       call check_close(error, [scene%plan%time_step, scene%plan%end_time], [0.1_wp, 2.0_wp], 0.0_wp, 'times')
-      if (allocated(error)) return
       call check(error, scene%plan%every == 1 .and. size(scene%output%columns) == 4, 'rows')
       if (allocated(error)) return
       call check(error, all(scene%output%columns == [character(len=24) :: 'quaternion', 'angular_velocity', 'energy', &
@@ -91,10 +84,8 @@ contains
                  scene, error)
       if (allocated(error)) return
       call check(error, scene%title == 'It''s a "box"' .and. scene%output%file == "o'clock.csv", scene%title)
-      if (allocated(error)) return
       call parse_scene(body//initial//integrator, '/a/b.c/Top.NML', scene, status, message)
       call check(error, scene%name == 'Top' .and. scene%title == 'Top' .and. scene%file == '/a/b.c/Top.NML', scene%name)
-      if (allocated(error)) return
       call parse_scene(body//initial//integrator, 'top.txt', scene, status, message)
       call check(error, scene%name == 'top.txt' .and. scene%output%file == 'top.txt.csv', scene%name)
    end subroutine names_and_titles
@@ -111,13 +102,9 @@ contains
    subroutine shapes(error)
       type(error_type), allocatable, intent(out) :: error
       call check_shape('box', '4, 1, 2', 8.0_wp, [5.0_wp, 20.0_wp, 17.0_wp]/12, error)
-      if (allocated(error)) return
       call check_shape('cylinder', '2, 6', 24*pi, [4.0_wp, 4.0_wp, 2.0_wp], error)
-      if (allocated(error)) return
       call check_shape('cone', '2, 4', 16*pi/3, [1.2_wp, 1.2_wp, 1.2_wp], error)
-      if (allocated(error)) return
       call check_shape('sphere', '5', 500*pi/3, [10.0_wp, 10.0_wp, 10.0_wp], error)
-      if (allocated(error)) return
       call check_shape('ellipsoid', '1, 2, 3', 8*pi, [13.0_wp, 10.0_wp, 5.0_wp]/5, error)
    end subroutine shapes
 
@@ -125,18 +112,15 @@ contains
    subroutine check_shape(name, size, volume, gyration, error)
       character(len=*), intent(in) :: name, size
       real(wp), intent(in) :: volume, gyration(3)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(scene_t) :: scene
       call parse("&body shape = '"//name//"', size = "//size//', mass = 3 / '//initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%shape == name, 'shape is kept')
-      if (allocated(error)) return
       call check_close(error, scene%system%body%moments, 3*gyration, 8*eps*maxval(3*gyration), name)
-      if (allocated(error)) return
       call parse("&body shape = '"//name//"', size = "//size//', density = 2 / '//initial//integrator, scene, error)
       if (allocated(error)) return
       call check_close(error, scene%system%body%mass, 2*volume, 8*eps*volume, name//' mass')
-      if (allocated(error)) return
       call check_close(error, scene%system%body%moments, 2*volume*gyration, 16*eps*maxval(2*volume*gyration), name)
    end subroutine check_shape
 
@@ -151,12 +135,10 @@ contains
                  scene, error)
       if (allocated(error)) return
       call check_close(error, reshape(scene%system%body%inertia, [9]), moved, 0.0_wp, 'moments')
-      if (allocated(error)) return
       call parse("&body shape = 'box' size = 4, 1, 2, mass = 12, center_of_mass = 0, 0, 0.5 / "//initial//integrator, &
                  scene, error)
       if (allocated(error)) return
       call check_close(error, scene%system%body%moments, [8.0_wp, 23.0_wp, 17.0_wp], 64*eps, 'shape')
-      if (allocated(error)) return
       call parse("&body inertia = 50, 60, 70, inertia_about = 'reference'"//off_center//'/ '//initial//integrator, &
                  scene, error)
       if (allocated(error)) return
@@ -178,7 +160,6 @@ contains
                  scene, error)
       if (allocated(error)) return
       call check_close(error, norm2(scene%initial%q), 1.0_wp, 2*eps, 'norm')
-      if (allocated(error)) return
       call check_close(error, scene%initial%q(2:3)/scene%initial%q(1), [0.0_wp, 0.8000003_wp/0.6000003_wp], 8*eps, 'q')
    end subroutine quaternion_is_normalised
 
@@ -216,14 +197,11 @@ contains
                  'degrees = T /', scene, error)
       if (allocated(error)) return
       call check_close(error, scene%initial%q, [cos(pi/4), sin(pi/4), 0.0_wp, 0.0_wp], 4*eps, 'angle')
-      if (allocated(error)) return
       call check_close(error, angular_velocity(scene%system, scene%initial), [pi, 0.0_wp, pi/2], 16*eps, 'rate')
-      if (allocated(error)) return
       call parse(body//integrator//'&initial euler = 0, 60, 0, euler_rates = 0, 0, 360, degrees = .true. /', &
                  scene, error)
       if (allocated(error)) return
       call check_close(error, scene%initial%q, [cos(pi/6), sin(pi/6), 0.0_wp, 0.0_wp], 4*eps, 'euler')
-      if (allocated(error)) return
       call check_close(error, angular_velocity(scene%system, scene%initial), [0.0_wp, 0.0_wp, 2*pi], 64*eps, 'rates')
    end subroutine degrees
 
@@ -246,7 +224,6 @@ contains
       if (allocated(error)) return
       call check_close(error, [scene%integrator%inverse_auxiliary_inertia, scene%integrator%tolerance, &
                                scene%plan%time_step, scene%plan%end_time], [5e-3_wp, 1e-12_wp, 0.5_wp, 1.0_wp], 0.0_wp)
-      if (allocated(error)) return
       call check(error, scene%integrator%max_iterations == 7 .and. .not. scene%integrator%projection, 'settings')
    end subroutine integrator_settings
 
@@ -260,7 +237,6 @@ contains
                     infinities(i)//'/', scene, error)
          if (allocated(error)) return
          call check_close(error, scene%integrator%inverse_auxiliary_inertia, 0.0_wp, 0.0_wp, infinities(i))
-         if (allocated(error)) return
       end do
    end subroutine infinite_auxiliary_inertia
 
@@ -270,7 +246,6 @@ contains
       call parse(body//initial//'&integrator time_step = -0.1, end_time = -2 / &output interval = 0.5 /', scene, error)
       if (allocated(error)) return
       call check_close(error, [scene%plan%time_step, scene%plan%end_time], [-0.1_wp, -2.0_wp], 0.0_wp)
-      if (allocated(error)) return
       call check(error, scene%plan%every == 5, 'interval of a backward run')
    end subroutine backwards
 
@@ -280,7 +255,6 @@ contains
       call parse(body//initial//integrator//'&output interval = 0.3 /', scene, error)
       if (allocated(error)) return
       call check(error, scene%plan%every == 3, '0.3 s in steps of 0.1 s')
-      if (allocated(error)) return
       call parse(body//initial//'&integrator time_step = 1e-9 end_time = 1e6 / &output interval = 1e3 /', scene, error)
       if (allocated(error)) return
       call check(error, scene%plan%every == 1000000000000_long, 'more steps than a short integer counts')
@@ -305,14 +279,11 @@ contains
       call parse(body//initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%system%effects%n_potentials == 0, 'no effect without a group')
-      if (allocated(error)) return
       call parse('&gravity acceleration = 1, 2, 3 / &body inertia = 3*1, mass = 2, center_of_mass = 1, 0, 0 / '// &
                  initial//integrator, scene, error)
       if (allocated(error)) return
       call check(error, scene%system%effects%n_potentials == 1, 'one effect')
-      if (allocated(error)) return
       call check_close(error, scene%system%effects%potentials(1)%item%direction, [1.0_wp, 2.0_wp, 3.0_wp], 0.0_wp)
-      if (allocated(error)) return
       call check(error, scene%groups(1)%name == 'gravity' .and. scene%groups(2)%count_of('inertia') == 3, &
                  'groups are kept')
    end subroutine effects
@@ -326,10 +297,8 @@ contains
       if (allocated(error)) return
       call check_close(error, [scene%system%body%moments, scene%system%body%mass], &
                        [2.0_wp, 2.0_wp, 2.0_wp, 5.0_wp], 0.0_wp, 'the last setting counts')
-      if (allocated(error)) return
       call check_close(error, scene%system%effects%potentials(1)%item%direction, [0.0_wp, 0.0_wp, -1.0_wp], 0.0_wp, &
                        'a group is created')
-      if (allocated(error)) return
       call check(error, size(scene%output%columns) == 2 .and. scene%title == 'a=b.c', 'texts')
       if (allocated(error)) return
       call check(error, ieee_is_finite(scene%initial%p(1)), 'state')

@@ -6,8 +6,8 @@ module test_scene_notation
    use nutate_scene, only: scene_t, parse_scene
    use nutate_spelling, only: edit_distance, nearest_name
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_SCENE
-   use test_support, only: check_close, is_slow_build, random_unit
-   use testdrive, only: new_unittest, unittest_type, error_type, check, test_failed
+   use test_support, only: check, check_close, error_type, is_slow_build, new_unittest, random_unit, test_failed, &
+                           unittest_type
    implicit none
    private
 
@@ -35,7 +35,7 @@ contains
 
    subroutine check_reads(text, error)
       character(len=*), intent(in) :: text
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(scene_t) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message
@@ -60,20 +60,15 @@ contains
    subroutine line_ends(error)
       type(error_type), allocatable, intent(out) :: error
       call check_reads(box(lf, ', '), error)
-      if (allocated(error)) return
       call check_reads(box(cr//lf, cr//lf), error)
-      if (allocated(error)) return
       call check_reads(box(cr//lf//cr//lf, ',')//cr//lf, error)
    end subroutine line_ends
 
    subroutine separators(error)
       type(error_type), allocatable, intent(out) :: error
       call check_reads(box(' ', ' '), error)
-      if (allocated(error)) return
       call check_reads(box(tab, tab//','//tab), error)
-      if (allocated(error)) return
       call check_reads(box(' ! a comment, with & and / and ''quotes'//lf, '! another'//lf//' , '), error)
-      if (allocated(error)) return
       call check_reads('! '//char(195)//char(164)//lf//box(lf, ',')//'! the end', error)
    end subroutine separators
 
@@ -121,14 +116,11 @@ contains
       do i = 1, size(words)
          call read_real(trim(words(i)), value, problem)
          call check(error, problem == '', problem)
-         if (allocated(error)) return
          call check_close(error, value, values(i), 0.0_wp, words(i))
-         if (allocated(error)) return
       end do
       do i = 1, size(wrong)
          call read_real(trim(wrong(i)), value, problem)
          call check(error, problem == "'"//trim(wrong(i))//"' is not a number", trim(wrong(i))//' is refused')
-         if (allocated(error)) return
       end do
    end subroutine numbers
 
@@ -138,20 +130,15 @@ contains
       character(len=:), allocatable :: problem
       call read_real('0.1000000000000000055511151231257827021181583404541015625', value, problem)
       call check_close(error, value, 0.1_wp, 0.0_wp, 'all digits of 0.1')
-      if (allocated(error)) return
       ! Halfway between 1 and the next number, then a trace more, 1000 digits behind the point.
       call read_real('1.00000000000000011102230246251565404236316680908203125'//repeat('0', 1000)//'1', value, problem)
       call check_close(error, value, 1.0_wp + epsilon(1.0_wp), 0.0_wp, 'a trace above a tie')
-      if (allocated(error)) return
       call read_real('1'//repeat('0', 100), value, problem)
       call check(error, problem == '' .and. abs(value/1e100_wp - 1) <= 0.0_wp, 'the largest number')
-      if (allocated(error)) return
       call read_real('1.0000000000000000000000000000000000001e100', value, problem)
       call check(error, index(problem, 'too large') > 0, 'a larger one')
-      if (allocated(error)) return
       call read_real('1e-300', value, problem)
       call check(error, problem == '' .and. value > 0, 'the smallest number')
-      if (allocated(error)) return
       call read_real('0.'//repeat('0', 300)//'9', value, problem)
       call check(error, index(problem, 'too close to zero') > 0, 'a smaller one')
    end subroutine nearest_numbers
@@ -161,10 +148,8 @@ contains
       character(len=16), parameter :: known(4) = [character(len=16) :: 'mass', 'density', 'center_of_mass', 'inertia']
       call check(error, edit_distance('inertia', 'intertia') == 1 .and. edit_distance('ab', 'ba') == 1 .and. &
                  edit_distance('', 'abc') == 3 .and. edit_distance('kitten', 'sitting') == 3, 'distances')
-      if (allocated(error)) return
       call check(error, nearest_name('CENTRE_OF_MASS', known) == 'center_of_mass' .and. &
                  nearest_name('masss', known) == 'mass' .and. nearest_name('spring', known) == '', 'nearest names')
-      if (allocated(error)) return
       call check(error, nearest_name('dens', known) == 'density' .and. nearest_name('d', known) == '' .and. &
                  nearest_name('--out', ['--set   ', '--output']) == '--output' .and. &
                  nearest_name('--re', [character(len=8) :: '--resume', '--resume']) == '--resume' .and. &
@@ -179,10 +164,8 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, words//'the end')
       gap = index(status%message, ' ... ')
       call check(error, gap > 100 .and. len_trim(status%message) > 190, 'most of it is there')
-      if (allocated(error)) return
       call check(error, status%message(gap - 1:gap - 1) == ',' .and. &
                  index(words//'the end', ' '//trim(status%message(gap + 5:))) > 0, 'within a word: '//status%message)
-      if (allocated(error)) return
       status = fail(NUTATE_BAD_ARGUMENT, repeat('x', 1000))
       call check(error, len_trim(status%message), len(status%message))
    end subroutine long_messages
@@ -190,27 +173,16 @@ contains
    subroutine long_lines(error)
       type(error_type), allocatable, intent(out) :: error
       call check_quick(box(' ', ',')//' !', 'x', .true., error)
-      if (allocated(error)) return
       call check_quick(box(' ', ','), ' ', .true., error)
-      if (allocated(error)) return
       call check_quick('', 'x', .false., error)
-      if (allocated(error)) return
       call check_quick('&body inertia = ', '1', .false., error)
-      if (allocated(error)) return
       call check_quick('&body inertia = ', '1,', .false., error)
-      if (allocated(error)) return
       call check_quick("&scene title = '", "''", .false., error)
-      if (allocated(error)) return
       call check_quick('&body inertia = 5 ', '!'//lf, .false., error)
-      if (allocated(error)) return
       call check_quick('&', 'x', .false., error)
-      if (allocated(error)) return
       call check_quick('&body ', 'x', .false., error)
-      if (allocated(error)) return
       call check_quick('&body shape', 'e', .false., error)
-      if (allocated(error)) return
       call check_quick("&body shape = '", 'x', .false., error)
-      if (allocated(error)) return
       call check_quick('&body check_triangle = ', 't', .false., error)
    end subroutine long_lines
 
@@ -219,7 +191,7 @@ contains
    subroutine check_quick(start_text, piece, right, error)
       character(len=*), intent(in) :: start_text, piece
       logical, intent(in) :: right
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(scene_t) :: scene
       type(status_t) :: status
       character(len=:), allocatable :: message, text
@@ -234,9 +206,7 @@ contains
       call parse_scene(text, 'x.nml', scene, status, message)
       call system_clock(stop)
       call check(error, status%ok() .eqv. right, 'outcome: '//message)
-      if (allocated(error)) return
       call check(error, is_slow_build() .or. stop - start < 10*rate, 'time')
-      if (allocated(error)) return
       call check(error, len(message) < 400, 'length of the message')
    end subroutine check_quick
 
@@ -256,7 +226,6 @@ contains
          else
             call check(error, status%code == NUTATE_BAD_SCENE .and. is_one_line(message), message)
          end if
-         if (allocated(error)) return
       end do
    end subroutine mutations
 

@@ -13,7 +13,7 @@ module test_stability_large_steps
    use test_stability_branch, only: watched_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow
-   use testdrive, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest, unittest_type
    implicit none
    private
 

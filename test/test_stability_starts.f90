@@ -8,7 +8,7 @@ module test_stability_starts
    use test_problems, only: bruls_top, box, precessing_top, problem_t
    use test_stability_case, only: check_case, EVERY_WAY, number_text, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow
-   use testdrive, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest, unittest_type
    implicit none
    private
 

@@ -13,7 +13,7 @@ module test_stability_stiff
    use test_problems, only: problem_t
    use test_stability_case, only: check_case, EVERY_WAY, record_t, stability_case_t, way_t
    use test_stability_meter, only: follow, meter_t
-   use testdrive, only: error_type, new_unittest, unittest_type
+   use test_support, only: error_type, new_unittest, unittest_type
    implicit none
    private
 

@@ -16,8 +16,8 @@ module test_step
    use nutate_system, only: system_t
    use test_jacobian, only: check_jacobian
    use test_problems, only: box, march, precessing_top, problem_t
-   use test_support, only: check_below, check_close, random_unit_quaternion, random_vector
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, random_unit_quaternion, &
+                           random_vector, unittest_type
    implicit none
    private
 
@@ -112,19 +112,16 @@ contains
          end = start
          call stepper%step(system, end, dt, status)
          call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
          qm = 0.5_wp*(start%q + end%q)
          pm = 0.5_wp*(start%p + end%p)
          w = 0.5_wp*(bilinear_form(start%q, start%p) + bilinear_form(end%q, end%p))
          a = [0.1_wp*w(1), matmul(system%body%inverse_inertia, w(2:4))]
          right = 0.25_wp*dt*matmul(quat_left_matrix(qm), a)
          call check_close(error, end%q - start%q, right, 8*eps, "q1 - q0")
-         if (allocated(error)) return
          slope = 2*matmul(weight, qm)
          slope = slope - qm*dot_product(qm, slope)/dot_product(qm, qm)
          right = -0.25_wp*dt*matmul(quat_left_matrix(pm), a*[1, -1, -1, -1]) - dt*slope
          call check_close(error, end%p - start%p, right, 16*eps*norm2(start%p), "p1 - p0")
-         if (allocated(error)) return
       end do
 
    end subroutine step_solves_the_papers_equations
@@ -145,7 +142,6 @@ contains
                       - (potential%energy(gamma1) - potential%energy(gamma0))
             ! |U| is below 4 here.
             call check_below(error, abs(closure), 32*eps, "closure")
-            if (allocated(error)) return
          end do
       end do
    end subroutine discrete_gradient_closes_the_energy
@@ -204,7 +200,6 @@ contains
       state = problem%start
       call stepper%step(problem%system, state, 0.001_wp, status)
       call check(error, status%code, NUTATE_NOT_CONVERGED)
-      if (allocated(error)) return
       call check_close(error, [state%t, state%q, state%p, state%q_compensation, state%p_compensation], &
                        [0.0_wp, problem%start%q, problem%start%p, spread(0.0_wp, 1, 8)], 0.0_wp, "state")
    end subroutine failed_step_leaves_the_state
@@ -224,12 +219,10 @@ contains
       state = problem%start
       call stepper%step(problem%system, state, 0.22_wp, status)
       call check(error, status%ok(), "Δt|Ω| = 2.2: "//trim(status%message))
-      if (allocated(error)) return
       state = problem%start
       call stepper%step(problem%system, state, 0.24_wp, status)
       call check(error, status%code == NUTATE_OFF_BRANCH .or. status%code == NUTATE_NOT_CONVERGED, &
                  "Δt|Ω| = 2.4 accepted")
-      if (allocated(error)) return
       call stepper%step(problem%system, state, 0.5_wp, status)
       call check(error,.not. status%ok(), "Δt|Ω| = 5 accepted")
    end subroutine step_off_the_branch_is_refused
@@ -256,9 +249,7 @@ contains
       call march(problem%system, loose, a, 0.01_wp, 1, status)
       call march(problem%system, tight, b, 0.01_wp, 1, status)
       call check(error, loose%iterations < tight%iterations, "no iteration saved")
-      if (allocated(error)) return
       call check_below(error, loose%residual, 1e-3_wp, "residual")
-      if (allocated(error)) return
       call check_below(error, norm2(a%q - b%q), 1e-3_wp*norm2(b%q - problem%start%q), "difference")
    end subroutine tolerance_ends_the_iteration
 
@@ -273,7 +264,6 @@ contains
       call stepper%prepare(system, integrator_settings_t(), status)
       call march(system, stepper, state, 0.1_wp, 10, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, [state%q, state%p], &
                        [0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp)
    end subroutine body_at_rest_stays
@@ -292,7 +282,6 @@ contains
       call stepper%prepare(system, integrator_settings_t(), status)
       call march(system, stepper, state, 0.01_wp, 1000, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, total_energy(system, state), 9.81_wp, 100*eps*9.81_wp, "energy")
    end subroutine momentum_outgrows_its_unit
 
@@ -309,7 +298,6 @@ contains
       call stepper%prepare(system, integrator_settings_t(), status)
       call march(system, stepper, state, 0.01_wp, 1, status)
       call check(error, status%ok(), trim(status%message))
-      if (allocated(error)) return
       call check_close(error, angular_velocity(system, state), -(1 - 4e-10_wp)*[1.0_wp, 2.0_wp, 3.0_wp], 1e-14_wp, "Ω")
    end subroutine damping_sets_no_unit
 

@@ -1,12 +1,19 @@
 !> What several test suites share: checks that report index, actual and expected, and reproducible random input.
+!>
+!> The first error of a test stands: a check after it does nothing, where those of test-drive would clear it. So a test
+!> needs `if (allocated(error)) return` only where what follows would crash, and what a test calls takes `error` as
+!> `intent(inout)`.
 module test_support
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp, pi
-   use testdrive, only: error_type, test_failed
+   use testdrive, only: error_type, fail => test_failed, new_unittest, skip_test, unittest_type, &
+                        testdrive_check => check
    implicit none
    private
 
-   public :: check_close, check_below, is_slow_build, random_unit, random_vector, random_unit_quaternion
+   public :: error_type, new_unittest, skip_test, unittest_type
+   public :: check, check_close, check_below, test_failed
+   public :: is_slow_build, random_unit, random_vector, random_unit_quaternion
 
    !> |actual - expected| <= tolerance, element by element.
    interface check_close
@@ -14,21 +21,75 @@ module test_support
       module procedure check_close_vector
    end interface check_close
 
+   !> As those of test-drive.
+   interface check
+      module procedure check_true
+      module procedure check_logical
+      module procedure check_integer
+      module procedure check_real
+      module procedure check_character
+   end interface check
+
 contains
 
+   subroutine check_true(error, expression, message)
+      type(error_type), allocatable, intent(inout) :: error
+      logical, intent(in) :: expression
+      character(len=*), intent(in), optional :: message
+      if (.not. allocated(error)) call testdrive_check(error, expression, message)
+   end subroutine check_true
+
+   subroutine check_logical(error, actual, expected, message)
+      type(error_type), allocatable, intent(inout) :: error
+      logical, intent(in) :: actual, expected
+      character(len=*), intent(in), optional :: message
+      if (.not. allocated(error)) call testdrive_check(error, actual, expected, message)
+   end subroutine check_logical
+
+   subroutine check_integer(error, actual, expected, message)
+      type(error_type), allocatable, intent(inout) :: error
+      integer, intent(in) :: actual, expected
+      character(len=*), intent(in), optional :: message
+      if (.not. allocated(error)) call testdrive_check(error, actual, expected, message)
+   end subroutine check_integer
+
+   !> To round-off.
+   subroutine check_real(error, actual, expected, message)
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), intent(in) :: actual, expected
+      character(len=*), intent(in), optional :: message
+      if (.not. allocated(error)) call testdrive_check(error, actual, expected, message)
+   end subroutine check_real
+
+   subroutine check_character(error, actual, expected, message)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: actual, expected
+      character(len=*), intent(in), optional :: message
+      if (.not. allocated(error)) call testdrive_check(error, actual, expected, message)
+   end subroutine check_character
+
+   !> Fails the test, where it has not failed yet.
+   subroutine test_failed(error, message, more)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: message
+      character(len=*), intent(in), optional :: more
+      if (.not. allocated(error)) call fail(error, message, more)
+   end subroutine test_failed
+
    subroutine check_close_scalar(error, actual, expected, tolerance, label)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: actual, expected, tolerance
       character(len=*), intent(in), optional :: label
       call check_close_vector(error, [actual], [expected], tolerance, label)
    end subroutine check_close_scalar
 
    subroutine check_close_vector(error, actual, expected, tolerance, label)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: actual(:), expected(:), tolerance
       character(len=*), intent(in), optional :: label
       character(len=160) :: text
       integer :: i
+      if (allocated(error)) return
       if (size(actual) /= size(expected)) then
          call test_failed(error, prefix(label)//"arrays of different length")
          return
@@ -46,7 +107,7 @@ contains
 
    !> value <= bound; a NaN fails.
    subroutine check_below(error, value, bound, label)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       real(wp), intent(in) :: value, bound
       character(len=*), intent(in), optional :: label
       character(len=80) :: text

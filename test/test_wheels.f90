@@ -18,9 +18,8 @@ module test_wheels
    use nutate_wheel_mounting, only: add_wheel
    use test_problems, only: march, problem_t, wheeled_body
    use test_resume, only: check_run, check_stepper, label_of, settings_of
-   use test_support, only: check_below, check_close
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    use test_wheel_reference, only: reference_problem
-   use testdrive, only: check, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -67,16 +66,13 @@ contains
          lost = kinetic_energy(system, state)
          call march(system, stepper, state, 0.5_wp, 100, status)
          call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
          omega = angular_velocity(system, state)
          lost = kinetic_energy(system, state) - lost
          call check_close(error, system%effects%wheels(1)%speed_of(state%wheel_momentum(1), omega), &
                           26.9993890409918828799_wp, 27e-11_wp, label_of(methods(m))//", speed")
-         if (.not. allocated(error)) call check_close(error, omega(3), 0.2462507636987601464001_wp, 1e-12_wp, &
-                                                      label_of(methods(m))//", rate")
-         if (.not. allocated(error)) call check_close(error, state%wheel_work(:, 1), [0.0_wp, lost], &
-                                                      1e-11_wp*abs(lost), label_of(methods(m))//", work")
-         if (allocated(error)) return
+         call check_close(error, omega(3), 0.2462507636987601464001_wp, 1e-12_wp, label_of(methods(m))//", rate")
+         call check_close(error, state%wheel_work(:, 1), [0.0_wp, lost], 1e-11_wp*abs(lost), &
+                          label_of(methods(m))//", work")
       end do
    end subroutine friction_has_the_closed_form
 
@@ -98,12 +94,10 @@ contains
          state = make_state(loose%system, identity, [1.0_wp, -0.5_wp, 2.0_wp])
          call march(loose%system, stepper, state, 0.05_wp, 200, status)
          call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
          call make_stepper(locked%system, settings_of(methods(m)), stepper, status)
          other = make_state(locked%system, identity, [1.0_wp, -0.5_wp, 2.0_wp])
          call march(locked%system, stepper, other, 0.05_wp, 200, status)
          call check_below(error, attitude_distance(state%q, other%q), 1e-7_wp, label_of(methods(m)))
-         if (allocated(error)) return
       end do
    end subroutine strong_friction_locks
 
@@ -126,15 +120,13 @@ contains
          state = make_state(with%system, identity, omega)
          call march(with%system, stepper, state, 0.05_wp, 200, status)
          call check(error, status%ok(), trim(status%message))
-         if (.not. allocated(error)) call check(error, .not. abs(state%wheel_momentum(1)) > 0.0_wp, "h has changed")
-         if (allocated(error)) return
+         call check(error, .not. abs(state%wheel_momentum(1)) > 0.0_wp, "h has changed")
          call make_stepper(lighter%system, settings_of(methods(m)), stepper, status)
          other = make_state(lighter%system, identity, omega)
          call march(lighter%system, stepper, other, 0.05_wp, 200, status)
          ! The series of a free body is another one than that with wheels.
          call check_below(error, attitude_distance(state%q, other%q), &
                           merge(1e-10_wp, 1e-12_wp, methods(m)%name == 'taylor'), label_of(methods(m)))
-         if (allocated(error)) return
       end do
    end subroutine wheel_at_rest_is_a_lighter_body
 
@@ -147,15 +139,14 @@ contains
       do m = 1, size(methods)
          if (methods(m)%name == 'exact' .or. .not. methods(m)%conserving) cycle
          call check_account(error, problem, settings_of(methods(m)), label_of(methods(m)))
-         if (allocated(error)) return
       end do
       call check_account(error, problem, integrator_settings_t(inverse_auxiliary_inertia=1/60.0_wp), "finite J0")
-      if (.not. allocated(error)) call check_account( &
-         error, problem, integrator_settings_t(order=6, inverse_auxiliary_inertia=1/60.0_wp), "finite J0, order 6")
+      call check_account(error, problem, integrator_settings_t(order=6, inverse_auxiliary_inertia=1/60.0_wp), &
+                         "finite J0, order 6")
    end subroutine every_method_closes_the_account
 
    subroutine check_account(error, problem, settings, label)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
       character(len=*), intent(in) :: label
@@ -172,11 +163,9 @@ contains
       do i = 1, 100
          call stepper%step(problem%system, state, 0.01_wp, status)
          call check(error, status%ok(), label//": "//trim(status%message))
-         if (allocated(error)) return
          work = work + sum(stepper%work)
          call check_below(error, abs(total_energy(problem%system, state, settings%inverse_auxiliary_inertia) &
                                      - first - work), 64*eps*size, label//", account")
-         if (allocated(error)) return
       end do
       call check(error, all(abs(state%wheel_work(:, 1) - [1.0_wp, 0.0_wp]*state%wheel_work(1, 1)) <= 0.0_wp) .and. &
                  abs(state%wheel_work(1, 1)) > 0.1_wp .and. state%wheel_work(2, 2) < -1.0_wp, label//", works")
@@ -199,9 +188,7 @@ contains
          state = problem%start
          call march(problem%system, stepper, state, 0.02_wp, 400, status)
          call check(error, status%ok(), trim(status%message))
-         if (allocated(error)) return
          call check_below(error, norm2(space_momentum(state) - momentum), 64*eps*norm2(momentum), label_of(methods(m)))
-         if (allocated(error)) return
       end do
    end subroutine every_method_keeps_the_momentum
 
@@ -242,13 +229,11 @@ contains
             state = problem%start
             call march(problem%system, stepper, state, steps(k), nint(3.2_wp/steps(k)), status)
             call check(error, status%ok(), trim(status%message))
-            if (allocated(error)) return
             errors(k) = attitude_distance(state%q, wanted%q) &
                         + norm2(state%wheel_momentum - wanted%wheel_momentum)/norm2(wanted%wheel_momentum)
          end do
          order = log(errors(1)/errors(2))/log(2.0_wp)
          call check(error, abs(order - methods(m)%order) < 0.5_wp, label_of(methods(m)))
-         if (allocated(error)) return
       end do
    end subroutine methods_have_their_orders
 
@@ -267,9 +252,8 @@ contains
       other = problem%start
       call march(problem%system, stepper, other, 0.01_wp, 200, status)
       call check(error, status%ok(), trim(status%message))
-      if (.not. allocated(error)) call check_below(error, attitude_distance(state%q, other%q), 1e-12_wp, "attitude")
-      if (.not. allocated(error)) call check_close(error, state%wheel_momentum, other%wheel_momentum, 1e-12_wp, &
-                                                   "momenta")
+      call check_below(error, attitude_distance(state%q, other%q), 1e-12_wp, "attitude")
+      call check_close(error, state%wheel_momentum, other%wheel_momentum, 1e-12_wp, "momenta")
    end subroutine both_forms_agree
 
    !> Everything together, with a wheel that its motor drives from and to times inside of steps, and one that friction
@@ -285,12 +269,9 @@ contains
          if (methods(m)%name == 'exact') cycle
          call check_stepper(error, problem, settings_of(methods(m)), [0.01_wp, 0.01_wp, 50.0_wp, 0.01_wp, 0.02_wp], &
                             [0.02_wp, 0.02_wp, 0.015_wp, 0.015_wp], label_of(methods(m)))
-         if (.not. allocated(error)) call check_run( &
-            error, problem, settings_of(methods(m)), run_plan_t(time_step=0.01_wp, end_time=0.403_wp, every=3_long), &
-            [1, 5, 10, 11, 25, 26, 39], label_of(methods(m)))
-         if (.not. allocated(error)) call check_run(error, problem, settings_of(methods(m)), controlled, [1, 2], &
-                                                    label_of(methods(m)))
-         if (allocated(error)) return
+         call check_run(error, problem, settings_of(methods(m)), run_plan_t(time_step=0.01_wp, end_time=0.403_wp, &
+                        every=3_long), [1, 5, 10, 11, 25, 26, 39], label_of(methods(m)))
+         call check_run(error, problem, settings_of(methods(m)), controlled, [1, 2], label_of(methods(m)))
       end do
    end subroutine runs_go_on_with_wheels
 
@@ -302,7 +283,7 @@ contains
    end subroutine large_momentum_does_no_harm
 
    subroutine try_large_momentum(error, against)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       !> Momentum of the rotor along the axis, N m s.
       real(wp), intent(in) :: against
       type(system_t) :: system
@@ -320,10 +301,8 @@ contains
       energy = kinetic_energy(system, state)
       call march(system, stepper, state, 1e-5_wp, 200, status)
       call check(error, status%ok(), trim(status%message))
-      if (.not. allocated(error)) call check_below(error, norm2(space_momentum(state) - momentum), 256*eps*1e6_wp, &
-                                                   "momentum")
-      if (.not. allocated(error)) call check_below(error, abs(kinetic_energy(system, state) - energy), 64*eps*energy, &
-                                                   "energy")
+      call check_below(error, norm2(space_momentum(state) - momentum), 256*eps*1e6_wp, "momentum")
+      call check_below(error, abs(kinetic_energy(system, state) - energy), 64*eps*energy, "energy")
    end subroutine try_large_momentum
 
    !> No proof has been derived: no root is taken as proved, in either form and by no short step.
@@ -342,7 +321,6 @@ contains
          do i = 1, 3
             call stepper%step(problem%system, state, 1e-3_wp, status)
             call check(error, stepper%unproved, methods(m)%stages, label_of(methods(m)))
-            if (allocated(error)) return
          end do
       end do
    end subroutine roots_are_not_proved
@@ -363,7 +341,6 @@ contains
       call after%effects%add(gravity_gradient_t(whole_body(after%body), nadir, 0.4_wp))
       call check(error, all(abs(before%effects%potentials(1)%item%gradient(nadir) - &
                                 after%effects%potentials(1)%item%gradient(nadir)) <= 0.0_wp), "gradients")
-      if (allocated(error)) return
       call check_close(error, after%body%inertia(:, 3), [-0.72_wp, 0.0_wp, 5.04_wp], 8*eps, "what turns")
    end subroutine gravity_acts_on_the_locked_body
 
@@ -402,7 +379,7 @@ contains
          before = system%effects%n_wheels
          call add_wheel(system, wheel, status)
          call check(error, status%code, NUTATE_BAD_ARGUMENT, label)
-         if (.not. allocated(error)) call check(error, system%effects%n_wheels, before, label//", number")
+         call check(error, system%effects%n_wheels, before, label//", number")
       end subroutine refuse
 
    end subroutine bad_wheels_are_refused

@@ -15,8 +15,7 @@ module test_work_share
    use nutate_stepper, only: integrator_settings_t, stepper_t
    use nutate_work_share, only: balance_momentum, share_of_works, step_error_t
    use test_problems, only: box, problem_t, forced_body, wheeled_body
-   use test_support, only: check_below, check_close
-   use testdrive, only: check, error_type, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -126,12 +125,9 @@ contains
          call stepper%step(problem%system, state, dt, status)
          call check(error, status%ok(), status%message)
          excess = total_energy(problem%system, other) - first - sum(plain%work)
-         if (.not. allocated(error)) &
-            call check_below(error, abs(sum(stepper%work) - sum(plain%work)), 1e-3_wp*abs(excess), methods(k))
-         if (.not. allocated(error)) &
-            call check_close(error, total_energy(problem%system, state) - first, sum(stepper%work), 16*eps*first, &
-                             methods(k))
-         if (allocated(error)) return
+         call check_below(error, abs(sum(stepper%work) - sum(plain%work)), 1e-3_wp*abs(excess), methods(k))
+         call check_close(error, total_energy(problem%system, state) - first, sum(stepper%work), 16*eps*first, &
+                          methods(k))
       end do
    end subroutine state_is_corrected
 
@@ -149,7 +145,6 @@ contains
          call find_error(problem, trim(methods(k)), .false., 20.0_wp, steps(k), bare)
          call find_error(problem, trim(methods(k)), .true., 20.0_wp, steps(k), conserving)
          call check_below(error, conserving, bare/merge(2, 5, k == 3), methods(k))
-         if (allocated(error)) return
       end do
    end subroutine unstable_axis_is_followed
 
@@ -167,17 +162,17 @@ contains
       momentum = first
       call balance_momentum(step, 32*eps, momentum)
       call check_close(error, momentum, first + 0.5_wp*difference, 4*eps, 'alike')
-      if (.not. allocated(error)) call check_close(error, step%momentum, 0.0_wp*off, eps*1e-6_wp, 'what is left')
+      call check_close(error, step%momentum, 0.0_wp*off, eps*1e-6_wp, 'what is left')
       step%momentum = off
       step%of_balance = 0.0_wp
       momentum = first
       call balance_momentum(step, 32*eps, momentum)
-      if (.not. allocated(error)) call check_close(error, momentum, first + difference, 4*eps, 'the account')
+      call check_close(error, momentum, first + difference, 4*eps, 'the account')
       step%momentum = off
       step%balance = 16*eps*first
       momentum = first
       call balance_momentum(step, 32*eps, momentum)
-      if (.not. allocated(error)) call check_close(error, momentum, first, 0.0_wp, 'round-off')
+      call check_close(error, momentum, first, 0.0_wp, 'round-off')
    end subroutine momentum_is_blended
 
    !> Damping, a torque, a driven wheel and one with friction: at long steps the works add up to what the energy gains,
@@ -202,13 +197,10 @@ contains
          call integrate(problem%system, stepper, state, run_plan_t(time_step=0.04_wp, end_time=4.0_wp), status, &
                         summary=summary)
          call check(error, status%ok(), status%message)
-         if (.not. allocated(error)) &
-            call check_close(error, sum(summary%work), total_energy(problem%system, state) - &
-                             total_energy(problem%system, problem%start), 100*eps*size_of_energy, methods(k))
-         if (.not. allocated(error)) &
-            call check_close(error, summary%work(3:6), [state%wheel_work(:, 1), state%wheel_work(:, 2)], &
-                             100*eps*size_of_energy, methods(k)//' wheels')
-         if (allocated(error)) return
+         call check_close(error, sum(summary%work), total_energy(problem%system, state) - total_energy(problem%system, &
+                          problem%start), 100*eps*size_of_energy, methods(k))
+         call check_close(error, summary%work(3:6), [state%wheel_work(:, 1), state%wheel_work(:, 2)], &
+                          100*eps*size_of_energy, methods(k)//' wheels')
       end do
    end subroutine works_close
 
@@ -233,11 +225,9 @@ contains
          call plain%step(problem%system, other, 0.1_wp, status)
          call stepper%step(problem%system, state, 0.1_wp, status)
          call check(error, status%ok(), status%message)
-         if (.not. allocated(error)) call check_close(error, stepper%work(3:4), [0.0_wp, 0.0_wp], 0.0_wp, methods(k))
-         if (.not. allocated(error)) &
-            call check(error, all(abs(stepper%work([1, 2, 6]) - plain%work([1, 2, 6])) > 0.0_wp), &
-                       methods(k)//' takes none')
-         if (allocated(error)) return
+         call check_close(error, stepper%work(3:4), [0.0_wp, 0.0_wp], 0.0_wp, methods(k))
+         call check(error, all(abs(stepper%work([1, 2, 6]) - plain%work([1, 2, 6])) > 0.0_wp), &
+                    methods(k)//' takes none')
       end do
    end subroutine idle_effects_are_given_none
 
@@ -262,9 +252,8 @@ contains
          call stepper%step(problem%system, state, dt, status)
          if (status%ok()) call stepper%state_at(problem%system, dt, inside, work, status)
          call check(error, status%ok(), status%message)
-         if (.not. allocated(error)) call check_close(error, inside%q, state%q, 4*eps, methods(k))
-         if (.not. allocated(error)) call check_close(error, work, sum(stepper%work), 100*eps, methods(k)//' work')
-         if (allocated(error)) return
+         call check_close(error, inside%q, state%q, 4*eps, methods(k))
+         call check_close(error, work, sum(stepper%work), 100*eps, methods(k)//' work')
       end do
    end subroutine inside_agrees_with_the_end
 
@@ -282,21 +271,15 @@ contains
       call evaluate(plan, problem%system%effects, point)
       call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'nothing')
       step%work = 1e-9_wp
-      if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 1.0_wp, 0.0_wp, 'works')
+      call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 1.0_wp, 0.0_wp, 'works')
       step%momentum = [1e-9_wp, -2e-9_wp, 1e-9_wp]
       step%rotation = [3e-10_wp, 1e-10_wp, -2e-10_wp]
       share = share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp)
-      if (.not. allocated(error)) call check(error, share > 0.01_wp .and. share < 0.99_wp, 'both')
-      if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 2.0_wp**(-40), 0.0_wp), share, &
-                          0.0_wp, 'unit')
-      if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 1e-7_wp), 0.0_wp, &
-                          0.0_wp, 'beyond both')
+      call check(error, share > 0.01_wp .and. share < 0.99_wp, 'both')
+      call check_close(error, share_of_works(plan, point, step, 0.0_wp, 2.0_wp**(-40), 0.0_wp), share, 0.0_wp, 'unit')
+      call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 1e-7_wp), 0.0_wp, 0.0_wp, 'beyond both')
       step%work = 0.0_wp
-      if (.not. allocated(error)) &
-         call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'state')
+      call check_close(error, share_of_works(plan, point, step, 0.0_wp, 1.0_wp, 0.0_wp), 0.0_wp, 0.0_wp, 'state')
    end subroutine share_has_no_unit
 
 end module test_work_share
