@@ -20,6 +20,17 @@ extern "C" {
 int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t every, double interval,
                                const double *times, size_t n_times, nutate_history **history);
 
+/* Rows inside a step of an earlier run, taken again from its start: each row from there on, unless the method knows the
+ * states inside. Torques that start or stop there, and what fails, make it shorter; after its end others follow. The stepper
+ * and its runs do not notice.
+ *   ==>  t, s; q [4]; p [4]   the start of the step, as a row had them: work and energy_residual count from there
+ *   ==>  dt     the step, s; where local_tolerance is set, taylor and exact choose shorter ones
+ *   ==>  times  [n], s, in order from t on   <==  rows  [n][width] of the columns chosen
+ * Status: NUTATE_BAD_ARGUMENT, with n = 0 too, where a state has more to it than q and p: with wheels, and regulators that
+ * sample or have limits. */
+int nutate_stepper_look(nutate_stepper *stepper, double t, const double q[4], const double p[4], double dt, size_t n,
+                        const double *times, double *rows);
+
 /* What a run with accuracy came to; zeros for any other. Out of reach: error[0] > accuracy.
  *   <==  error     [2]: an estimate of the attitude error at its end, rad, and the part of it that is round-off; or NULL
  *   <==  accuracy  what was asked for, rad; or NULL */

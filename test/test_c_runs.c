@@ -128,6 +128,46 @@ static int make_top(const char *method, struct answer *answer, nutate_stepper **
     return 0;
 }
 
+/* A step taken again from its start leads to the same rows, and its stepper does not notice. */
+static int steps_taken_again(void)
+{
+    static const char *const methods[] = {"nielsen_krenk", "rk4", "dop853", "rk8", "taylor"};
+    static const double times[2] = {0.41, 0.42};
+    struct answer answer = {1e9, 0, 0, 0, 0.0};
+    nutate_stepper *stepper = NULL, *copy = NULL;
+    nutate_system *system = NULL;
+    double rows[16], row[2][9], q[4], p[4], inside[4], omega[3];
+    size_t i, j;
+    for (i = 0; i < 5; ++i) {
+        CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_set_columns(stepper, "quaternion,angular_velocity"));
+        EXPECT(NUTATE_OK, nutate_stepper_keep_steps(stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 20, 1, NULL, 0, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_quaternion(stepper, q));
+        EXPECT(NUTATE_OK, nutate_stepper_conjugate_momentum(stepper, p));
+        EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.02));
+        EXPECT(NUTATE_OK, nutate_stepper_copy(stepper, &copy, NULL, 0));
+        EXPECT(NUTATE_OK, nutate_stepper_look(stepper, 0.4, q, p, 0.02, 2, times, rows));
+        EXPECT(NUTATE_OK, nutate_stepper_row(stepper, row[0], 9));
+        EXPECT(NUTATE_OK, nutate_stepper_state_at(stepper, 0.41, inside, omega));
+        for (j = 0; j < 4; ++j) CHECK(fabs(rows[1 + j] - inside[j]) < 1e-13);
+        for (j = 0; j < 8; ++j) CHECK(fabs(rows[8 + j] - row[0][j]) < 1e-12);
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_look(stepper, 0.4, q, p, -0.02, 2, times, rows));
+        EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_look(stepper, 0.4, q, p, 0.0, 2, times, rows));
+        EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 30, 30, row[0], 1, NULL));
+        EXPECT(NUTATE_OK, nutate_stepper_run(copy, 30, 30, row[1], 1, NULL));
+        for (j = 0; j < 8; ++j) CHECK(row[0][j] == row[1][j]);
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+        EXPECT(NUTATE_OK, nutate_stepper_destroy(&copy));
+    }
+    EXPECT(NUTATE_OK, nutate_system_parse("&body inertia = 1, 1, 0.5 / &wheel axis = 0, 0, 1, inertia = 0.1 /", &system, NULL, 0));
+    EXPECT(NUTATE_OK, nutate_stepper_create(system, &stepper, NULL, 0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_look(stepper, 0.4, q, p, 0.02, 0, times, rows));
+    EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
+    EXPECT(NUTATE_OK, nutate_system_destroy(&system));
+    return 0;
+}
+
 int test_c_copies(void)
 {
     static const char *const methods[] = {"nielsen_krenk", "rk4", "dop853", "rk8", "taylor"};
@@ -135,6 +175,7 @@ int test_c_copies(void)
     nutate_stepper *stepper = NULL, *copy = NULL;
     double row[2][9], q[2][4], omega[3];
     size_t i;
+    CHECK(!steps_taken_again());
     for (i = 0; i < 5; ++i) {
         CHECK(!make_top(methods[i], i == 4 ? NULL : &answer, &stepper));
         EXPECT(NUTATE_OK, nutate_stepper_keep_steps(stepper));

@@ -19,12 +19,8 @@ from .tables import Columns
 SETS = ("quaternion", "conjugate_momentum", "angular_velocity", "angular_momentum_space", "energy", "constraints")
 # Failures of a step, which leave the rows so far.
 STEPS_FAILED = (NOT_CONVERGED, OFF_BRANCH, SINGULAR, NOT_FINITE, STEP_LIMIT)
-# Methods that know the motion inside their steps, and those that know the error of a step.
-DENSE, ESTIMATING = ("taylor", "exact"), ("dop853",)
-# Turn between two looks for events, rad, and looks in a step at least.
-LOOK_TURN, LEAST_LOOKS = 0.2, 8
-# Steps to look through at a time: an event that ends the motion is found before those behind it are asked.
-STEPS_AT_A_TIME = 32
+# Methods that know the error of a step.
+ESTIMATING = ("dop853", "taylor", "exact")
 
 Event = Callable[[float, Array, Array], float]
 
@@ -34,11 +30,21 @@ class Motion:
     at a time, shapes (4,) and (3,), or at n times, shapes (n, 4) and (n, 3). Between the ends of the steps that were taken it
     takes the step again, once for all times in it, and looks inside by the method: as good as the steps themselves."""
 
-    def __init__(self, stepper: Stepper, ends: dict[str, Array]) -> None:
-        self._replays = has_memory(stepper)
-        self._stepper, self._parts = branch_of(stepper, self._replays)
+    def __init__(self, stepper: Stepper, branch: Stepper, ends: dict[str, Array]) -> None:
+        """`branch` is as the stepper was before its run, which led to the ends of steps."""
+        method, tolerance = stepper.get("method"), float(stepper.get("local_tolerance"))
+        keys = {"nielsen_krenk": ("order", "linear_solver"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
+        branch.set(method=method, **{key: stepper.get(key) for key in keys}, **({"local_tolerance": tolerance} if tolerance else {}))
+        self._stepper = branch
+        # A method without an estimate of its own has found the error of a step from its two halves, and kept these.
+        self._parts = 2 if tolerance and method not in ESTIMATING else 1
         self._ends = ends
         self._sense = 1.0 if ends["t"][-1] >= ends["t"][0] else -1.0
+        try:
+            branch._look(self._start(0), 1.0, np.empty(0))
+            self._replays = False
+        except NutateValueError:
+            self._replays = True
 
     def __repr__(self) -> str:
         return f"<Motion from t={self.t_min:g} s to t={self.t_max:g} s>"
@@ -84,27 +90,22 @@ class Motion:
             for chosen in np.split(inside, np.flatnonzero(np.diff(last[inside])) + 1):
                 yield chosen, self._inside(int(last[chosen[0]]), times[chosen])
 
+    def _start(self, k: int) -> dict[str, float]:
+        """The row at the end of a step, where another one starts."""
+        return {name: values[k] for name, values in self._ends.items()}
+
     def _replay(self, times: Array) -> dict[str, Array]:
         """Rows of the motion taken again from its start."""
-        self._go_to(0)
+        start = self._start(0)
+        self._stepper.set_canonical([start[f"q{i}"] for i in range(4)], [start[f"p{i}"] for i in range(4)], start["t"])
         return self._stepper.run_to(times[-1], times=times)
-
-    def _go_to(self, k: int) -> dict[str, Array]:
-        """Puts the stepper on the end of a step, and gives its row."""
-        row = {name: values[k:k + 1] for name, values in self._ends.items()}
-        self._stepper.set_canonical(stacked(row, "q", range(4))[0], stacked(row, "p", range(4))[0], row["t"][0])
-        return row
 
     def _inside(self, k: int, times: Array) -> dict[str, Array]:
         """Rows inside the step that starts at the end of another one."""
-        start = self._go_to(k)
-        end = times[-1]
-        if self._parts:
-            end = self._ends["t"][k + 1]
-            self._stepper._call("nutate_stepper_set_time_step", float(end - start["t"][0]) / self._parts)
-        rows = self._stepper.run_to(end, times=times)
+        start = self._start(k)
+        rows = self._stepper._look(start, (self._ends["t"][k + 1] - start["t"]) / self._parts, times)
         for name in ("work", "energy_residual"):
-            rows[name] = rows[name] + start[name]
+            rows[name] += start[name]
         return rows
 
 
@@ -180,11 +181,10 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
                local_tolerance=, the error of each step, or time_step=; these and other `settings` are the keys of &integrator
     method     "auto" chooses by the accuracy; see docs/scenes.md
     t_eval     times of the rows, s, in the order of the run; otherwise the ends of the steps
-    events     event(t, q, omega), or several: functions that are 0 where they happen. As in SciPy they may have attributes:
-               direction (1: only where it grows, -1: only where it falls) and terminal (True: the motion ends there; n: at the
-               n-th time). They are looked for inside the steps, some 30 times a turn of the body; what changes its sign twice
-               between two looks is missed
-    dense_output  False saves the memory of `sol` where t_eval is given and there are no events
+    events     event(t, q, omega), or several: smooth functions that are 0 where they happen, of their arguments alone. As in SciPy
+               they may have attributes: direction (1: only where it grows, -1: only where it falls) and terminal (True: the motion
+               ends there; n: at the n-th time). The run finds them inside its steps as those of `Stepper.add_event`
+    dense_output  False saves the memory of `sol` where t_eval is given
 
     What a callback or event raises comes out as it is, with the rows so far as its attribute `history`, and so does the
     KeyboardInterrupt of Ctrl-C. A step that fails ends the motion with the rows before it and status -1."""
@@ -198,25 +198,19 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         given["time_step"] = np.copysign(float(given["time_step"]), span[1] - span[0])
     looked_for = [events] if callable(events) else list(events or ())
     times = None if t_eval is None else times_of(t_eval, span)
+    rows_only = times is not None and not dense_output
     with Stepper(body, **{key: value for key, value in given.items() if value is not None}) as stepper:
         stepper.set_columns(*SETS)
         stepper.set_state(q0, omega0, span[0], frame=frame)
-        rows_only = times is not None and not dense_output and not looked_for
+        branch = copy.copy(stepper)
+        add_events(stepper, looked_for)
         ends, failed = run_of(stepper, span[1], times if rows_only else None)
-        reached = ends.accuracy_reached
-        sol = None if rows_only or not len(ends["t"]) else Motion(stepper, ends)
-        found = Found(looked_for)
-        if sol is not None:
-            try:
-                found.look(sol, ends)
-            except BaseException as error:
-                error.history = ends  # type: ignore[attr-defined]
-                raise
-        columns = ends if sol is None else rows_of(sol, ends, times, found)
-        return Solution(columns, sol if dense_output else None, system=copy.copy(body), method=stepper.get("method"),
-                        n_steps=None if rows_only else steps_before(ends["t"], found.end), unproved_steps=stepper.unproved_steps,
-                        errors=errors_of(stepper, columns, failed), accuracy_reached=reached, **found.states(sol),
-                        **outcome(failed, found, reached))
+        sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
+        columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
+        return Solution(columns, sol, system=copy.copy(body), method=stepper.get("method"),
+                        n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), unproved_steps=stepper.unproved_steps,
+                        errors=errors_of(stepper, columns, failed), accuracy_reached=ends.accuracy_reached,
+                        **outcome(stepper, looked_for, failed, ends.accuracy_reached))
 
 
 def start_of(system: Union[System, Scene], q0: Any, omega0: Optional[npt.ArrayLike],
@@ -258,55 +252,9 @@ def run_of(stepper: Stepper, end: float, times: Optional[Array]) -> tuple[Histor
         return History(error.history, []), error
 
 
-def has_memory(stepper: Stepper) -> bool:
-    """A state has more to it than attitude and angular velocity: momenta of wheels, commands that a regulator holds."""
-    if stepper.wheels:
-        return True
-    try:
-        with copy.copy(stepper) as probe:
-            probe.keep_steps()
-            probe.state_at(probe.time)
-    except NutateValueError as error:
-        # It says so before it says that there is no step to look into.
-        return "regulator" in error.message
-    return False
-
-
-def branch_of(stepper: Stepper, as_it_is: bool) -> tuple[Stepper, int]:
-    """A stepper that takes the steps again of a run that another one has done, and in how many parts it takes each. 0: it is to
-    choose its steps again, as methods that look inside at no cost do, and all that are to be left as they are."""
-    branch = copy.copy(stepper)
-    method, tolerance = stepper.get("method"), float(stepper.get("local_tolerance"))
-    keys = {"nielsen_krenk": ("order", "linear_solver"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
-    settings = {"method": method, **{key: stepper.get(key) for key in keys}}
-    if method in DENSE or as_it_is:
-        branch.set(**settings, **({"local_tolerance": tolerance} if tolerance > 0 else {}))
-        return branch, 0
-    branch.set(**settings, time_step=1.0)
-    # A method without an estimate of its own has found the error of a step from its two halves, and kept these.
-    return branch, 2 if tolerance > 0 and method not in ESTIMATING else 1
-
-
 def stacked(columns: dict[str, Array], name: str, numbers: Any) -> Array:
     """Columns NAME with the numbers, side by side."""
     return np.stack([columns[f"{name}{i}"] for i in numbers], axis=-1)
-
-
-def rows_of(sol: Motion, ends: dict[str, Array], times: Optional[Array], found: Found) -> dict[str, Array]:
-    """The rows that were asked for, up to the event that ended the motion, with a last row there."""
-    sense, last = sol._sense, found.end if found.end is not None else float(ends["t"][-1])
-    wanted = ends["t"] if times is None else times
-    wanted = wanted[sense * wanted <= sense * last]
-    if times is None and found.end is not None and (not len(wanted) or wanted[-1] != last):
-        wanted = np.append(wanted, last)
-    return ends if len(wanted) == len(ends["t"]) and times is None else sol.rows(wanted)
-
-
-def steps_before(ends: Array, end: Optional[float]) -> int:
-    """Steps of a run up to a time, or to its end."""
-    if end is None:
-        return max(len(ends) - 1, 0)
-    return int(np.count_nonzero(np.abs(ends - ends[0]) < abs(end - ends[0])))
 
 
 def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[NutateError]) -> dict[str, float]:
@@ -325,109 +273,29 @@ def errors_of(stepper: Stepper, columns: dict[str, Array], failed: Optional[Nuta
     return errors
 
 
-def outcome(failed: Optional[NutateError], found: Found, reached: Optional[bool]) -> dict[str, Any]:
-    """Status and message."""
-    if found.end is not None:
-        name = getattr(found.events[found.ended_by], "__name__", "")
-        return {"status": 1, "message": f"event {found.ended_by} ({name}) ended the motion"}
+def terminal_of(event: Event) -> int:
+    """How often an event has to happen to end the motion; 0: it does not end it."""
+    return int(getattr(event, "terminal", None) or 0)
+
+
+def add_events(stepper: Stepper, events: Sequence[Event]) -> None:
+    """Lets a run look for events; each is called by its place."""
+    for i, event in enumerate(events):
+        stepper.add_event(event, str(i), crosses=0, direction=int(np.sign(getattr(event, "direction", 0))) or None,
+                          count=terminal_of(event) or None)
+
+
+def outcome(stepper: Stepper, events: Sequence[Event], failed: Optional[NutateError], reached: Optional[bool]) -> dict[str, Any]:
+    """Status, message and events of a run."""
+    found = [[event for event in stepper.events if event.name == str(i)] for i in range(len(events))]
+    facts: dict[str, Any] = {
+        "t_events": [np.array([event.t for event in happened]) for happened in found],
+        "q_events": [np.reshape([event.q for event in happened], (-1, 4)) for happened in found],
+        "omega_events": [np.reshape([event.omega for event in happened], (-1, 3)) for happened in found]}
+    ended_by = next((i for i, event in enumerate(events) if 0 < terminal_of(event) == len(found[i])), None)
+    if ended_by is not None:
+        name = getattr(events[ended_by], "__name__", "")
+        return {**facts, "status": 1, "message": f"event {ended_by} ({name}) ended the motion"}
     if failed is not None:
-        return {"status": -1, "message": str(failed)}
-    return {"status": 0, "message": "the end was reached" + (", the accuracy was not" if reached is False else "")}
-
-
-class Found:
-    """When events happened."""
-
-    def __init__(self, events: Sequence[Event]) -> None:
-        self.events = events
-        self.times: list[list[float]] = [[] for _ in events]
-        # When and by which event the motion was ended.
-        self.end: Optional[float] = None
-        self.ended_by = -1
-
-    def look(self, sol: Motion, ends: dict[str, Array]) -> None:
-        """Looks for them in all steps up to the end."""
-        seen = [Seen(event) for event in self.events]
-        for first in range(0, len(ends["t"]) - 1 if self.events else 0, STEPS_AT_A_TIME):
-            part = {name: ends[name][first:first + STEPS_AT_A_TIME + 1] for name in ("t", "omega1", "omega2", "omega3")}
-            times = look_times(part)
-            q, omega = sol(times)
-            for k, t in enumerate(times):
-                for i, each in enumerate(seen):
-                    self.times[i] += each.look(sol, float(t), q[k], omega[k])
-            self._find_end(sol)
-            if self.end is not None:
-                return
-
-    def _find_end(self, sol: Motion) -> None:
-        """Which event ends the motion first, if one does; what happens later does not count."""
-        for i, event in enumerate(self.events):
-            allowed = int(getattr(event, "terminal", None) or 0)
-            if allowed and len(self.times[i]) >= allowed:
-                end = self.times[i][allowed - 1]
-                if self.end is None or sol._sense * end < sol._sense * self.end:
-                    self.end, self.ended_by = end, i
-        if self.end is not None:
-            self.times = [[t for t in happened if sol._sense * t <= sol._sense * self.end] for happened in self.times]
-
-    def states(self, sol: Optional[Motion]) -> dict[str, list[Array]]:
-        """Times and states of the events."""
-        times = [np.array(happened) for happened in self.times]
-        states = [sol(happened) if sol is not None and len(happened) else (np.empty((0, 4)), np.empty((0, 3)))
-                  for happened in times]
-        return {"t_events": times, "q_events": [q for q, _ in states], "omega_events": [omega for _, omega in states]}
-
-
-def look_times(ends: dict[str, Array]) -> Array:
-    """Times to look at, several in each step."""
-    t, rate = ends["t"], np.linalg.norm(stacked(ends, "omega", range(1, 4)), axis=1)
-    turns = np.abs(np.diff(t)) * np.maximum(rate[:-1], rate[1:])
-    looks = np.maximum(LEAST_LOOKS, np.ceil(turns / LOOK_TURN)).astype(int)
-    pieces = [np.linspace(t[k], t[k + 1], n, endpoint=False) for k, n in enumerate(looks)]
-    return np.concatenate([*pieces, t[-1:]])
-
-
-class Seen:
-    """An event, and its last look that was not 0."""
-
-    def __init__(self, event: Event) -> None:
-        self.event = event
-        self.direction = getattr(event, "direction", 0)
-        self.before: Optional[tuple[float, float]] = None
-
-    def look(self, sol: Motion, t: float, q: Array, omega: Array) -> list[float]:
-        """Looks at a time later than the last one: when the event happened in between. That it is 0 at the start does not
-        count."""
-        value = float(self.event(t, q, omega))
-        before, self.before = self.before, (t, value) if value != 0 else None
-        if before is None:
-            return []
-        if before[1] * value > 0 or self.direction * (value - before[1]) < 0 or np.isnan(value):
-            return []
-        return [root(lambda at: float(self.event(at, *sol(at))), before[0], t, before[1], value)]
-
-
-def root(function: Callable[[float], float], a: float, b: float, f_a: float, f_b: float) -> float:
-    """A root between a and b, to the round-off of the time: secants by the rule of Illinois, halves where they are slow."""
-    tolerance = 4 * np.spacing(max(abs(a), abs(b)))
-    while f_b != 0 and abs(b - a) > tolerance:
-        width = abs(b - a)
-        for _ in range(3):
-            t = b - f_b * (b - a) / (f_b - f_a)
-            if not min(a, b) < t < max(a, b):
-                t = 0.5 * (a + b)
-            f_t = function(t)
-            if f_t * f_b <= 0:
-                a, f_a = b, f_b
-            else:
-                f_a *= 0.5
-            b, f_b = t, f_t
-            if f_b == 0 or abs(b - a) <= tolerance:
-                return b
-        if abs(b - a) > 0.5 * width:
-            t = 0.5 * (a + b)
-            f_t = function(t)
-            if f_t * f_b <= 0:
-                a, f_a = b, f_b
-            b, f_b = t, f_t
-    return b
+        return {**facts, "status": -1, "message": str(failed)}
+    return {**facts, "status": 0, "message": "the end was reached" + (", the accuracy was not" if reached is False else "")}

@@ -240,16 +240,77 @@ class EventTest(unittest.TestCase):
     def test_the_start_is_no_event(self):
         solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=lambda t, q, omega: t)
         self.assertEqual(len(solution.t_events[0]), 0)
-        touched = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=lambda t, q, omega: t - 1.0)
-        np.testing.assert_array_equal(touched.t_events[0], [1.0])
+        for settings in ({}, {"method": "dop853"}, {"time_step": 0.25}, {"t_eval": [1.0], "dense_output": False}):
+            for span in ((0, 1), (2, 1)):
+                touched = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=span, events=lambda t, q, omega: t - 1.0, **settings)
+                np.testing.assert_array_equal(touched.t_events[0], [1.0])
+
+    def test_two_changes_of_sign_near_each_other_are_two_events(self):
+        for settings in ({}, {"method": "taylor"}, {"method": "dop853"}, {"time_step": 0.05, "order": 8}):
+            near = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 2), events=lambda t, q, omega: (t - 0.5) ** 2 - 1e-8,
+                                **settings)
+            np.testing.assert_allclose(near.t_events[0], (0.4999, 0.5001), atol=1e-11)
+
+    def test_jumps_and_kinks_are_found_where_they_are(self):
+        solution = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 6),
+                                events=[lambda t, q, omega: float(omega[2] > 0) - 0.5, lambda t, q, omega: abs(omega[2]) - 3.0,
+                                        lambda t, q, omega: omega[2] - 3.0, lambda t, q, omega: omega[2] + 3.0])
+        np.testing.assert_allclose(solution.t_events[0], FLIP * np.array([1, 3, 5]), atol=1e-8)
+        np.testing.assert_allclose(solution.t_events[1], np.sort(np.concatenate(solution.t_events[2:])), atol=1e-9)
+
+    def test_none_is_missed_of_motions_drawn_at_random(self):
+        random = np.random.default_rng(31)
+        happened = 0
+        for i in range(40):
+            system = nutate.System(moments=random.uniform(1, 1.9, 3), mass=1, center_of_mass=random.uniform(-0.3, 0.3, 3))
+            if i % 2:
+                system.add("gravity")
+            form, slope, value = random.normal(size=(4, 4)), random.normal(size=3, scale=0.2), random.normal(scale=0.3)
+
+            def event(t, q, omega):
+                return q @ form @ q / (q @ q) + slope @ omega - value
+
+            settings = ({}, {"method": "taylor"}, {"method": "dop853"}, {"time_step": 0.05, "order": 6})[i // 2 % 4]
+            q0, omega0 = random.normal(size=4), random.normal(size=3, scale=3)
+            solution = nutate.solve(system, q0 / np.linalg.norm(q0), omega0, (0, 10 * (-1) ** (i // 8)), events=event, **settings)
+            times = np.linspace(0, solution.t[-1], 1501)
+            signs = np.sign([event(*state) for state in zip(times, *solution.sol(times))])
+            found = np.histogram(np.abs(solution.t_events[0]), np.abs(times))[0]
+            np.testing.assert_array_equal(found % 2, signs[1:] != signs[:-1], f"motion {i}")
+            happened += len(solution.t_events[0])
+            for state in zip(solution.t_events[0], solution.q_events[0], solution.omega_events[0]):
+                self.assertLess(abs(event(*state)), 1e-9)
+        self.assertGreater(happened, 200)
+
+    def test_the_n_th_ends_the_motion_backward_too(self):
+        def event(t, q, omega):
+            return omega[2]
+
+        forward = nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 12), events=event)
+        for direction, place in ((0, 3), (1, 4), (-1, 6)):
+            event.direction, event.terminal = direction, 4 if direction == 0 else 3 if direction < 0 else 2
+            back = nutate.solve(make_box(), forward.q[-1], forward.omega[-1], (12, 0), events=event)
+            self.assertEqual((back.status, back.t[-1]), (1, back.t_events[0][-1]))
+            every = forward.t_events[0][::-1]
+            first = 0 if direction == 0 or direction * forward.omega[-1, 2] < 0 else 1
+            expected = every[first::1 if direction == 0 else 2][:event.terminal]
+            np.testing.assert_allclose(back.t_events[0], expected, atol=1e-6)
+            self.assertEqual(len(back.sol.rows(back.t)["t"]), back.n_steps + 1)
 
     def test_what_an_event_raises_comes_out_with_the_rows(self):
-        def fail(t, q, omega):
-            raise ZeroDivisionError
+        for raised in (ZeroDivisionError, KeyboardInterrupt):
+            def fail(t, q, omega):
+                if t > 0.6:
+                    raise raised
+                return omega[2]
 
-        with self.assertRaises(ZeroDivisionError) as caught:
-            nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=fail)
-        self.assertEqual(caught.exception.history["t"][-1], 1.0)
+            for settings in ({}, {"time_step": 0.05}, {"method": "dop853"}):
+                with self.assertRaises(raised) as caught:
+                    nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=fail, **settings)
+                times = caught.exception.history["t"]
+                self.assertTrue(0.3 < times[-1] <= 0.6 and len(times) > 1, settings)
+        with self.assertRaisesRegex(nutate.NutateValueError, "expected a number"):
+            nutate.solve(make_box(), omega0=(0.1, 0, 10), t_span=(0, 1), events=lambda t, q, omega: None)
 
     def test_a_step_that_fails_ends_the_motion_and_says_why(self):
         system = nutate.System(moments=(1, 2, 2.5))

@@ -9,7 +9,7 @@ module nutate_event_following
    use nutate_limit_event, only: limit_event_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, find_rates, motion_t
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: progress_t, put_works
+   use nutate_progress, only: is_over, progress_t, put_works
    use nutate_run_mark, only: go_back, mark_t
    use nutate_saturation, only: count_saturations
    use nutate_state, only: state_t, add_increment
@@ -117,7 +117,7 @@ contains
             hunt%scale = progress%events%variation(k, hunt%last, turn)
             if (watched%event%kind /= CROSSING) &
                hunt%pace = watched%event%magnitude(system, motion)/abs(length)
-            call hunt%set_sides(watched)
+            call hunt%set_sides(watched, is_over(progress))
             watched%lowest = min(watched%lowest, hunt%last%f)
             watched%highest = max(watched%highest, hunt%last%f)
             watched%seen = min(watched%seen + 1, 1000)

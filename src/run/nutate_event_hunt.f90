@@ -57,19 +57,22 @@ module nutate_event_hunt
 contains
 
    !> Finds the sides at both ends; where the function has jumped over a level, that is a root.
-   pure subroutine set_sides(self, watched)
+   pure subroutine set_sides(self, watched, is_end)
       class(hunt_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
-      real(wp) :: least
+      !> The run ends with the step: what comes to its level just there happens.
+      logical, intent(in) :: is_end
+      real(wp) :: least, sense
       integer :: side
       logical :: jumps
       self%found = .false.
       self%near = watched%near
+      sense = merge(1.0_wp, -1.0_wp, is_end)
       self%period = 0.0_wp
       if (watched%event%kind == CROSSING) self%period = watched%event%period
       least = noise*(abs(watched%event%level) + self%scale)
       if (self%period > 0.0_wp) then
-         call set_cells(self, watched)
+         call set_cells(self, watched, sense)
          self%is_flat = self%period <= noise*max(abs(self%first%f), abs(self%last%f), abs(watched%event%level))
       else
          jumps = watched%jumped .and. abs(self%first%f) > watched%near
@@ -78,7 +81,7 @@ contains
          jumps = jumps .and. side*watched%side < 0
          if (watched%side == 0 .or. jumps) watched%side = side
          self%first%side = watched%side
-         self%last%side = side_of(self%last, -1.0_wp)
+         self%last%side = side_of(self%last, sense)
          if (self%last%side == 0) self%last%side = self%first%side
          if (self%first%side == 0) self%first%side = self%last%side
          self%is_flat = max(abs(self%first%f), abs(self%last%f), abs(self%first%slope), abs(self%last%slope)) <= least
@@ -92,9 +95,11 @@ contains
    end subroutine set_sides
 
    !> The same with a period.
-   pure subroutine set_cells(self, watched)
+   pure subroutine set_cells(self, watched, sense)
       class(hunt_t), intent(inout) :: self
       type(watched_t), intent(inout) :: watched
+      !> The cell of a level at the end: 1, behind; -1, before.
+      real(wp), intent(in) :: sense
       real(wp) :: cell
       logical :: jumps
       jumps = watched%jumped .and. abs(self%first%f - watched%at*self%period) > watched%near
@@ -109,7 +114,7 @@ contains
       watched%side = 1
       self%cell = watched%cell
       self%next_cell = watched%cell
-      self%last_cell = cell_of(self%last%f, self%last%slope, self%period, -1.0_wp, watched%cell)
+      self%last_cell = cell_of(self%last%f, self%last%slope, self%period, sense, watched%cell)
    end subroutine set_cells
 
    !> The function has jumped over a level at the start of the step.

@@ -338,14 +338,21 @@ contains
          call evaluate(curve, trial, b%side, status)
          if (status%code /= 0) return
          next = trial%s
-         if (abs(trial%slope) > 0.0_wp) next = trial%s - trial%f/trial%slope
+         if (abs(trial%slope) > 0.0_wp) then
+            next = trial%s - trial%f/trial%slope
+         else if (abs(trial%f) > 0.0_wp) then
+            next = b%s ! it jumps: halves find where
+         end if
          if (trial%side == a%side) then
             left = trial
          else
             right = trial
          end if
          if (abs(next - trial%s) <= max(last_increment, search%resolution) .and. next > a%s .and. next < b%s) exit
-         if (right%s - left%s <= search%resolution) exit
+         if (right%s - left%s <= search%resolution) then
+            next = min(max(next, left%s), right%s)
+            exit
+         end if
          ! Slower than halving, or nowhere.
          if (.not. (next > left%s .and. next < right%s) .or. (i > 3 .and. right%s - left%s > 0.5_wp*width)) &
             next = 0.5_wp*(left%s + right%s)

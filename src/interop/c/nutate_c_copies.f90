@@ -42,6 +42,7 @@ contains
          ! What steps is copied by itself; the way of a run, which points to it, is made anew in the next one.
          if (allocated(from%run%stepper)) call move_alloc(from%run%stepper, method)
          if (allocated(from%run%policy)) call move_alloc(from%run%policy, policy)
+         if (allocated(from%inside)) deallocate (from%inside)
          allocate (handle, source=from, stat=failed)
          if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a stepper')
          if (allocated(policy)) call move_alloc(policy, from%run%policy)

@@ -18,6 +18,7 @@ module nutate_c_handles
    use nutate_scene, only: scene_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NO_MEMORY
+   use nutate_stepper, only: stepper_t
    use nutate_system, only: system_t
    implicit none
    private
@@ -85,6 +86,8 @@ module nutate_c_handles
       !> The present state, and all that has led to it since it was set. Its stepper is that of single steps and of
       !> nominal ones; where there is none, the settings have to be taken first.
       type(run_t) :: run
+      !> Takes steps again, for `nutate_stepper_look`; made where it is needed.
+      class(stepper_t), allocatable :: inside
       !> The settings are to be read from `group`: what was set, as a scene's `&integrator`.
       logical :: stale = .false.
       type(group_t) :: group
@@ -194,6 +197,7 @@ contains
       handle%plain = .false.
       call handle%run%leave()
       if (allocated(handle%run%stepper)) deallocate (handle%run%stepper)
+      if (allocated(handle%inside)) deallocate (handle%inside)
    end subroutine unprepare
 
    !> Room for one more row in a history. Errors: `NUTATE_NO_MEMORY`.

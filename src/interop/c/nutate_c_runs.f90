@@ -160,6 +160,7 @@ contains
       if (status%ok()) call handle%run%go(handle%system, status, taker)
       call add_failure(handle%failure, status)
       if (allocated(handle%run%events)) call take_effects(handle)
+      if (allocated(handle%inside)) deallocate (handle%inside)
       ! The method of nominal steps has not been there.
       if (plan%goal%active() .and. allocated(handle%run%stepper)) deallocate (handle%run%stepper)
    end subroutine travel

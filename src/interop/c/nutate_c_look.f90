@@ -1,0 +1,151 @@
+!> C interface: states inside steps of earlier runs. What each function does stands in `include/nutate_runs.h`.
+module nutate_c_look
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
+   use nutate_c_effects, only: add_failure, judge_failure
+   use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t
+   use nutate_c_settings, only: prepare_if_needed
+   use nutate_columns, only: columns_t
+   use nutate_control, only: needs_control
+   use nutate_kinds, only: wp
+   use nutate_limits, only: is_moderate, same_time
+   use nutate_methods, only: make_stepper
+   use nutate_observer, only: run_record_t
+   use nutate_state, only: state_t
+   use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NOT_CONVERGED, &
+      NUTATE_OFF_BRANCH, NUTATE_SINGULAR
+   use nutate_stepper, only: dense_stepper_t, step_goal_t
+   implicit none
+   private
+
+   public :: nutate_stepper_look
+
+   !> A step that fails is halved so often at most.
+   integer, parameter :: most_halvings = 10
+
+contains
+
+   integer(c_int) function nutate_stepper_look(stepper, t, q, p, dt, n, times, rows) result(code) bind(C)
+      type(c_ptr), intent(in), value :: stepper, rows
+      real(c_double), intent(in), value :: t, dt
+      integer(c_size_t), intent(in), value :: n
+      real(c_double), intent(in), optional :: q(4), p(4), times(n)
+      type(stepper_handle_t), pointer :: handle
+      real(c_double), pointer :: values(:, :)
+      type(state_t) :: state
+      type(status_t) :: status
+      code = NUTATE_BAD_HANDLE
+      handle => find_stepper(stepper)
+      if (.not. associated(handle)) return
+      if (.not. (present(q) .and. present(p) .and. present(times) .and. c_associated(rows))) then
+         code = conclude(handle, null_argument('q, p, times or rows'))
+         return
+      end if
+      call get_ready(handle, status)
+      if (status%ok() .and. .not. (is_moderate(t) .and. is_moderate(dt) .and. abs(dt) > 0.0_wp .and. &
+                                   are_in_order(t, dt, times))) &
+         status = fail(NUTATE_BAD_ARGUMENT, 'dt is 0, or the times are not in order from t', 'times')
+      if (status%ok()) then
+         state%t = t
+         state%q = q
+         state%p = p
+         call c_f_pointer(rows, values, [int(handle%columns%width, c_size_t), n])
+         handle%failure = 0
+         call look_from(handle, state, dt, times, values, status)
+         call add_failure(handle%failure, status)
+      end if
+      code = conclude(handle, status)
+   end function nutate_stepper_look
+
+   !> Prepares what takes steps again. Errors: `NUTATE_BAD_ARGUMENT` where a state has more to it than attitude and
+   !> momentum; those of `prepare`.
+   subroutine get_ready(handle, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(status_t), intent(out) :: status
+      if (needs_control(handle%system%effects) .or. handle%system%effects%n_wheels > 0) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a state has more to it than q and p: there are wheels, or a regulator '// &
+                       'with a sample or limits (expected rows of a run at times of your own)', 'stepper')
+         return
+      end if
+      call prepare_if_needed(handle, status)
+      if (allocated(handle%inside) .or. .not. status%ok()) return
+      call make_stepper(handle%system, handle%run%summary%settings, handle%inside, status)
+      if (status%ok()) call handle%inside%keep_steps()
+   end subroutine get_ready
+
+   !> True for times that a run from `t` comes to one after the other.
+   pure logical function are_in_order(t, dt, times)
+      !> s.
+      real(wp), intent(in) :: t, dt, times(:)
+      real(wp) :: sense
+      sense = sign(1.0_wp, dt)
+      are_in_order = all(is_moderate(times)) .and. all(sense*(times(2:) - times(:size(times) - 1)) >= 0.0_wp)
+      if (size(times) > 0) are_in_order = are_in_order .and. sense*(times(1) - t) >= 0.0_wp
+   end function are_in_order
+
+   !> Rows at times of the motion from a state. Errors: those of the steps.
+   subroutine look_from(handle, state, dt, times, rows, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(state_t), intent(inout) :: state
+      !> s.
+      real(wp), intent(in) :: dt, times(:)
+      !> Shape (width, number of times).
+      real(wp), intent(inout) :: rows(:, :)
+      type(status_t), intent(inout) :: status
+      type(columns_t) :: columns
+      type(run_record_t) :: record
+      type(state_t) :: there
+      real(wp) :: since
+      real(wp), dimension(size(handle%inside%work)) :: works, each
+      integer :: i
+      columns = handle%columns
+      call columns%start(handle%system, state, handle%run%asked%inverse_auxiliary_inertia, dt < 0.0_wp)
+      works = 0.0_wp
+      i = 1
+      do while (i <= size(times))
+         call take_step(handle, state, dt, status)
+         do while (i <= size(times))
+            if (status%code /= 0) return
+            if (sign(1.0_wp, dt)*(times(i) - state%t) > 0.0_wp) exit
+            call handle%inside%state_at(handle%system, times(i), there, since, status, each)
+            record%work = sum(works) + since
+            record%works = [works + each, 0.0_wp]
+            if (status%code == 0) call columns%evaluate(handle%system, there, record, rows(:, i))
+            i = i + 1
+         end do
+         works = works + handle%inside%work
+      end do
+   end subroutine look_from
+
+   !> A step, shorter where a torque starts or stops before its end, where the method chooses it so, or where it fails.
+   subroutine take_step(handle, state, dt, status)
+      type(stepper_handle_t), intent(inout) :: handle
+      type(state_t), intent(inout) :: state
+      !> s.
+      real(wp), intent(in) :: dt
+      type(status_t), intent(inout) :: status
+      real(wp) :: length, chosen, sense, margin, next_break
+      integer :: i
+      sense = sign(1.0_wp, dt)
+      margin = same_time*abs(dt)
+      length = dt
+      next_break = handle%system%effects%next_break(state%t + sense*margin, sense)
+      if (sense*(state%t + dt - next_break) > margin) length = next_break - state%t
+      associate (goal => handle%plan%goal)
+         select type (method => handle%inside)
+         class is (dense_stepper_t)
+            chosen = abs(length)
+            if (goal%active()) call method%choose_step(handle%system, state, step_goal_t( &
+               tolerance=goal%local_tolerance, rate=goal%error_rate, end_time=state%t + length), chosen, status)
+            if (chosen < abs(length)) length = sense*chosen
+         end select
+      end associate
+      if (status%code /= 0) return
+      do i = 0, most_halvings
+         call handle%inside%step(handle%system, state, length, status)
+         if (handle%failure(1) /= 0) status = judge_failure(handle%failure)
+         if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
+         length = 0.5_wp*length
+      end do
+   end subroutine take_step
+
+end module nutate_c_look
