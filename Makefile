@@ -38,7 +38,7 @@ run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
 	@bash tools/setup/run.sh '$(SCENE)'
 
 test: setup ## run the unit tests and the command-line tests
-	@bash tools/test.sh
+	@bash tools/tests/test.sh
 
 stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/stability.md (STRESS=long selects)
 	@bash tools/tests/stress.sh $(STRESS)
@@ -62,7 +62,7 @@ memcheck: ## run the tests under valgrind: leaks, invalid reads
 
 sanitize: ## run the tests in the strict build: all checks at run time, sanitizers, floating-point traps
 	@bash tools/setup/setup.sh test
-	@bash tools/sanitize.sh
+	@bash tools/tests/sanitize.sh
 
 bench: ## measure costs (BENCH=bench_step selects)
 	@bash tools/setup/setup.sh build

@@ -45,7 +45,7 @@ as_pip_package() {
    [ -x "$program" ] || bash tools/setup/build.sh || return 1
    python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install --disable-pip-version-check . scipy &&
       [ -f "$scratch"/venv/lib/python*/site-packages/nutate/page.js ] &&
-      (cd "$scratch" && NUTATE=$program venv/bin/python "$top/tools/run_python_tests.py" "$top/python/tests" \
+      (cd "$scratch" && NUTATE=$program venv/bin/python "$top/tools/tests/run_python_tests.py" "$top/python/tests" \
          test_nutate test_sweeps test_view)
 }
 

@@ -5,7 +5,7 @@ set -u
 . "$(dirname "$0")/../environment.sh"
 
 NUTATE_MPI=1 bash tools/setup/build.sh nutate_program nutate_mpi || exit 1
-NUTATE=$program NUTATE_MPI=$mpi_program python3 tools/run_python_tests.py mpi/test | tee "$logs/mpi.log"
+NUTATE=$program NUTATE_MPI=$mpi_program python3 tools/tests/run_python_tests.py mpi/test | tee "$logs/mpi.log"
 [[ $(tail -n 1 "$logs/mpi.log") =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed,\ ([0-9]+)\ skipped$ ]] || exit 1
 passed=${BASH_REMATCH[1]} failed=${BASH_REMATCH[2]} skipped=${BASH_REMATCH[3]}
 

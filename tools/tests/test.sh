@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds with $FFLAGS and runs the unit tests, then the command-line tests of test/cli/; the last line is the total.
-#    tools/test.sh [unit|cli]... [as NAME]      NAME tells the logs of one build from those of another
+#    tools/tests/test.sh [unit|cli]... [as NAME]      NAME tells the logs of one build from those of another
 set -u
-. "$(dirname "$0")/environment.sh"
+. "$(dirname "$0")/../environment.sh"
 
 parts=() name=release
 while [ $# -gt 0 ]; do
@@ -62,7 +62,7 @@ run_cli() {
    path=$(fpm_path run nutate)
    [ -n "$path" ] || { count "no program"; return; }
    say "Command-line tests ($path)"
-   NUTATE=$top/$path python3 tools/run_python_tests.py test/cli 2>&1 </dev/null | tee "$log"
+   NUTATE=$top/$path python3 tools/tests/run_python_tests.py test/cli 2>&1 </dev/null | tee "$log"
    count "$(tail -n 1 "$log")"
 }
 

@@ -2,10 +2,10 @@
 # Builds everything to the letter of Fortran 2018, with all warnings, all checks at run time, the address and
 # undefined-behaviour sanitizers and floating-point traps, and runs the unit tests and the command-line tests. What a
 # check finds ends the program, so that the test fails.
-#    tools/sanitize.sh [quick] [unit|cli]...      quick: the sources of the tests themselves without undefined behaviour,
+#    tools/tests/sanitize.sh [quick] [unit|cli]...      quick: the sources of the tests themselves without undefined behaviour,
 #                                                 which would take a quarter of the time to compile
 set -u
-. "$(dirname "$0")/environment.sh"
+. "$(dirname "$0")/../environment.sh"
 
 # Lines in reports are enough (-g1): all that debuggers can use takes the compiler twice as long.
 sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g1 -O1'
@@ -13,7 +13,7 @@ sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-fra
 export FFLAGS="-Wall -Wextra -Wno-maybe-uninitialized $checked $sanitizers"
 export FPM_CFLAGS="-Wall -Wextra $sanitizers" FPM_LDFLAGS=-fsanitize=address,undefined
 # What the test framework loses is not the library's.
-export LSAN_OPTIONS=suppressions=$top/tools/sanitize.supp:print_suppressions=0
+export LSAN_OPTIONS=suppressions=$top/tools/tests/sanitize.supp:print_suppressions=0
 export ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=0 UBSAN_OPTIONS=print_stacktrace=1
 # Tests that measure time know by this that it says nothing here.
 export NUTATE_SLOW_BUILD=1
@@ -24,4 +24,4 @@ if [ "${1:-}" = quick ]; then
    shift
 fi
 [ $# -gt 0 ] || set -- unit cli
-bash tools/test.sh "$@" as sanitize
+bash tools/tests/test.sh "$@" as sanitize
