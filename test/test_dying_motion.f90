@@ -97,7 +97,7 @@ contains
       real(wp), parameter :: axis(3) = [0.0_wp, 0.0_wp, 1.0_wp], inertia = 0.1_wp, moment = 2.0_wp, speed = 20.0_wp, &
                              duration = 2.0_wp, rates(3) = [10.0_wp, 100.0_wp, 1e4_wp], tolerance = 1e-9_wp
       character(len=6), parameter :: explicit(3) = [character(len=6) :: 'taylor', 'dop853', 'rk8']
-      type(system_t) :: system
+      type(system_t) :: system, empty
       type(state_t) :: state
       type(status_t) :: status
       type(integrator_settings_t) :: settings
@@ -105,7 +105,7 @@ contains
       character(len=80) :: label
       integer :: i, j
       do i = 1, size(rates)
-         system = system_t()
+         system = empty
          call make_body(diagonal([3.0_wp, 4.0_wp, moment + inertia]), system%body, status)
          call add_wheel(system, wheel_t(name='wheel', axis=axis, inertia=inertia, speed=speed, &
                                         friction=rates(i)*inertia), status)
