@@ -96,6 +96,16 @@ class StepperTest(unittest.TestCase):
             self.assertAlmostEqual(rows["t"][-1], (2 * n - 1) * 0.9664094834075236, delta=1e-10)
             self.assertEqual(rows["t"][-1], stepper.time)
 
+    def test_an_event_at_the_end_of_a_run_happens_once(self):
+        for settings in ({"time_step": 0.25}, {"accuracy": 1e-8}, {"method": "dop853", "local_tolerance": 1e-8}):
+            for modulo, expected in ((None, [1.0]), (1.0, [1.0, 2.0, 3.0])):
+                stepper, found = make_box(**settings), []
+                stepper.add_event(lambda t, q, omega: t - 1.0, "second", crosses=0, modulo=modulo, direction=1)
+                for end in (0.5, 1.0, 1.5, 2.0, 3.0):
+                    found += stepper.run_to(end).events
+                self.assertEqual([event.t for event in found], expected, settings)
+                self.assertEqual([event.number for event in found], [1, 2, 3][:len(expected)])
+
     def test_what_is_no_event_is_refused_and_exceptions_come_out(self):
         stepper = make_box(time_step=0.01)
         for arguments in (("omega9",), ("omega3", "a name that is much too long for one"), (lambda t, q, w: w[2],)):
