@@ -18,9 +18,9 @@ module nutate_member_rows
    integer(long), parameter :: largest_share = 64
    !> Shares of each thread, at least.
    integer(long), parameter :: usual_shares = 8
-   !> Members that are worth being run together: all lanes cost, by SSE2, what as many cost alone (`bench_ensemble`); of
-   !> tops by series they cost what twice as many do.
-   integer(long), parameter :: fewest = max(1, lanes/3)
+   !> Members that are worth being run together: all lanes cost, by SSE2, what a third to two thirds as many cost alone
+   !> (`bench_ensemble`).
+   integer(long), parameter :: fewest = max(1, lanes/2)
    !> Time between two questions of a thread that has no more members, s.
    real(wp), parameter :: usual_pause = 0.01_wp
 
