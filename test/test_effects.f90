@@ -17,7 +17,7 @@ module test_effects
    use nutate_system, only: system_t
    use test_effect_samples, only: effect_samples_t, quartic_t, sample_body
    use test_problems, only: problem_t, solve
-   use test_support, only: check, check_below, check_close, error_type, is_slow_build, new_unittest, unittest_type
+   use test_support, only: check, check_below, check_close, draws_fewer, error_type, new_unittest, unittest_type
    implicit none
    private
 
@@ -55,7 +55,7 @@ contains
          system = sample_body()
          steps = 150
          if (btest(combination, samples%position('earth_field') - 1) .or. &
-             btest(combination, samples%position('force') - 1)) steps = merge(8, 40, is_slow_build())
+             btest(combination, samples%position('force') - 1)) steps = merge(8, 40, draws_fewer())
          do k = 1, size(samples%names)
             if (btest(combination, k - 1)) call samples%add(system, k)
          end do

@@ -8,7 +8,7 @@ module test_stability_case
    use nutate_kinds, only: wp, long
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
-   use test_support, only: check, error_type, is_slow_build
+   use test_support, only: check, draws_fewer, error_type
    implicit none
    private
 
@@ -183,7 +183,7 @@ contains
       text = trim(buffer)
    end function number_text
 
-   !> Runs the shortened form of a case in all of its ways; the first that fails is the error. Slow builds
+   !> Runs the shortened form of a case in all of its ways; the first that fails is the error. But for `.ci/run` tests
    !> run it in a third of them, another one from case to case.
    subroutine check_case(error, item)
       type(error_type), allocatable, intent(inout) :: error
@@ -192,7 +192,7 @@ contains
       integer :: i
       logical :: selected(size(ways))
       selected = item%selected
-      if (is_slow_build()) selected = third_of(item)
+      if (draws_fewer()) selected = third_of(item)
       do i = 1, size(ways)
          if (.not. selected(i)) cycle
          record = record_t()

@@ -13,7 +13,7 @@ module test_support
 
    public :: error_type, new_unittest, skip_test, unittest_type
    public :: check, check_close, check_below, test_failed
-   public :: is_slow_build, random_unit, random_vector, random_unit_quaternion
+   public :: draws_fewer, is_slow_build, random_unit, random_vector, random_unit_quaternion
 
    !> |actual - expected| <= tolerance, element by element.
    interface check_close
@@ -118,10 +118,20 @@ contains
 
    !> True under sanitizers and valgrind, where times say nothing: the environment variable NUTATE_SLOW_BUILD is set.
    logical function is_slow_build()
-      integer :: length
-      call get_environment_variable('NUTATE_SLOW_BUILD', length=length)
-      is_slow_build = length > 0
+      is_slow_build = is_set('NUTATE_SLOW_BUILD')
    end function is_slow_build
+
+   !> True where a part of the cases does: everywhere but in `.ci/run`, which sets NUTATE_WHOLE for its `make test`.
+   logical function draws_fewer()
+      draws_fewer = is_slow_build() .or. .not. is_set('NUTATE_WHOLE')
+   end function draws_fewer
+
+   logical function is_set(name)
+      character(len=*), intent(in) :: name
+      integer :: length
+      call get_environment_variable(name, length=length)
+      is_set = length > 0
+   end function is_set
 
    pure function prefix(label) result(text)
       character(len=*), intent(in), optional :: label
