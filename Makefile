@@ -18,7 +18,7 @@ LANES ?=
 export FFLAGS OPENMP LANES
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build mpi run test stress attack accuracy fuzz lanes memcheck sanitize bench figures lint api docs wheel install uninstall clean
+.PHONY: help setup build mpi run test stress attack accuracy fuzz lanes memcheck sanitize flang bench figures lint api docs wheel install uninstall clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
@@ -63,6 +63,10 @@ memcheck: ## run the tests under valgrind: leaks, invalid reads
 sanitize: ## run the tests in the strict build: all checks at run time, sanitizers, floating-point traps
 	@bash tools/setup/setup.sh test
 	@bash tools/tests/sanitize.sh
+
+flang: ## build with flang 22 and run the unit tests
+	@bash tools/setup/setup.sh test flang
+	@bash tools/tests/flang.sh
 
 bench: ## measure costs (BENCH=bench_step selects)
 	@bash tools/setup/setup.sh build

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds with $FFLAGS and runs the unit tests, then the command-line tests of test/cli/; the last line is the total.
+# Builds with $FFLAGS and runs the unit tests and the command-line tests of test/cli/; the last line is the total.
 #    tools/tests/test.sh [unit|cli]... [as NAME]      NAME tells the logs of one build from those of another
 set -u
 . "$(dirname "$0")/../environment.sh"
@@ -34,42 +34,59 @@ total() {
    fi
 }
 
-# Each suite in a process of its own, `jobs` at a time.
-run_unit() {
-   local path folder=$logs/unit-$name suite log
-   path=$(fpm_path test unit)
-   [ -n "$path" ] || { count "no program"; return; }
-   say "Unit tests ($path)"
-   rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
-   # shellcheck disable=SC2016
-   suites | xargs -P "$jobs" -I '{}' sh -c '"$0" "$1" >"$2/$1.log" 2>&1 </dev/null; echo $? >"$2/$1.status"' \
-      "$path" '{}' "$folder"
-   for suite in $(suites); do
-      log=$folder/$suite.log
-      grep -v -e '^ *Starting .*/[0-9]*)$' -e '\[PASSED\]$' -e '^[0-9]* passed, [0-9]* failed$' "$log"
-      if [ "$(cat "$folder/$suite.status")" = 0 ] || grep -q '^[0-9]* passed, [1-9][0-9]* failed$' "$log"; then
-         count "$(total "$log")"
-      else
-         say "The suite broke off with exit status $(cat "$folder/$suite.status") in:$(grep Starting "$log" | tail -n 1)"
-         count "broke off"
-      fi
+# Those that take longest, which begin first: whoever waits for the last one then waits least.
+longest='LONGEST'
+
+# What is to be run, `unit SUITE` or `cli MODULE`, a line each.
+list_parts() {
+   local part
+   for part in "${parts[@]}"; do
+      case $part in
+         unit) suites | sed 's/^/unit /' ;;
+         cli) find test/cli -maxdepth 1 -name 'test_*.py' | sort | sed 's:.*/\(.*\)\.py$:cli \1:' ;;
+      esac
    done
-   say "$passed passed, $failed failed, $skipped skipped"
 }
 
-run_cli() {
-   local path log=$logs/cli-$name.log
-   path=$(fpm_path run nutate)
-   [ -n "$path" ] || { count "no program"; return; }
-   say "Command-line tests ($path)"
-   NUTATE=$top/$path python3 tools/tests/run_python_tests.py test/cli 2>&1 </dev/null | tee "$log"
-   count "$(tail -n 1 "$log")"
+# The same with the longest first.
+queue() {
+   list_parts | awk -v longest="$longest" 'BEGIN { n = split(longest, first); for (i = 1; i <= n; i++) rank[first[i]] = i }
+      { print ($2 in rank ? rank[$2] : n + 1), NR, $0 }' | sort -k1,1n -k2,2n | cut -d ' ' -f 3-
+}
+
+# Each suite and each module in a process of its own, `jobs` at a time.
+run_parts() {
+   local folder=$logs/tests-$name unit nutate kind part log status
+   unit=$(fpm_path test unit) nutate=$(fpm_path run nutate)
+   [ -n "$unit" ] && [ -n "$nutate" ] || { count "no program"; return; }
+   say "Tests of $unit and $nutate"
+   rm -rf "$folder" && mkdir -p "$folder" || { count "no folder"; return; }
+   # shellcheck disable=SC2016
+   queue | UNIT=$unit NUTATE=$top/$nutate FOLDER=$folder xargs -P "$jobs" -L 1 sh -c '
+      case $0 in
+         unit) "$UNIT" "$1" ;;
+         cli) NUTATE_JOBS=1 python3 tools/tests/run_python_tests.py test/cli "$1" ;;
+      esac >"$FOLDER/$1.log" 2>&1 </dev/null
+      echo $? >"$FOLDER/$1.status"'
+   while read -r kind part; do
+      log=$folder/$part.log status=$(cat "$folder/$part.status")
+      if [ "$kind" = cli ]; then
+         sed '$d' "$log"
+         count "$(tail -n 1 "$log")"
+      elif [ "$status" = 0 ] || grep -q '^[0-9]* passed, [1-9][0-9]* failed$' "$log"; then
+         grep -v -e '^ *Starting .*/[0-9]*)$' -e '\[PASSED\]$' -e '^[0-9]* passed, [0-9]* failed$' "$log"
+         count "$(total "$log")"
+      else
+         say "$part broke off with exit status $status in:$(grep Starting "$log" | tail -n 1)"
+         count "broke off"
+      fi
+   done < <(list_parts)
 }
 
 say "Building the tests with ${FPM_FC:-gfortran} $FFLAGS"
 if build "build-$name" --tests; then
    without_progress "$logs/build-$name.log" # warnings
-   for part in "${parts[@]}"; do "run_$part"; done
+   run_parts
 else
    count "no build"
 fi
