@@ -241,7 +241,10 @@ contains
       type(status_t) :: status
       character(len=:), allocatable :: reason
       integer :: i, j, k
-      problems = [box(), bruls_top(), forced_body()]
+      ! Not by a constructor of an array, which gfortran 12 leaks.
+      problems(1) = box()
+      problems(2) = bruls_top()
+      problems(3) = forced_body()
       do i = 1, size(problems)
          do j = 1, size(accuracies)
             do k = 1, 4

@@ -32,6 +32,8 @@ module nutate_work_share
    !> The same of series, over ν: their works err no more than the motion unless it dies out, and then by 2ⁿ times as
    !> much.
    real(wp), parameter :: of_series = 100.0_wp
+   !> An estimate above this, energies in an order of one, is as bad as any: the square of a larger one might overflow.
+   real(wp), parameter :: hopeless = 1e50_wp
    !> Ten times in S², measured likewise; from its usual value S² departs by no more than the second. Squares of
    !> rotations below the third, rad², are none. The fourth is that of the longest move with an S² that is not the usual
    !> one, rad².
@@ -127,7 +129,7 @@ contains
       real(wp), intent(in) :: to_order_one
       !> J, in that unit.
       real(wp), intent(in) :: excess
-      real(wp) :: omega(3), rate(3), kinetic, potential, wheels, work, state, speed
+      real(wp) :: omega(3), rate(3), kinetic, potential, wheels, work, state, speed, limit
       integer :: i
       omega = point%omega
       if (plan%turns) omega = point%relative
@@ -148,11 +150,12 @@ contains
             wheels = wheels + (to_order_one*speed*error%wheels(i))**2
          end do
       end if
-      work = (to_order_one*error%work)**2 + (to_order_one*rounding)**2
+      limit = hopeless/to_order_one
+      work = (to_order_one*min(error%work, limit))**2 + (to_order_one*rounding)**2
       state = kinetic**2 + potential**2 + wheels
       if (error%of_momentum > 0.0_wp) state = state + of_series*( &
-                                              (to_order_one*error%of_momentum)**2*dot_product(omega, omega) + &
-                                              (to_order_one*error%angle)**2*dot_product(rate, rate))
+                                      (to_order_one*min(error%of_momentum, limit))**2*dot_product(omega, omega) + &
+                                      (to_order_one*min(error%angle, limit))**2*dot_product(rate, rate))
       share = 0.0_wp
       if (work > tiny(1.0_wp) .and. excess**2 <= work + state) share = work/(work + weight*state)
    end function share_of_works
