@@ -17,8 +17,8 @@ module test_exact_round_off
    use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    use test_oracle, only: find_true_attitude, has_oracle, qp, true_distance
-   use test_support, only: check, draws_fewer, error_type, is_slow_build, new_unittest, random_unit, random_unit_quaternion, &
-                           random_vector, skip_test, test_failed, unittest_type
+   use test_support, only: check, draws_fewer, error_type, is_slow_build, new_unittest, random_unit, &
+                           random_unit_quaternion, random_vector, skip_test, test_failed, unittest_type
    implicit none
    private
 
