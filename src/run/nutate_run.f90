@@ -140,6 +140,7 @@ contains
       self%asked = settings
       self%goal = plan%goal
       if (allocated(self%stepper)) deallocate (self%stepper)
+      call self%leave()
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_settings
 
@@ -161,6 +162,7 @@ contains
       call start_run(self%progress_t, system%effects, state, plan, status)
       if (.not. status%ok()) return
       call stepper%copy(self%stepper)
+      call self%leave()
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_stepper
 
