@@ -30,6 +30,14 @@ draw() {
 }
 
 mkdir -p "$data" docs/figures
+
+# The animation of the README: the tennis-racket theorem.
+simulate tennis_racket scenes/box.nml integrator.end_time=5 integrator.time_step=0.005 integrator.order=8 \
+   "output.columns='quaternion','angular_velocity'"
+quietly figure-tennis_racket python3 tools/docs/figures/tennis_racket.py "$data/tennis_racket.csv" \
+   docs/figures/tennis_racket.svg || exit 1
+say "Drawn: docs/figures/tennis_racket.svg"
+
 simulate box_short scenes/box.nml integrator.time_step=0.01
 simulate box_long scenes/box.nml integrator.time_step=0.1
 draw box_omega
