@@ -301,9 +301,9 @@ contains
       text = 'the torques'
       if (effects%n_wheels > 0) text = 'torques, motors and friction'
       if (.not. effects%moves) return
-      text = 'the moving world'
-      if (effects%n_torques > 0) text = 'torques and the moving world'
-      if (effects%n_wheels > 0) text = 'torques, motors, friction and the moving world'
+      text = 'time-dependent potentials'
+      if (effects%n_torques > 0) text = 'torques and time-dependent potentials'
+      if (effects%n_wheels > 0) text = 'torques, motors, friction and time-dependent potentials'
    end function workers
 
    !> What the run should keep.

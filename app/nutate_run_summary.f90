@@ -143,8 +143,8 @@ contains
          end associate
       end do
       if (run%events%stopped) call page%item('end', 'by an event, at t = '//rounded_text(run%state%t, 15)//' s')
-      if (abs(run%summary%world_work) > 0.0_wp) &
-         call page%item('work of switches', rounded_text(run%summary%world_work)// &
+      if (abs(run%summary%switch_work) > 0.0_wp) &
+         call page%item('work of switches', rounded_text(run%summary%switch_work)// &
                         ' J by potentials switched on and off')
       if (watcher%events%wanted) call page%item('events', plural(watcher%events%rows, 'row')//' in '// &
                                                 printable_path(watcher%events%file%name))
@@ -214,7 +214,7 @@ contains
       if (.not. alone) b = 0.0_wp
    end function field_of_magnets
 
-   !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or the world.
+   !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or time-dependent potentials.
    function worker_name(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       !> Position among what does work.
@@ -224,7 +224,7 @@ contains
       if (i <= effects%n_torques) then
          name = torque_name(effects, i)
       else if (effects%moves .and. i == effects%n_works()) then
-         name = 'the moving world'
+         name = 'time-dependent potentials'
       else
          k = (i - effects%n_torques + 1)/2
          name = trim(merge('friction', 'motor   ', i - effects%n_torques == 2*k))//' '//count_text(int(k, long))

@@ -111,7 +111,7 @@ int nutate_stepper_set_motor(nutate_stepper *stepper, size_t wheel, double torqu
  *   <==  jacobi */
 int nutate_stepper_jacobi(nutate_stepper *stepper, double *jacobi);
 /* Work of potentials that move, since the state was set, J.   ==>  stepper   <==  work */
-int nutate_stepper_world_work(const nutate_stepper *stepper, double *work);
+int nutate_stepper_time_dependent_work(const nutate_stepper *stepper, double *work);
 
 /* The place on the orbit.
  *   <==  position      [3], from the centre of attraction, inertial axes, m; or NULL

@@ -118,7 +118,8 @@ int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <=
 
 /* Energies, J; calls potentials of your own.
  *   <==  energy [5]: kinetic, potential, total, work of all torques since the state was set, and the change of total (of the
- *                    Jacobi integral where the space axes turn) less that work and the world's
+ *                    Jacobi integral where the space axes turn) less that work and that of
+ *                    time-dependent potentials
  * Status: NUTATE_CALLBACK, NUTATE_NOT_FINITE from callbacks. */
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
 int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]); /* <== q.q - 1, q.p (kg m2/s) */

@@ -64,7 +64,7 @@
 !> Invariants, exact solutions, runs that are interrupted, and members of ensembles:
 !>
 !>     use nutate_archive, only: archive_t
-!>     use nutate_hamiltonian, only: relative_rate, world_power
+!>     use nutate_hamiltonian, only: relative_rate, time_dependent_power
 !>     use nutate_invariants, only: invariants_t
 !>     use nutate_member, only: member_t
 !>     use nutate_member_rows, only: run_members

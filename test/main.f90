@@ -78,7 +78,7 @@ program unit
    use test_moving_fields, only: collect_moving_fields
    use test_motion_bounds, only: collect_motion_bounds
    use test_moon_states, only: collect_moon_states
-   use test_moving_world, only: collect_moving_world
+   use test_time_dependent, only: collect_time_dependent
    use test_near_rest, only: collect_near_rest
    use test_orbit, only: collect_orbit
    use test_orbit_reference, only: collect_orbit_reference
@@ -299,7 +299,7 @@ contains
          new_testsuite("orbit_fields", collect_orbit_fields), &
          new_testsuite("moving_fields", collect_moving_fields), &
          new_testsuite("moon_states", collect_moon_states), &
-         new_testsuite("moving_world", collect_moving_world), &
+         new_testsuite("time_dependent", collect_time_dependent), &
          new_testsuite("near_rest", collect_near_rest), &
          new_testsuite("orbit", collect_orbit), &
          new_testsuite("orbit_reference", collect_orbit_reference), &

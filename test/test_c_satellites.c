@@ -22,7 +22,7 @@ static const char *const scenes[] = {
     "&body inertia = 90, 100, 40 / &orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 1, raan = 0.5 /\n"
     "&gravity_gradient / &initial angular_velocity = 1e-3, -5e-4, 8e-4 / &damping coefficient = 1e-3, 0, 2e-3 /\n"
     "&event when = 'true_anomaly', crosses = 1 / &event when = 'orbit_radius', extremum = 'both' /\n"
-    "&output every = 7, columns = 'quaternion', 'conjugate_momentum', 'orbit', 'energy', 'world_work' /\n"
+    "&output every = 7, columns = 'quaternion', 'conjugate_momentum', 'orbit', 'energy', 'time_dependent_work' /\n"
     "&integrator time_step = 40, end_time = 8400, ",
     "&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03 / &rotating_frame rate = 0.01, 0, 0.02 /\n"
     "&wheel axis = 1, 2, 2, inertia = 0.05, torque = 0.2, start = 1.03, stop = 7.7, friction = 1e-3, speed_limit = 15 /\n"
@@ -292,7 +292,7 @@ int test_c_satellites_reading(void)
                                          "&orbit semi_major_axis = 1e7, eccentricity = 0.3 / &gravity_gradient /"};
     nutate_system *system = NULL;
     nutate_stepper *stepper = NULL;
-    double row[24], speed, momentum, work[2], world, jacobi, position[3], anomaly, q[4], angles[3], energy[5];
+    double row[24], speed, momentum, work[2], moving, jacobi, position[3], anomaly, q[4], angles[3], energy[5];
     size_t n;
     int i, k, line;
     for (k = 0; k < 3; ++k) {
@@ -302,8 +302,8 @@ int test_c_satellites_reading(void)
         EXPECT(NUTATE_OK, nutate_system_add_motor(system, 1, 0.2, 0.0, 0.0, -INFINITY, INFINITY));
         line = start_stepper(system, &stepper);
         CHECK(line == 0);
-        EXPECT(NUTATE_OK, nutate_stepper_set_columns(stepper, k == 0 ? "jacobi,wheel1,world_work,energy"
-                                                                     : "jacobi,wheel1,world_work,energy,orbit,orbit_attitude"));
+        EXPECT(NUTATE_OK, nutate_stepper_set_columns(stepper, k == 0 ? "jacobi,wheel1,time_dependent_work,energy"
+                                                                     : "jacobi,wheel1,time_dependent_work,energy,orbit,orbit_attitude"));
         EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "time_step", "10"));
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 20, 1, NULL, 0, NULL));
         EXPECT(NUTATE_OK, nutate_stepper_row(stepper, row, 24));
@@ -311,11 +311,11 @@ int test_c_satellites_reading(void)
         CHECK(n == 1);
         EXPECT(NUTATE_OK, nutate_stepper_wheel(stepper, 1, &speed, &momentum, work));
         EXPECT(NUTATE_OK, nutate_stepper_jacobi(stepper, &jacobi));
-        EXPECT(NUTATE_OK, nutate_stepper_world_work(stepper, &world));
+        EXPECT(NUTATE_OK, nutate_stepper_time_dependent_work(stepper, &moving));
         EXPECT(NUTATE_OK, nutate_stepper_energy(stepper, energy));
         EXPECT(k == 0 ? NUTATE_BAD_ARGUMENT : NUTATE_OK, nutate_stepper_orbit(stepper, position, &anomaly));
         EXPECT(k == 0 ? NUTATE_BAD_ARGUMENT : NUTATE_OK, nutate_stepper_orbit_attitude(stepper, q, angles));
-        /* t, energy, jacobi, orbit_attitude, orbit, world_work, wheel1 */
+        /* t, energy, jacobi, orbit_attitude, orbit, time_dependent_work, wheel1 */
         for (i = 0; i < 5; ++i) CHECK(row[1 + i] == energy[i]);
         CHECK(fabs(energy[4]) < 1e-10 && row[6] == jacobi);
         if (k > 0) {
@@ -324,8 +324,8 @@ int test_c_satellites_reading(void)
             CHECK(row[18] == anomaly);
         }
         n = k == 0 ? 7 : 19;
-        CHECK(row[n] == world && row[n + 1] == speed && row[n + 2] == momentum && row[n + 3] == work[0] && row[n + 4] == work[1]);
-        CHECK((fabs(world) > 0.0) == (k == 2) && speed > 100.0 && work[0] > 0.0 && work[1] < 0.0);
+        CHECK(row[n] == moving && row[n + 1] == speed && row[n + 2] == momentum && row[n + 3] == work[0] && row[n + 4] == work[1]);
+        CHECK((fabs(moving) > 0.0) == (k == 2) && speed > 100.0 && work[0] > 0.0 && work[1] < 0.0);
         EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
         EXPECT(NUTATE_OK, nutate_system_destroy(&system));
     }
@@ -366,7 +366,7 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_wheel(stepper, 1, NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_set_motor(stepper, 1, 0.0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_jacobi(stepper, &number));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_world_work(stepper, &number));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_time_dependent_work(stepper, &number));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_orbit(stepper, three, &number));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_orbit_attitude(stepper, q, three));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_rotating_frame(system, NULL));
@@ -417,7 +417,7 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_motor(stepper, 1, 5.5));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_set_motor(stepper, 1, NAN));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_jacobi(stepper, NULL));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_world_work(stepper, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_time_dependent_work(stepper, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_wheel_count(stepper, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_destroy(&stepper));
     EXPECT(NUTATE_OK, nutate_system_add_pointing(system, "wheels", NULL, 1.0, 1.0, 1, NULL, 0.5, INFINITY));

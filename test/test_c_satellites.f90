@@ -29,7 +29,7 @@ contains
                   new_unittest("in batches, saved between them, runs have the bits of the whole", batches), &
                   new_unittest("what functions add is what groups add", by_functions), &
                   new_unittest("a program drives a wheel as a table does", motor), &
-                  new_unittest("wheels, orbit, Jacobi integral and the work of the world", reading), &
+                  new_unittest("wheels, orbit, Jacobi integral and the work of time-dependent potentials", reading), &
                   new_unittest("what cannot be is refused", refused)]
    end subroutine collect_c_satellites
 

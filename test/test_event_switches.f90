@@ -187,10 +187,10 @@ contains
                         summary, events)
          call check(error, status%ok(), trim(status%message))
          call check(error, keeper%n > 2, trim(methods(row)%name)//': switches')
-         call check(error, abs(summary%world_work) > 0.1_wp, 'work of the world')
-         call check_close(error, keeper%last_work, summary%world_work, 0.0_wp, 'the last row has it')
+         call check(error, abs(summary%switch_work) > 0.1_wp, 'work of time-dependent potentials')
+         call check_close(error, keeper%last_work, summary%switch_work, 0.0_wp, 'the last row has it')
          if (mod(keeper%n, 2) == 1) call problem%system%effects%switch('field')
-         call check_below(error, abs(total_energy(problem%system, state) - energy - summary%world_work), 64*eps*scale, &
+         call check_below(error, abs(total_energy(problem%system, state) - energy - summary%switch_work), 64*eps*scale, &
                           trim(methods(row)%name)//': account')
          deallocate (keeper)
       end do

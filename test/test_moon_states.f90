@@ -9,7 +9,7 @@ module test_moon_states
    use nutate_state, only: state_t
    use nutate_status, only: status_t
    use nutate_stepper, only: integrator_settings_t
-   use test_moving_world, only: make_moon
+   use test_time_dependent, only: make_moon
    use test_problems, only: problem_t
    use test_support, only: check, check_below, check_close, error_type, new_unittest, unittest_type
    implicit none

@@ -1,5 +1,5 @@
 !> A magnetic moment in the field of the Earth and forces that turn with an orbit: against explicit integration of the
-!> equations of motion, and the account with the work of the moving world.
+!> equations of motion, and the account with the work of time-dependent potentials.
 module test_moving_fields
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_body, only: diagonal, make_body
@@ -10,7 +10,7 @@ module test_moving_fields
    use nutate_force, only: force_t, moving_force_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_gravity, only: gravity_t
-   use nutate_hamiltonian, only: angular_velocity, conserved_energy, make_state, space_momentum, world_power
+   use nutate_hamiltonian, only: angular_velocity, conserved_energy, make_state, space_momentum, time_dependent_power
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps
    use nutate_observer, only: observer_t, run_record_t
@@ -61,7 +61,7 @@ contains
       testsuite = [ &
                   new_unittest("motions against the equations of Euler", explicit_motion), &
                   new_unittest("a circular orbit is the same in its own axes", both_axes), &
-                  new_unittest("the work of the world is its power summed up", work_of_the_world), &
+                  new_unittest("the work of time-dependent potentials is its power summed up", work_is_integrated_power), &
                   new_unittest("the account closes in every form, at every order", account_closes), &
                   new_unittest("orders 2, 4 and 6", orders), &
                   new_unittest("forces are weights, torques and windows of each other", forces_are_known), &
@@ -198,11 +198,12 @@ contains
       call check_close(error, states(2)%q, quat_product(orbits(2)%axes(end_time), states(1)%q), 1e-12_wp, "attitude")
       rate = orbits(2)%axes_rate(0.0_wp)
       work = dot_product(rate, space_momentum(states(2)) - space_momentum(problems(2)%start))
-      call check_close(error, states(2)%world_work - states(1)%world_work, work, 1e-12_wp*norm2(magnet)*3e-5_wp, "work")
+      call check_close(error, states(2)%time_dependent_work - states(1)%time_dependent_work, work, &
+                       1e-12_wp*norm2(magnet)*3e-5_wp, "work")
    end subroutine both_axes
 
    !> Against Simpson's rule over 3000 rows of the series, on an ellipse and in the axes of a circular orbit.
-   subroutine work_of_the_world(error)
+   subroutine work_is_integrated_power(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: rows = 3000
       type(problem_t) :: problem
@@ -220,18 +221,18 @@ contains
                                       run_plan_t(time_step=end_time/rows, end_time=i*end_time/rows), status)
             weight = 2.0_wp + 2*mod(i, 2)
             if (i == 0 .or. i == rows) weight = 1.0_wp
-            expected = expected + weight*world_power(problem%system%effects, state%q, state%t)
+            expected = expected + weight*time_dependent_power(problem%system%effects, state%q, state%t)
          end do
          expected = expected*end_time/(3*rows)
-         call check(error, abs(expected) > 1e3_wp*scale, "the world works")
+         call check(error, abs(expected) > 1e3_wp*scale, "time-dependent potentials do work")
          do m = 1, n_methods
             state = problem%start
             call integrate(problem%system, settings_of(m), state, plan_of(m), status)
             call check(error, status%ok(), trim(status%message))
-            call check_close(error, state%world_work, expected, scale, name_of(m))
+            call check_close(error, state%time_dependent_work, expected, scale, name_of(m))
          end do
       end do
-   end subroutine work_of_the_world
+   end subroutine work_is_integrated_power
 
    !> With a rotor, damping and a wheel beside it, long steps, and a finite J0; in both axes.
    subroutine account_closes(error)

@@ -24,7 +24,7 @@ module test_orbit_fields
    public :: collect_orbit_fields
 
    !> Of the satellite with a magnet on an ellipse: times, s, how much errors of the start have grown, q, Ω, rad/s, and
-   !> the work of the world, J; 20 digits, by tools/docs/references/earth_field.py.
+   !> the work of time-dependent potentials, J; 20 digits, by tools/docs/references/earth_field.py.
    real(wp), parameter :: references(10, 4) = reshape([ &
       1000.0_wp, 8.0_wp, -0.157441154044054495413_wp, -0.26522758030340914011_wp, &
       0.454209329442636325016_wp, -0.835799317244842944841_wp, -0.00307391279908655615741_wp, &
@@ -117,7 +117,7 @@ contains
          call check(error, status%ok(), trim(status%message))
          call check_close(error, state%q, q, bound, "attitude")
          call check_close(error, angular_velocity(problem%system, state)/norm2(rate), rate/norm2(rate), bound, "rate")
-         call check_close(error, state%world_work, references(10, i), 1e-5_wp*bound, "work of the world")
+         call check_close(error, state%time_dependent_work, references(10, i), 1e-5_wp*bound, "work of time-dependent potentials")
       end subroutine check_magnet
 
    end subroutine magnet_agrees

@@ -42,7 +42,7 @@ contains
                   new_unittest("free bodies and tops", without_torques), &
                   new_unittest("torques, springs and rotors", with_torques), &
                   new_unittest("wheels with motors and friction", with_wheels), &
-                  new_unittest("moons on ellipses", with_moving_world)]
+                  new_unittest("moons on ellipses", with_eccentric_orbits)]
    end subroutine collect_step_tolerance
 
    subroutine judge_step(self, system, state, record, status)
@@ -120,13 +120,13 @@ contains
       call judge(error, problem%system, 3.0_wp, 2.0_wp)
    end subroutine with_wheels
 
-   subroutine with_moving_world(error)
+   subroutine with_eccentric_orbits(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
       type(status_t) :: status
       call make_body(diagonal([0.6_wp, 0.6_wp + 0.7921_wp/3, 1.0_wp]), system%body, status)
       call system%effects%add(orbital_gradient_t(system%body, kepler_orbit_t(eccentricity=0.1_wp)))
       call judge(error, system, 2.3_wp, 5.0_wp)
-   end subroutine with_moving_world
+   end subroutine with_eccentric_orbits
 
 end module test_step_tolerance

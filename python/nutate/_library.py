@@ -109,7 +109,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "nutate_stepper_wheel": (Handle, Size, Doubles, Doubles, Doubles),
     "nutate_stepper_set_motor": (Handle, Size, Double),
     "nutate_stepper_jacobi": (Handle, Doubles),
-    "nutate_stepper_world_work": (Handle, Doubles),
+    "nutate_stepper_time_dependent_work": (Handle, Doubles),
     "nutate_stepper_orbit": (Handle, Doubles, Doubles),
     "nutate_stepper_orbit_attitude": (Handle, Doubles, Doubles),
     "nutate_stepper_run_history": (Handle, Double, Long, Double, Doubles, Size, HandlePointer),

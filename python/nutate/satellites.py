@@ -122,9 +122,9 @@ class SatelliteState(Owner):
         return float(self._read("nutate_stepper_jacobi", 1)[0])
 
     @property
-    def world_work(self) -> float:
+    def time_dependent_work(self) -> float:
         """Work of potentials that move, since the state was set, J."""
-        return float(self._read("nutate_stepper_world_work", 1)[0])
+        return float(self._read("nutate_stepper_time_dependent_work", 1)[0])
 
     @property
     def orbit(self) -> tuple[Array, float]:

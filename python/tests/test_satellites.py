@@ -17,7 +17,7 @@ SCENES = [
     &integrator time_step = 33.3, end_time = 3330, method = '{}' /""",
     """&body inertia = 90, 100, 40 / &orbit semi_major_axis = 1e7, eccentricity = 0.3 / &gravity_gradient /
     &initial angular_velocity = 1e-3, -5e-4, 8e-4 / &event when = 'true_anomaly', crosses = 1 /
-    &output columns = 'quaternion', 'orbit', 'energy', 'world_work', 'energies', 'works' /
+    &output columns = 'quaternion', 'orbit', 'energy', 'time_dependent_work', 'energies', 'works' /
     &integrator time_step = 33.3, end_time = 3330, method = '{}' /""",
     """&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03, axis = 1, 1, 0, angle = 0.5 /
     &wheel axis = 1, 0, 0, inertia = 0.05, torque_limit = 0.4, speed_limit = 20 / &wheel axis = 0, 1, 0, inertia = 0.05 /
@@ -65,7 +65,7 @@ class SatellitesTest(unittest.TestCase):
             &spring body_point = 0.4, 0.1, -0.6, anchor = 0.5, 1, -0.8, stiffness = 5, name = 'band' / {}
             &wheel axis = 1, 2, 2, inertia = 0.05, speed = 3, torque = 0.2, friction = 0.01 /
             &initial angular_velocity = 0.7, -1.1, 0.9 / &integrator method = '{}', time_step = 0.02, end_time = 2, {} /
-            &output columns = 'energy', 'world_work', 'energies', 'works' /"""
+            &output columns = 'energy', 'time_dependent_work', 'energies', 'works' /"""
         event = "&event when = 'omega1', crosses = 1, switch = 'band over' /"
         switched = 0
         for method, conserve in (("nielsen_krenk", ""), ("rk8", "conserve = .true."), ("taylor", "")):
@@ -83,7 +83,7 @@ class SatellitesTest(unittest.TestCase):
                 rows += [stepper.row, copy.copy(stepper).row]
                 for row in rows:
                     works = sum(value for name, value in row.items() if name.startswith("work_"))
-                    self.assertAlmostEqual(works, row["work"] + row["world_work"], delta=1e-13)
+                    self.assertAlmostEqual(works, row["work"] + row["time_dependent_work"], delta=1e-13)
                     self.assertAlmostEqual(row["energy_spring"], row["potential"], delta=1e-14)
                     self.assertLess(abs(row["energy_residual"]), 1e-12)
                 self.assertEqual(rows[-1], rows[-2])
@@ -154,13 +154,13 @@ class SatellitesTest(unittest.TestCase):
             system.add_wheel((0, 1, 0), 0.05, torque=1.0, table=([0, 1], [0, 1]))
         stepper = nutate.Stepper(pickle.loads(pickle.dumps(system)), time_step=0.5)
         stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 0))
-        stepper.set_columns("wheel1", "wheel2", "jacobi", "orbit", "orbit_attitude", "world_work")
+        stepper.set_columns("wheel1", "wheel2", "jacobi", "orbit", "orbit_attitude", "time_dependent_work")
         last = {name: column[-1] for name, column in stepper.run(20).items()}
         for i, wheel in enumerate(stepper.wheels, 1):
             self.assertEqual(tuple(wheel), tuple(last[f"wheel{i}_{name}"] for name in ("speed", "momentum", "motor_work", "friction_work")))
         self.assertGreater(abs(stepper.wheels[0].speed), 1.0)
         self.assertEqual(stepper.jacobi, last["jacobi"])
-        self.assertEqual(stepper.world_work, 0.0)
+        self.assertEqual(stepper.time_dependent_work, 0.0)
         position, anomaly = stepper.orbit
         self.assertEqual([*position, anomaly], [last[name] for name in ("orbit_x", "orbit_y", "orbit_z", "true_anomaly")])
         q, angles = stepper.orbit_attitude
@@ -188,7 +188,7 @@ class SatellitesTest(unittest.TestCase):
             stepper = nutate.Stepper(system, time_step=1.0)
             stepper.set_state(q=(1, 0, 0, 0), omega=(0.02, -0.01, 0.03))
             stepper.run(60)
-            ends.append([*stepper.quaternion, *stepper.angular_velocity, stepper.world_work, *stepper.energy])
+            ends.append([*stepper.quaternion, *stepper.angular_velocity, stepper.time_dependent_work, *stepper.energy])
         self.assertEqual(ends[0], ends[1])
         self.assertNotEqual(ends[0][7], 0.0)
 

@@ -92,7 +92,7 @@ class SolveTest(unittest.TestCase):
             self.assertLess(distance(q, rows.q), 1e-7, settings)
             self.assertLess(np.abs(omega - rows.omega).max(), 1e-8, settings)
 
-    def test_the_account_holds_where_the_world_moves(self):
+    def test_the_balance_closes_with_time_dependent_potentials(self):
         system = nutate.System(moments=(90, 100, 40))
         system.add("orbit", semi_major_axis=7e6, eccentricity=0.1)
         system.add("gravity_gradient")

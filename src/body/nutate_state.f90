@@ -23,20 +23,20 @@ module nutate_state
       real(wp) :: wheel_momentum(most_wheels) = 0.0_wp, wheel_compensation(most_wheels) = 0.0_wp
       !> Work of the motor of each wheel, and of its friction, since the state was made, J; shape (2, most_wheels).
       real(wp) :: wheel_work(2, most_wheels) = 0.0_wp
-      !> Work of potentials that move, since the state was made, J.
-      real(wp) :: world_work = 0.0_wp
+      !> Work of time-dependent potentials since the state was made, J.
+      real(wp) :: time_dependent_work = 0.0_wp
       !> Time up to which it is counted, s: a rounding from `t` where that was put to the end of a step.
-      real(wp) :: world_time = -huge(1.0_wp)
+      real(wp) :: time_dependent_until = -huge(1.0_wp)
    contains
       !> Becomes a copy of another one.
       procedure :: take
       !> True for this attitude and momentum, to the last digit.
       procedure :: is_at
       !> The time from which the work of potentials that move counts in the next step.
-      procedure :: world_start
+      procedure :: time_dependent_since
       !> Shows its values to an archive.
       procedure :: transfer => transfer_state
-      !> The same of what belongs to wheels, and of the work of the world.
+      !> The same of what belongs to wheels, and of the work of time-dependent potentials.
       procedure :: transfer_wheels
    end type state_t
 
@@ -54,13 +54,13 @@ contains
 
    !> The time from which the work of potentials that move counts in the next step, s: that up to which it is counted,
    !> unless the state was put to another time. Between the two, potentials that move would gain what nobody counts.
-   pure real(wp) function world_start(self, dt)
+   pure real(wp) function time_dependent_since(self, dt)
       class(state_t), intent(in) :: self
       !> The step, s.
       real(wp), intent(in) :: dt
-      world_start = self%t
-      if (is_same_time(self%t, self%world_time, dt)) world_start = self%world_time
-   end function world_start
+      time_dependent_since = self%t
+      if (is_same_time(self%t, self%time_dependent_until, dt)) time_dependent_since = self%time_dependent_until
+   end function time_dependent_since
 
    !> Becomes a copy of another one; without wheels that costs less than an assignment.
    pure subroutine take(self, other, wheels)
@@ -73,8 +73,8 @@ contains
       self%p = other%p
       self%q_compensation = other%q_compensation
       self%p_compensation = other%p_compensation
-      self%world_work = other%world_work
-      self%world_time = other%world_time
+      self%time_dependent_work = other%time_dependent_work
+      self%time_dependent_until = other%time_dependent_until
       if (.not. wheels) return
       self%wheel_momentum = other%wheel_momentum
       self%wheel_compensation = other%wheel_compensation
@@ -92,7 +92,7 @@ contains
       call archive%transfer(self%p_compensation)
    end subroutine transfer_state
 
-   !> Shows to an archive what belongs to wheels, and the work of the world.
+   !> Shows to an archive what belongs to wheels, and the work of time-dependent potentials.
    subroutine transfer_wheels(self, archive)
       class(state_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
@@ -102,8 +102,8 @@ contains
       do i = 1, most_wheels
          call archive%transfer(self%wheel_work(:, i))
       end do
-      call archive%transfer(self%world_work)
-      call archive%transfer(self%world_time)
+      call archive%transfer(self%time_dependent_work)
+      call archive%transfer(self%time_dependent_until)
    end subroutine transfer_wheels
 
    !> Compensated summation: adds an increment to a sum kept as `total + compensation`.

@@ -101,7 +101,7 @@ contains
       call self%field%series(t, time_unit, n)
    end subroutine series_of_field
 
-   !> |m||b| is the largest energy and torque, times the pace the largest power of the world.
+   !> |m||b| is the largest energy and torque, times the pace the largest power of time-dependent potentials.
    pure logical function effect_is_moderate(self) result(moderate)
       class(earth_field_t), intent(in) :: self
       moderate = all(is_moderate(self%moment)) .and. self%field%is_moderate()

@@ -61,7 +61,7 @@ module nutate_effect_list
    contains
       !> Adds a copy of an effect.
       procedure :: add
-      !> How many there are that do work: torques, of each wheel motor and friction, and the moving world.
+      !> How many there are that do work: torques, of each wheel motor and friction, and time-dependent potentials.
       procedure :: n_works
       !> Momentum of rotors and wheels in the body, and what the wheels hold of the kinetic energy.
       procedure :: inner_momentum, wheel_energy
@@ -129,8 +129,8 @@ contains
       self%orbit = orbit
    end subroutine follow_orbit
 
-   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on, last the
-   !> world, if there is a potential that moves.
+   !> How many there are that do work: the torques, then motor and friction of the first wheel, and so on, last
+   !> time-dependent potentials, if there is one.
    pure integer function n_works(self)
       class(effect_list_t), intent(in) :: self
       n_works = self%n_torques + 2*self%n_wheels

@@ -176,7 +176,7 @@ contains
          end if
          record = progress%record
          record%work = mark%total + work
-         if (allocated(record%works)) record%works(:) = [mark%work + each, progress%summary%world_work]
+         if (allocated(record%works)) record%works(:) = [mark%work + each, progress%summary%switch_work]
          call happen(k, state, record)
       end subroutine show_inside
 
@@ -278,7 +278,7 @@ contains
       if (event%count > 0) ends_run = n == event%count
    end function ends_run
 
-   !> Makes the switches that are due. What the energy of the potentials changes by is booked as work of the world.
+   !> Performs the switches that are due. The change of the energy of the potentials is counted as work of switches.
    subroutine make_switches(policy, system, progress, status)
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(inout) :: system
@@ -312,7 +312,7 @@ contains
          call count_saturations(system%effects, progress%state%t)
          call events%take_system(system)
          if (settled) call events%hold_sides()
-         call add_increment(progress%summary%world_work, progress%world_compensation, &
+         call add_increment(progress%summary%switch_work, progress%switch_compensation, &
                             potential_energy(system%effects, progress%state%q, progress%state%t) - before)
       end associate
       if (changed) then

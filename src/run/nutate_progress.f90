@@ -34,7 +34,7 @@ module nutate_progress
       !> Work of each torque, and of each wheel motor and friction, J; shape (n_works).
       real(wp), allocatable :: work(:)
       !> What switching potentials on and off has changed the energy by, J.
-      real(wp) :: world_work = 0.0_wp
+      real(wp) :: switch_work = 0.0_wp
       !> Estimate of the attitude error at the end time, rad, to which pilot runs lead where the plan asks for an
       !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
       !> steps.
@@ -88,8 +88,8 @@ module nutate_progress
       !> Somebody may look inside the next step; and inside the last one when the run has stopped.
       logical :: keeps_starts = .true., is_looked_into = .false.
       type(way_t) :: way
-      !> Digits of `world_work` that its sum cannot hold, J.
-      real(wp) :: world_compensation = 0.0_wp
+      !> Digits of `switch_work` that its sum cannot hold, J.
+      real(wp) :: switch_compensation = 0.0_wp
    end type progress_t
 
 contains
@@ -118,7 +118,7 @@ contains
       self%resumed = .false.
       self%way = way_t()
       self%keeps_starts = .true.
-      self%world_compensation = 0.0_wp
+      self%switch_compensation = 0.0_wp
       if (allocated(self%events)) deallocate (self%events)
       if (allocated(self%work_compensation)) deallocate (self%work_compensation)
       allocate (self%summary%work(effects%n_works()), self%work_compensation(effects%n_works()), source=0.0_wp)
@@ -197,10 +197,10 @@ contains
       self%record%step = self%summary%steps
    end subroutine count_step
 
-   !> Work of all torques, and of the world that was switched, J.
+   !> Work of all torques, and of switched potentials, J.
    pure real(wp) function total_work(self)
       type(run_summary_t), intent(in) :: self
-      total_work = sum(self%work) + self%world_work
+      total_work = sum(self%work) + self%switch_work
    end function total_work
 
    !> Puts the works so far into a record.
@@ -208,7 +208,7 @@ contains
       type(run_summary_t), intent(in) :: self
       type(run_record_t), intent(inout) :: record
       record%work = total_work(self)
-      if (allocated(record%works)) record%works(:) = [self%work, self%world_work]
+      if (allocated(record%works)) record%works(:) = [self%work, self%switch_work]
    end subroutine put_works
 
    !> Adds works to those of a record, where it has them; not to their sum.
@@ -255,8 +255,8 @@ contains
       call archive%transfer(self%way%start)
       call archive%transfer(self%way%length)
       if (.not. allocated(self%events)) return
-      call archive%transfer(self%summary%world_work)
-      call archive%transfer(self%world_compensation)
+      call archive%transfer(self%summary%switch_work)
+      call archive%transfer(self%switch_compensation)
       call self%events%transfer(archive)
    end subroutine transfer_progress
 

@@ -42,7 +42,7 @@ contains
       type(status_t), intent(inout) :: status
       class(observer_t), intent(inout), optional :: observer
       if (present(observer)) then
-         if (observer%wants_works) progress%record%works = [progress%summary%work, progress%summary%world_work]
+         if (observer%wants_works) progress%record%works = [progress%summary%work, progress%summary%switch_work]
       end if
       if (allocated(progress%events)) then
          call drive_switched(progress, policy, status, observer)

@@ -35,8 +35,8 @@ contains
       state = make_state(system, q/quat_norm(q), omega, state%t, [(system%effects%wheels(i)%speed_of( &
                          wheels%wheel_momentum(i), omega), i=1, system%effects%n_wheels)])
       state%wheel_work = wheels%wheel_work
-      state%world_work = wheels%world_work
-      state%world_time = wheels%world_time
+      state%time_dependent_work = wheels%time_dependent_work
+      state%time_dependent_until = wheels%time_dependent_until
       part = 0.5_wp*(part + transpose(part))
       call keep_symmetry(system%body%inverse_inertia, part)
       system%body%inverse_inertia = (1 + part)*system%body%inverse_inertia

@@ -18,7 +18,7 @@ module nutate_hamiltonian
 
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
-   public :: potential_gradient, potential_torque, moving_energy, world_power, world_work, body_direction
+   public :: potential_gradient, potential_torque, moving_energy, time_dependent_power, time_dependent_work, body_direction
    public :: hamilton_equations, conserved_energy, frame_rate_of, relative_rate
 
 contains
@@ -205,7 +205,7 @@ contains
    end function body_direction
 
    !> ∂V/∂t at fixed attitude: the power of potentials that move, W.
-   pure real(wp) function world_power(effects, q, t) result(power)
+   pure real(wp) function time_dependent_power(effects, q, t) result(power)
       type(effect_list_t), intent(in) :: effects
       !> Unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: q(4)
@@ -218,7 +218,7 @@ contains
             if (potential%moves) power = power + potential%power(q, t)
          end associate
       end do
-   end function world_power
+   end function time_dependent_power
 
    !> V of the potentials that move alone, J.
    pure real(wp) function moving_energy(effects, q, t) result(energy)
@@ -240,7 +240,7 @@ contains
    !> V(q1, t1) - V(q0, t0) - (V(q1, t̄) - V(q0, t̄)), J. The first difference is free of rounding once summed up, from
    !> the time on that was booked last; the second is ∇̄U·Δγ, Δγ = 2 vec(q̄*∘n∘Δq) from the increment of q, all of its
    !> digits.
-   pure real(wp) function world_work(effects, before, after, dt) result(work)
+   pure real(wp) function time_dependent_work(effects, before, after, dt) result(work)
       type(effect_list_t), intent(in) :: effects
       !> The ends of the step.
       type(state_t), intent(in) :: before, after
@@ -251,7 +251,7 @@ contains
       middle = before%t + 0.5_wp*dt
       change = (after%q - before%q) + (after%q_compensation - before%q_compensation)
       mean = 0.5_wp*(before%q + after%q)
-      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, before%world_start(dt))
+      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, before%time_dependent_since(dt))
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
             if (.not. potential%moves) cycle
@@ -261,7 +261,7 @@ contains
                                                                                 rotate_to_body(after%q, n)))
          end associate
       end do
-   end function world_work
+   end function time_dependent_work
 
    !> H = T + V, J: equation (8) on the constraint (2), where the term of its multiplier λ vanishes.
    pure real(wp) function total_energy(system, state, inverse_j0) result(energy)

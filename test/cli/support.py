@@ -40,7 +40,7 @@ COLUMNS = {
     "constraints": ["norm_error", "orthogonality"],
     "solver": ["iterations", "step_residual"],
     "jacobi": ["jacobi"],
-    "world_work": ["world_work"],
+    "time_dependent_work": ["time_dependent_work"],
     "roll_pitch_yaw": ["roll", "pitch", "yaw"],
     **{f"euler_{axes}": [f"euler_{axes}_{i}" for i in (1, 2, 3)]
        for axes in ("121", "123", "131", "132", "212", "213", "231", "232", "312", "321", "323")},

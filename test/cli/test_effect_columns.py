@@ -70,9 +70,9 @@ class EffectColumns(CommandLineTest):
             works = sum(value for key, value in row.items() if key.startswith("work_"))
             self.assertLess(abs(energies - row["potential"]), 4 * EPS * size)
             # Sums of up to some hundred steps, each rounded.
-            self.assertLess(abs(works - row["work"] - row["world_work"]), 100 * EPS * size)
-            if "work_moving_potentials" in row:
-                self.assertLess(abs(row["work_moving_potentials"] - row["world_work"]), 100 * EPS * size)
+            self.assertLess(abs(works - row["work"] - row["time_dependent_work"]), 100 * EPS * size)
+            if "work_time_dependent" in row:
+                self.assertLess(abs(row["work_time_dependent"] - row["time_dependent_work"]), 100 * EPS * size)
             for i in range(1, wheels + 1):
                 for name in ("motor", "friction"):
                     self.assertLess(abs(row[f"work_{name}{i}"] - row[f"wheel{i}_{name}_work"]), 100 * EPS * size)
@@ -96,7 +96,7 @@ class EffectColumns(CommandLineTest):
         scenes = {"all_effects.nml": (0.02, 3.0, 0, ""), "switched.nml": (0.02, 1.5, 2, ",wheel1,wheel2"),
                   "moving.nml": (5.0, 300.0, 3, ",wheel1,wheel2,wheel3")}
         for scene, (step, end, wheels, sets) in scenes.items():
-            columns = f"output.columns=energy,world_work{sets},energies,works"
+            columns = f"output.columns=energy,time_dependent_work{sets},energies,works"
             times = ",".join(repr(end * part) for part in (0.0, 0.00123, 0.0133, 0.137, 0.36, 0.37, 0.5, 0.777, 0.99, 1.0))
             for settings, closes in self.methods():
                 first = self.rows(scene, columns, *settings)[0]
@@ -118,7 +118,7 @@ class EffectColumns(CommandLineTest):
                 self.assertGreater(max(abs(row[i]) for row in rows), 1e-3, header[i])
         self.succeed("run", "moving.nml", "--quiet", "--set", "output.columns=energies,works", "--output", "b.csv")
         self.assertEqual(self.history("b.csv")[0], ["t", "energy_gravity_gradient", "energy_earth_field"] + MOVING_WORKS
-                         + ["work_moving_potentials"])
+                         + ["work_time_dependent"])
         self.assertIn("energy_gravity,energy_spring1,energy_spring2,work_damping", self.succeed(
             "check", "switched.nml", "--set", "output.columns=energies,works").stdout)
 
@@ -140,7 +140,7 @@ class EffectColumns(CommandLineTest):
         for settings, closes in self.methods():
             for goal in ("time_step=0.02", "local_tolerance=1e-6"):
                 with self.subTest(method=settings, goal=goal):
-                    first = self.rows("switched.nml", "output.columns=energy,world_work,wheel1,wheel2,energies,works",
+                    first = self.rows("switched.nml", "output.columns=energy,time_dependent_work,wheel1,wheel2,energies,works",
                                       f"integrator.{goal}", *settings)[0]
                     header, *lines = self.read("rows.events.csv").splitlines()
                     rows = [dict(zip(header.split(","), line.split(","))) for line in lines]
@@ -151,7 +151,7 @@ class EffectColumns(CommandLineTest):
     def test_works_count_backward_too(self):
         for method in ("nielsen_krenk", "rk8", "taylor"):
             rows = self.rows("all_effects.nml", f"integrator.method={method}", "integrator.time_step=-0.02", "integrator.end_time=-1.0",
-                             "output.columns=energy,world_work,energies,works")
+                             "output.columns=energy,time_dependent_work,energies,works")
             self.judge(rows, rows[0], method != "rk8")
 
     def test_members_have_them(self):

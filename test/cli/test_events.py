@@ -119,7 +119,7 @@ class Events(CommandLineTest):
         self.write("needle.nml", """&body inertia = 1.0, 1.0, 1.0 /
 &initial angular_velocity = 0.0, 0.0, 3.5 /
 &integrator time_step = 0.1, end_time = 1.0 /
-&output columns = 'energy', 'world_work' /
+&output columns = 'energy', 'time_dependent_work' /
 &dipole name = 'field', moment = 5.0, 0.0, 0.0, field = 1.0, 0.0, 0.0 /
 &event when = 'q3', crosses = 0.4, switch = 'field off' /
 """)
@@ -132,7 +132,7 @@ class Events(CommandLineTest):
         for row in rows:
             after = float(row["t"]) > float(event["t"])
             self.assertAlmostEqual(float(row["work"]), 3.4 if after else 0.0, delta=1e-10)
-            self.assertEqual(float(row["world_work"]), 0.0)
+            self.assertEqual(float(row["time_dependent_work"]), 0.0)
             self.assertLess(abs(float(row["energy_residual"])), 1e-13)
         self.assertIn("work of switches    3.4 J", done.stderr)
 

@@ -11,7 +11,7 @@ SHADE = BODY + """&orbit semi_major_axis = 7e6, sun = 3, 0, 0 /
 &integrator order = 4, time_step = 5, end_time = 12000 /
 &event name = 'dark', when = 'shadow_depth', crosses = 0, direction = 1, switch = 'light off' /
 &event name = 'bright', when = 'shadow_depth', crosses = 0, direction = -1, switch = 'light on' /
-&output columns = 'quaternion', 'energy', 'world_work', 'eclipse', every = 10 /
+&output columns = 'quaternion', 'energy', 'time_dependent_work', 'eclipse', every = 10 /
 """
 MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 60, degrees = .true. /
 &earth_field moment = 0.06, -0.09, 0.12 /
@@ -20,7 +20,7 @@ MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination
 &force body_point = 0.1, 0.0, 0.0, force = 0, 2e-6, 0, axes = 'body', stop = 1000 /
 &regulator law = 'bdot', gain = 1e4, sample = 20, start = 500 /
 &integrator time_step = 5, end_time = 4000 /
-&output columns = 'quaternion', 'energy', 'world_work', every = 5 /
+&output columns = 'quaternion', 'energy', 'time_dependent_work', every = 5 /
 """
 METHODS = (["integrator.order=2"], ["integrator.order=8", "integrator.linear_solver=reduced"], ["integrator.method=taylor"],
            ["integrator.method=dop853", "integrator.conserve=.true."], ["integrator.method=rk8"])
@@ -32,7 +32,7 @@ class Fields(CommandLineTest):
         done = self.succeed("run", "shade.nml")
         self.assertIn("by potentials switched on and off", done.stderr)
         header, rows = self.history("shade.csv")
-        self.assertEqual(header[-3:], SUN_COLUMNS["eclipse"] + ["world_work"])
+        self.assertEqual(header[-3:], SUN_COLUMNS["eclipse"] + ["time_dependent_work"])
         # A circle whose plane holds the sun is dark while the place is behind a disk of the Earth's radius.
         rate, half = math.sqrt(3.986004418e14 / 7e6**3), math.asin(6378137 / 7e6)
         expected = [(math.pi + sign * half + 2 * math.pi * k) / rate for k in (0, 1) for sign in (-1, 1)]
@@ -56,7 +56,7 @@ class Fields(CommandLineTest):
         last = []
         for settings in METHODS:
             done = self.succeed("run", "moving.nml", *(word for setting in settings for word in ("--set", setting)))
-            self.assertIn("work of the moving world", done.stderr)
+            self.assertIn("work of time-dependent potentials", done.stderr)
             header, rows = self.history("moving.csv")
             for row in rows:
                 self.assertLess(abs(row[header.index("energy_residual")]), 1e-19)
@@ -68,7 +68,7 @@ class Fields(CommandLineTest):
         self.assertGreater(abs(last[1][-1]), 1e-7)
         text = self.succeed("check", "moving.nml").stdout
         self.assertIn("coefficients = IGRF-14 of 2025 (default)", text)
-        self.assertIn("changes by the work of torques and the moving world alone", text)
+        self.assertIn("changes by the work of torques and time-dependent potentials alone", text)
         self.assertIn("axes = orbit; start = 1000; stop = 2500", text)
         self.fail_with(2, "run", "moving.nml", "--set", "integrator.method=exact", says=("free bodies only",))
 

@@ -19,7 +19,7 @@ MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination
 &damping coefficient = 1e-5, 2e-5, 1e-5 /
 &initial axis = 1, 1, 1, angle = 0.7, angular_velocity = 1e-3, -5e-4, 8e-4 /
 &integrator time_step = 40.0, end_time = 20000.0 /
-&output columns = 'quaternion', 'energy', 'orbit_attitude', 'world_work', every = 5 /
+&output columns = 'quaternion', 'energy', 'orbit_attitude', 'time_dependent_work', every = 5 /
 """
 # The pitch of a pendulum let go at 30 degrees passes 0 at (2j+1) K/w: 20 digits of elliptic integrals.
 ZEROS = [1243.612203959228267295, 3730.836611877684801886, 6218.061019796141336476]
@@ -108,18 +108,18 @@ class Orbits(CommandLineTest):
         for settings in (["integrator.order=2"], ["integrator.order=8", "integrator.linear_solver=reduced"],
                          ["integrator.method=taylor"], ["integrator.method=dop853", "integrator.conserve=.true."]):
             done = self.succeed("run", "moving.nml", *(word for setting in settings for word in ("--set", setting)))
-            self.assertIn("work of the moving world", done.stderr)
+            self.assertIn("work of time-dependent potentials", done.stderr)
             header, rows = self.history("moving.csv")
-            self.assertEqual(header[-1], "world_work")
-            total, work, residual, world = (header.index(name) for name in ("total", "work", "energy_residual", "world_work"))
+            self.assertEqual(header[-1], "time_dependent_work")
+            total, work, residual, moving = (header.index(name) for name in ("total", "work", "energy_residual", "time_dependent_work"))
             for row in rows:
-                self.assertAlmostEqual(row[total] - rows[0][total] - row[work] - row[world], row[residual], delta=1e-18)
+                self.assertAlmostEqual(row[total] - rows[0][total] - row[work] - row[moving], row[residual], delta=1e-18)
                 self.assertLess(abs(row[residual]), 1e-16)
-            # The damping takes, the world gives and takes.
+            # Damping dissipates; the time-dependent potential adds and removes energy.
             self.assertLess(rows[-1][work], 0.0)
-            self.assertGreater(max(abs(row[world]) for row in rows), 1e-5)
+            self.assertGreater(max(abs(row[moving]) for row in rows), 1e-5)
         text = self.succeed("check", "moving.nml").stdout
-        self.assertIn("changes by the work of torques and the moving world alone", text)
+        self.assertIn("changes by the work of torques and time-dependent potentials alone", text)
         self.fail_with(2, "run", "moving.nml", "--set", "integrator.method=exact", says=("free bodies only",))
 
     def test_runs_with_a_gradient_that_moves_go_on(self):

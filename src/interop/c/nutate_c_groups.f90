@@ -292,7 +292,7 @@ contains
          end do
       else
          built%body = system%body
-         call show_world(system%effects, built%effects)
+         call copy_surroundings(system%effects, built%effects)
       end if
       if (.not. error%raised) call build_effects(groups, built, error)
       if (.not. error%raised .and. .not. with_body) call check_once(groups, system, error)
@@ -333,7 +333,7 @@ contains
       type(scene_error_t) :: error
       integer :: i
       alone%body = system%body
-      if (group%name /= 'orbit') call show_world(system%effects, alone%effects)
+      if (group%name /= 'orbit') call copy_surroundings(system%effects, alone%effects)
       groups(1) = group
       call build_effects(groups, alone, error)
       has = .false.
@@ -351,13 +351,13 @@ contains
    end function has_effect_of
 
    !> Gives a list what effects are made by: the orbit, and the field of the Earth.
-   subroutine show_world(effects, list)
+   subroutine copy_surroundings(effects, list)
       type(effect_list_t), intent(in) :: effects
       type(effect_list_t), intent(inout) :: list
       if (effects%on_orbit) call list%add(effects%orbit)
       list%in_earth_field = effects%in_earth_field
       list%earth_field = effects%earth_field
-   end subroutine show_world
+   end subroutine copy_surroundings
 
    !> Raises an error for a group that is no part of a system, for a key or a body that is missing.
    subroutine check_parts(groups, with_body, error)

@@ -115,7 +115,7 @@ contains
       frame = dot_product(handle%system%effects%frame_rate, space_momentum(handle%run%state))
       work = total_work(handle%run%summary)
       call add_failure(handle%failure, status)
-      if (status%ok()) energy = [kinetic, potential, kinetic + potential, work - handle%run%state%world_work, &
+      if (status%ok()) energy = [kinetic, potential, kinetic + potential, work - handle%run%state%time_dependent_work, &
                                  kinetic + potential - frame - handle%first_energy - work]
       code = conclude(handle, status)
    end function nutate_stepper_energy

@@ -77,7 +77,7 @@ contains
       end if
       associate (summary => handle%run%summary)
          record%work = total_work(summary)
-         if (handle%columns%needs_works) record%works = [summary%work, summary%world_work]
+         if (handle%columns%needs_works) record%works = [summary%work, summary%switch_work]
       end associate
    end function present_record
 

@@ -17,7 +17,7 @@ module nutate_c_wheels
    private
 
    public :: nutate_stepper_wheel_count, nutate_stepper_wheel, nutate_stepper_set_motor, nutate_stepper_jacobi, &
-      nutate_stepper_world_work, nutate_stepper_orbit, nutate_stepper_orbit_attitude
+      nutate_stepper_time_dependent_work, nutate_stepper_orbit, nutate_stepper_orbit_attitude
 
 contains
 
@@ -115,13 +115,13 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_jacobi
 
-   integer(c_int) function nutate_stepper_world_work(stepper, work) result(code) bind(C)
+   integer(c_int) function nutate_stepper_time_dependent_work(stepper, work) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: work
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(work), .false., handle, code)
-      if (code == NUTATE_OK) work = handle%run%state%world_work
-   end function nutate_stepper_world_work
+      if (code == NUTATE_OK) work = handle%run%state%time_dependent_work
+   end function nutate_stepper_time_dependent_work
 
    integer(c_int) function nutate_stepper_orbit(stepper, position, true_anomaly) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper

@@ -3,7 +3,7 @@ module nutate_column_event
    use nutate_attitude, only: roll_pitch_yaw_from_quat, euler_from_quat
    use nutate_columns, only: column_sets
    use nutate_event, only: CROSSING, event_t, most_parts, part_t
-   use nutate_hamiltonian, only: potential_energy, world_power
+   use nutate_hamiltonian, only: potential_energy, time_dependent_power
    use nutate_kinds, only: wp, eps, pi
    use nutate_motion, only: motion_t
    use nutate_motion_bounds, only: speed_bounds_t
@@ -348,12 +348,12 @@ contains
          case (AT_KINETIC)
             x = dot_product(omega, torque) + motion%inner_power
          case (AT_POTENTIAL)
-            x = world_power_of(system, motion) - dot_product(relative, motion%potential_torque)
+            x = time_dependent_power_of(system, motion) - dot_product(relative, motion%potential_torque)
          case (AT_JACOBI)
-            x = dot_product(relative, motion%torque) + motion%inner_power + world_power_of(system, motion)
+            x = dot_product(relative, motion%torque) + motion%inner_power + time_dependent_power_of(system, motion)
          case (AT_TOTAL)
             x = dot_product(omega, motion%torque) + dot_product(carried, motion%potential_torque) + &
-                motion%inner_power + world_power_of(system, motion)
+                motion%inner_power + time_dependent_power_of(system, motion)
          case (AT_ROLL:AT_SHADOW)
             x = orbit_rate(column, system, motion)
          case default
@@ -363,12 +363,12 @@ contains
    end function column_rate
 
    !> What the energy of potentials that move changes by, W.
-   pure real(wp) function world_power_of(system, motion) result(power)
+   pure real(wp) function time_dependent_power_of(system, motion) result(power)
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       power = 0.0_wp
-      if (system%effects%moves) power = world_power(system%effects, unit(motion%state%q), motion%state%t)
-   end function world_power_of
+      if (system%effects%moves) power = time_dependent_power(system%effects, unit(motion%state%q), motion%state%t)
+   end function time_dependent_power_of
 
    !> A quarter more than what the rates of the columns admit is left for the errors of a computed motion.
    pure logical function sum_stays_away(self, speeds, f, time) result(stays)

@@ -49,7 +49,7 @@ module nutate_columns
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
       MOMENTUM_SPACE = 6, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
-      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, WORLD_WORK = 15, ROLL_PITCH_YAW = 22, &
+      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, TIME_DEPENDENT_WORK = 15, ROLL_PITCH_YAW = 22, &
       ENERGIES = 34, WORKS = 35
 
    !> All sets of columns, in the order in which they stand in a history.
@@ -70,7 +70,7 @@ module nutate_columns
       column_set_t('orbit', 5, 'orbit_x,orbit_y,orbit_z,orbit_radius,true_anomaly', attitude=.false., &
                    first_angle=5, last_angle=5, orbit=.true.), &
       column_set_t('eclipse', 2, 'eclipse,shadow_depth', attitude=.false., orbit=.true., sun=.true.), &
-      column_set_t('world_work', 1, 'world_work', attitude=.false.), &
+      column_set_t('time_dependent_work', 1, 'time_dependent_work', attitude=.false.), &
       column_set_t('wheel1', 4, 'wheel1_speed,wheel1_momentum,wheel1_motor_work,wheel1_friction_work', &
                    attitude=.false., wheel=1), &
       column_set_t('wheel2', 4, 'wheel2_speed,wheel2_momentum,wheel2_motor_work,wheel2_friction_work', &
@@ -400,7 +400,7 @@ contains
          values(1) = kinetic_energy(system, state, shared%inverse_j0)
          values(2) = potential_energy(system%effects, state%q, state%t)
          values(3) = values(1) + values(2)
-         values(4) = record%work - state%world_work
+         values(4) = record%work - state%time_dependent_work
          values(5) = values(3) - shared%first_energy - record%work
          if (system%effects%frame_turns) values(5) = conserved_energy(system, state, shared%inverse_j0) &
                                                      - shared%first_energy - record%work
@@ -420,8 +420,8 @@ contains
       case (ECLIPSE)
          values(2) = system%effects%orbit%shadow_depth(state%t)
          values(1) = merge(1.0_wp, 0.0_wp, values(2) > 0.0_wp)
-      case (WORLD_WORK)
-         values = state%world_work
+      case (TIME_DEPENDENT_WORK)
+         values = state%time_dependent_work
       case (ENERGIES)
          values = energies_of(system%effects, state, size(values))
       case (WORKS)

@@ -48,7 +48,7 @@ contains
       end do
       if (effects%moves) then
          last = last + 1
-         names(last) = 'moving_potentials'
+         names(last) = 'time_dependent'
       end if
       if (can_switch(effects)) then
          last = last + 1

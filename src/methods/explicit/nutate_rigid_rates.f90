@@ -13,7 +13,7 @@
 module nutate_rigid_rates
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_axes_turn, only: axes_turn_t, turned
-   use nutate_hamiltonian, only: potential_torque, world_power
+   use nutate_hamiltonian, only: potential_torque, time_dependent_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
    use nutate_momentum_account, only: momentum_account_t
@@ -382,7 +382,7 @@ contains
       real(wp) :: t, power
       t = self%t + fraction*self%dt
       tau = tau + potential_torque(system%effects, q, t)
-      power = world_power(system%effects, q, t)
+      power = time_dependent_power(system%effects, q, t)
       gain = gain + self%dt*power
       associate (work => self%work(size(self%work)))
          work = work + (weight*self%dt)*power
@@ -440,7 +440,7 @@ contains
       state%p = quat_vector_product(state%q, 2*y(5:7))
       state%q_compensation = 0.0_wp
       state%p_compensation = 0.0_wp
-      if (self%moves) state%world_work = state%world_work + self%work(size(self%work))
+      if (self%moves) state%time_dependent_work = state%time_dependent_work + self%work(size(self%work))
       state%t = self%t + self%dt
    end subroutine end_step
 

@@ -9,7 +9,7 @@ module nutate_implicit_step
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use nutate_archive, only: archive_t
    use nutate_continuation, only: continuation_t, root_t
-   use nutate_hamiltonian, only: world_work
+   use nutate_hamiltonian, only: time_dependent_work
    use nutate_implicit_equations, only: implicit_equations_t
    use nutate_kinds, only: wp, eps
    use nutate_newton_increment, only: has_converged, increment_t, most_cancellation, usual_cancellation
@@ -111,7 +111,7 @@ contains
       end if
       self%untested = .false.
       if (system%effects%moves) then
-         call finish_in_world(self, system, state, dt, z)
+         call finish_time_dependent(self, system, state, dt, z)
       else
          call self%finish(system, state, dt, z)
       end if
@@ -123,7 +123,7 @@ contains
    end subroutine advance
 
    !> Moves the state, and books the work of potentials that move.
-   subroutine finish_in_world(self, system, state, dt, z)
+   subroutine finish_time_dependent(self, system, state, dt, z)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -131,10 +131,10 @@ contains
       type(state_t) :: before
       before = state
       call self%finish(system, state, dt, z)
-      self%work(size(self%work)) = world_work(system%effects, before, state, dt)
-      state%world_work = state%world_work + self%work(size(self%work))
-      state%world_time = state%t
-   end subroutine finish_in_world
+      self%work(size(self%work)) = time_dependent_work(system%effects, before, state, dt)
+      state%time_dependent_work = state%time_dependent_work + self%work(size(self%work))
+      state%time_dependent_until = state%t
+   end subroutine finish_time_dependent
 
    !> The root that continues the true motion: proved, or by a rule where nothing can be proved. Errors: those of
    !> `iterate`; `NUTATE_OFF_BRANCH`.

@@ -1,6 +1,6 @@
 !> How a step may have erred, and what follows for what is known of its end twice over.
 !>
-!> A Runge-Kutta method integrates the works of torques, motors and a moving world beside the state, and with them the
+!> A Runge-Kutta method integrates the works of torques, motors and time-dependent potentials beside the state, and with them the
 !> momentum in space, l = l₀ + ∫ Rτ dt. Energy and momentum of the state are then known twice, and of two errors only
 !> the difference is known. Least squares divide it as the squares of what the embedded method estimates for the two:
 !>
@@ -180,7 +180,7 @@ contains
       real(wp), intent(in) :: given, done
       !> Shape (n_works).
       real(wp), intent(inout) :: work(:)
-      !> The work of wheels and of the world that it holds is moved with theirs.
+      !> The work of wheels and of time-dependent potentials that it holds is moved with theirs.
       type(state_t), intent(inout) :: state
       real(wp) :: more
       integer :: i, wheel
@@ -194,7 +194,7 @@ contains
                booked = booked + more
             end associate
          else
-            state%world_work = state%world_work + more
+            state%time_dependent_work = state%time_dependent_work + more
          end if
       end do
    end subroutine book_share

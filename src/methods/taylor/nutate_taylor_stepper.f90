@@ -169,7 +169,7 @@ contains
       if (status%code /= 0) return
       if (self%compensated) call take_change(self, self%next)
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
-      if (self%rates%moves .and. self%rates%failure == 0) call book_world_work(self, system, dt, self%next)
+      if (self%rates%moves .and. self%rates%failure == 0) call book_time_dependent_work(self, system, dt, self%next)
       do i = 1, size(self%work)
          call get_work(self, i, dt, self%work(i))
       end do
@@ -399,25 +399,25 @@ contains
 
    !> Books what potentials that move have done from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
    !> their torque τ.
-   subroutine book_world_work(self, system, time, state)
+   subroutine book_time_dependent_work(self, system, time, state)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> s.
       real(wp), intent(in) :: time
-      !> That time's; its work of the world that of the start.
+      !> That time's; its work of time-dependent potentials that of the start.
       type(state_t), intent(inout) :: state
       real(wp) :: of_torque
       call add_work_of(self%series, size(self%acted) + 1, time/self%series%time_unit, of_torque, self%step_error)
       associate (work => self%rates%work(size(self%rates%work)))
          work = moving_energy(system%effects, state%q, self%first%t + time) &
-                - moving_energy(system%effects, self%first%q, self%first%world_start(time)) + of_torque
-         state%world_work = self%first%world_work + work
-         state%world_time = self%first%t + time
+                - moving_energy(system%effects, self%first%q, self%first%time_dependent_since(time)) + of_torque
+         state%time_dependent_work = self%first%time_dependent_work + work
+         state%time_dependent_until = self%first%t + time
       end associate
-   end subroutine book_world_work
+   end subroutine book_time_dependent_work
 
-   !> Work of a torque from the start of the series to a time after it, J; of a wheel and of the world to the state last
-   !> put together. What it may err by is added to the error of the step.
+   !> Work of a torque from the start of the series to a time after it, J; of a wheel and of
+   !> time-dependent potentials to the state last put together. What it may err by is added to the error of the step.
    pure subroutine get_work(self, i, time, work)
       class(taylor_t), intent(inout) :: self
       integer, intent(in) :: i
@@ -458,7 +458,7 @@ contains
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, state)
-      if (self%rates%moves) call book_world_work(self, system, time, state)
+      if (self%rates%moves) call book_time_dependent_work(self, system, time, state)
       do i = 1, size(self%work)
          call get_work(self, i, time, each(i))
          work = work + each(i)

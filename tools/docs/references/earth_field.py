@@ -1,10 +1,10 @@
 """Reference for the tests: a body with a magnetic moment in the field of the Earth along an eccentric, inclined orbit.
 
-    python3 tools/docs/references/earth_field.py      prints attitude, rate and work of the world; wants mpmath; some minutes
+    python3 tools/docs/references/earth_field.py      prints attitude, rate and work of time-dependent potentials; wants mpmath; some minutes
 
 Nothing is shared with the library: Euler's equations and those of the quaternion in 34 digits, by Gragg's method extrapolated
 to order 26, in steps of two lengths; the shorter ones are printed. What the two differ by is that of the longer ones, some
-1e5 times the error of the others. Printed too: the change of the energy less the work of the world, which is integrated for
+1e5 times the error of the others. Printed too: the change of the energy less the work of time-dependent potentials, which is integrated for
 itself, and by how much errors of the start grow.
 """
 
@@ -84,7 +84,7 @@ def to_body(q, v):
 
 
 def rates(t, y):
-    """Of quaternion, rate and work of the world, which is that of the changing field at a body that stands still."""
+    """Of quaternion, rate and work of time-dependent potentials, which is that of the changing field at a body that stands still."""
     q, w = y[0:4], y[4:7]
     b, change = field(t)
     torque = [x + y for x, y in zip(cross([j * x for j, x in zip(MOMENTS, w)], w), cross(MAGNET, to_body(q, b)))]

@@ -1,13 +1,13 @@
 !> Gravity gradients along an orbit, seen from inertial axes: against values of 20 digits, the account with the work of
-!> the moving world, and the same motion as in the axes of the orbit.
-module test_moving_world
+!> time-dependent potentials, and the same motion as in the axes of the orbit.
+module test_time_dependent
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_body, only: diagonal, make_body
    use nutate_damping, only: damping_t
    use nutate_effect, only: rotor_t
    use nutate_gravity_gradient, only: gravity_gradient_t
    use nutate_hamiltonian, only: angular_velocity, frame_rate_of, make_state, potential_energy, space_momentum, &
-      total_energy, world_power
+      total_energy, time_dependent_power
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp, eps, pi
    use nutate_observer, only: observer_t, run_record_t
@@ -27,7 +27,7 @@ module test_moving_world
    implicit none
    private
 
-   public :: collect_moving_world, make_moon
+   public :: collect_time_dependent, make_moon
 
    real(wp), parameter :: degree = pi/180
    !> Times, s, and q and Ω, rad/s, of the satellite on an ellipse: 20 digits, by extrapolation in quadruple precision.
@@ -88,7 +88,7 @@ module test_moving_world
 
 contains
 
-   subroutine collect_moving_world(testsuite)
+   subroutine collect_time_dependent(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("direction, power and series of a gradient that moves", parts_belong_together), &
@@ -98,11 +98,11 @@ contains
                   new_unittest("Hyperion and Mercury", moons), &
                   new_unittest("Hyperion's chaos: errors grow e-fold in 1.3 to 1.4 revolutions", lyapunov_time), &
                   new_unittest("a circular orbit is the same in its own axes", both_axes), &
-                  new_unittest("the work of the world is its power summed up", work_of_the_world), &
+                  new_unittest("the work of time-dependent potentials is its power summed up", work_is_integrated_power), &
                   new_unittest("the account closes in every form, at every order", account_closes), &
                   new_unittest("the account closes where times have few digits left", account_closes_late), &
                   new_unittest("orders 2, 4 and 6", orders)]
-   end subroutine collect_moving_world
+   end subroutine collect_time_dependent
 
    subroutine watch_account(self, system, state, record, status)
       class(account_t), intent(inout) :: self
@@ -116,7 +116,7 @@ contains
       self%started = .true.
       self%worst = max(self%worst, abs(rest - self%first))
       self%scale = max(self%scale, abs(total_energy(system, state)), abs(record%work))
-      self%power = max(self%power, abs(world_power(system%effects, state%q, state%t)))
+      self%power = max(self%power, abs(time_dependent_power(system%effects, state%q, state%t)))
    end subroutine watch_account
 
    type(kepler_orbit_t) function ellipse() result(path)
@@ -158,7 +158,7 @@ contains
             ! Of second order in h n = 6e-4.
             difference = (potential_energy(problem%system%effects, q, t + h) &
                           - potential_energy(problem%system%effects, q, t - h))/(2*h)
-            call check_close(error, world_power(problem%system%effects, q, t), difference, 3e-9_wp*energy, "power")
+            call check_close(error, time_dependent_power(problem%system%effects, q, t), difference, 3e-9_wp*energy, "power")
          end associate
          call gradient%direction_series(t, unit, series)
          n = series(:, 24)
@@ -335,7 +335,7 @@ contains
                                  [0.0_wp, 0.0_wp, start(2)])
    end subroutine make_moon
 
-   !> In inertial axes and in those of the orbit, where H - ω·l is kept: the world has done ω·Δl.
+   !> In inertial axes and in those of the orbit, where H - ω·l is kept: time-dependent potentials have done ω·Δl.
    subroutine both_axes(error)
       type(error_type), allocatable, intent(out) :: error
       type(kepler_orbit_t) :: path
@@ -365,13 +365,13 @@ contains
          call check_close(error, states(2)%q, quat_product(orbit%axes(8000.0_wp), states(1)%q), 1e-12_wp, "attitude")
          rate = orbit%axes_rate(0.0_wp)
          work = dot_product(rate, space_momentum(states(2)) - space_momentum(problems(2)%start))
-         call check_close(error, states(2)%world_work, work, 1e-12_wp*potential_energy(system%effects, states(2)%q, &
+         call check_close(error, states(2)%time_dependent_work, work, 1e-12_wp*potential_energy(system%effects, states(2)%q, &
                                                                                        8000.0_wp), "work")
       end associate
    end subroutine both_axes
 
    !> Against Simpson's rule over 2000 rows, whose error is some 1e-12.
-   subroutine work_of_the_world(error)
+   subroutine work_is_integrated_power(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=13), parameter :: names(4) = [character(len=13) :: 'nielsen_krenk', 'taylor', 'rk4', 'dop853']
       integer, parameter :: rows = 2000
@@ -390,19 +390,19 @@ contains
                                    run_plan_t(time_step=end_time/rows, end_time=i*end_time/rows), status)
          weight = 2.0_wp + 2*mod(i, 2)
          if (i == 0 .or. i == rows) weight = 1.0_wp
-         expected = expected + weight*world_power(problem%system%effects, state%q, state%t)
+         expected = expected + weight*time_dependent_power(problem%system%effects, state%q, state%t)
       end do
       expected = expected*end_time/(3*rows)
-      call check_close(error, state%world_work, expected, 1e-9_wp*scale, "order 8")
+      call check_close(error, state%time_dependent_work, expected, 1e-9_wp*scale, "order 8")
       do i = 1, size(names)
          if (allocated(error)) return
          state = problem%start
          call integrate(problem%system, integrator_settings_t(method=trim(names(i)), order=merge(8, 0, i == 1)), &
                         state, run_plan_t(time_step=10.0_wp, end_time=end_time), status)
          call check(error, status%ok(), trim(status%message))
-         call check_close(error, state%world_work, expected, 1e-8_wp*scale, trim(names(i)))
+         call check_close(error, state%time_dependent_work, expected, 1e-8_wp*scale, trim(names(i)))
       end do
-   end subroutine work_of_the_world
+   end subroutine work_is_integrated_power
 
    !> With a rotor and damping beside it, long steps, and a finite J0.
    subroutine account_closes(error)
@@ -481,4 +481,4 @@ contains
       end do
    end subroutine orders
 
-end module test_moving_world
+end module test_time_dependent
