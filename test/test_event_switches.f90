@@ -190,7 +190,8 @@ contains
          call check(error, abs(summary%switch_work) > 0.1_wp, 'work of time-dependent potentials')
          call check_close(error, keeper%last_work, summary%switch_work, 0.0_wp, 'the last row has it')
          if (mod(keeper%n, 2) == 1) call problem%system%effects%switch('field')
-         call check_below(error, abs(total_energy(problem%system, state) - energy - summary%switch_work), 64*eps*scale, &
+         call check_below(error, abs(total_energy(problem%system, state) - energy - summary%switch_work), &
+                          64*eps*scale, &
                           trim(methods(row)%name)//': account')
          deallocate (keeper)
       end do

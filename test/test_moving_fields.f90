@@ -61,7 +61,8 @@ contains
       testsuite = [ &
                   new_unittest("motions against the equations of Euler", explicit_motion), &
                   new_unittest("a circular orbit is the same in its own axes", both_axes), &
-                  new_unittest("the work of time-dependent potentials is its power summed up", work_is_integrated_power), &
+                  new_unittest("the work of time-dependent potentials is its power summed up", &
+                  work_is_integrated_power), &
                   new_unittest("the account closes in every form, at every order", account_closes), &
                   new_unittest("orders 2, 4 and 6", orders), &
                   new_unittest("forces are weights, torques and windows of each other", forces_are_known), &

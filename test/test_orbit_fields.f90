@@ -117,7 +117,8 @@ contains
          call check(error, status%ok(), trim(status%message))
          call check_close(error, state%q, q, bound, "attitude")
          call check_close(error, angular_velocity(problem%system, state)/norm2(rate), rate/norm2(rate), bound, "rate")
-         call check_close(error, state%time_dependent_work, references(10, i), 1e-5_wp*bound, "work of time-dependent potentials")
+         call check_close(error, state%time_dependent_work, references(10, i), 1e-5_wp*bound, &
+                          "work of time-dependent potentials")
       end subroutine check_magnet
 
    end subroutine magnet_agrees

@@ -98,7 +98,8 @@ contains
                   new_unittest("Hyperion and Mercury", moons), &
                   new_unittest("Hyperion's chaos: errors grow e-fold in 1.3 to 1.4 revolutions", lyapunov_time), &
                   new_unittest("a circular orbit is the same in its own axes", both_axes), &
-                  new_unittest("the work of time-dependent potentials is its power summed up", work_is_integrated_power), &
+                  new_unittest("the work of time-dependent potentials is its power summed up", &
+                  work_is_integrated_power), &
                   new_unittest("the account closes in every form, at every order", account_closes), &
                   new_unittest("the account closes where times have few digits left", account_closes_late), &
                   new_unittest("orders 2, 4 and 6", orders)]
@@ -158,7 +159,8 @@ contains
             ! Of second order in h n = 6e-4.
             difference = (potential_energy(problem%system%effects, q, t + h) &
                           - potential_energy(problem%system%effects, q, t - h))/(2*h)
-            call check_close(error, time_dependent_power(problem%system%effects, q, t), difference, 3e-9_wp*energy, "power")
+            call check_close(error, time_dependent_power(problem%system%effects, q, t), difference, 3e-9_wp*energy, &
+                             "power")
          end associate
          call gradient%direction_series(t, unit, series)
          n = series(:, 24)
@@ -365,7 +367,8 @@ contains
          call check_close(error, states(2)%q, quat_product(orbit%axes(8000.0_wp), states(1)%q), 1e-12_wp, "attitude")
          rate = orbit%axes_rate(0.0_wp)
          work = dot_product(rate, space_momentum(states(2)) - space_momentum(problems(2)%start))
-         call check_close(error, states(2)%time_dependent_work, work, 1e-12_wp*potential_energy(system%effects, states(2)%q, &
+         call check_close(error, states(2)%time_dependent_work, work, 1e-12_wp*potential_energy(system%effects, &
+            states(2)%q, &
                                                                                        8000.0_wp), "work")
       end associate
    end subroutine both_axes

@@ -88,7 +88,8 @@ contains
       call self%force%series(t, time_unit, n)
    end subroutine series_of_force
 
-   !> |x||F| is the largest energy and torque, times the rate of the orbit the largest power of time-dependent potentials.
+   !> |x||F| is the largest energy and torque, times the rate of the orbit the largest power of time-dependent
+   !> potentials.
    pure logical function force_is_moderate(self) result(moderate)
       class(moving_force_t), intent(in) :: self
       moderate = all(is_moderate(self%moment)) .and. self%force%is_moderate()

@@ -18,7 +18,8 @@ module nutate_hamiltonian
 
    public :: make_state, angular_velocity, body_momentum, space_momentum, bilinear_form, momentum_from_rate
    public :: mass_matrix, inverse_mass_matrix, kinetic_energy, potential_energy, total_energy
-   public :: potential_gradient, potential_torque, moving_energy, time_dependent_power, time_dependent_work, body_direction
+   public :: potential_gradient, potential_torque, moving_energy, time_dependent_power, time_dependent_work, &
+      body_direction
    public :: hamilton_equations, conserved_energy, frame_rate_of, relative_rate
 
 contains
@@ -251,7 +252,8 @@ contains
       middle = before%t + 0.5_wp*dt
       change = (after%q - before%q) + (after%q_compensation - before%q_compensation)
       mean = 0.5_wp*(before%q + after%q)
-      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, before%time_dependent_since(dt))
+      work = moving_energy(effects, after%q, after%t) - moving_energy(effects, before%q, &
+                                                                      before%time_dependent_since(dt))
       do i = 1, effects%n_potentials
          associate (potential => effects%potentials(i)%item)
             if (.not. potential%moves) cycle

@@ -1,8 +1,9 @@
 !> How a step may have erred, and what follows for what is known of its end twice over.
 !>
-!> A Runge-Kutta method integrates the works of torques, motors and time-dependent potentials beside the state, and with them the
-!> momentum in space, l = l₀ + ∫ Rτ dt. Energy and momentum of the state are then known twice, and of two errors only
-!> the difference is known. Least squares divide it as the squares of what the embedded method estimates for the two:
+!> A Runge-Kutta method integrates the works of torques, motors and time-dependent potentials beside the state, and with
+!> them the momentum in space, l = l₀ + ∫ Rτ dt. Energy and momentum of the state are then known twice, and of two
+!> errors only the difference is known. Least squares divide it as the squares of what the embedded method estimates for
+!> the two:
 !>
 !> * Of the difference E of energy and account of the works those take sE, and the state the rest,
 !>   s = σ_W²/(σ_W² + σ_H²), σ_H² = ν((Ω·δL)² + (τ·δ)² + Σ(ω δh)²) with the estimates for the momentum, the attitude
