@@ -69,8 +69,8 @@ contains
          if (run%summary%cut_steps > 0) call page%item('cut steps', count_text(run%summary%cut_steps)//', '// &
                                                    count_text(run%summary%parts)//' steps and parts in all')
       end if
-      if (run%summary%unproved_steps > 0) &
-         call page%item('not proved', count_text(run%summary%unproved_steps)// &
+      if (run%summary%uncertified_steps > 0) &
+         call page%item('not certified', count_text(run%summary%uncertified_steps)// &
          ' of the steps rest on a root that is '// &
                         'taken for that of the true motion without a proof (docs/stability.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &

@@ -78,7 +78,7 @@ int nutate_history_column(const nutate_history *history, const char *name, doubl
  *   ==>  size     numbers that fit into values, at least rows*columns */
 int nutate_history_values(const nutate_history *history, double *values, size_t size);
 /* Steps with a root that is taken for that of the true motion without a proof (docs/stability.md).   <==  steps */
-int nutate_history_unproved(const nutate_history *history, int64_t *steps);
+int nutate_history_uncertified(const nutate_history *history, int64_t *steps);
 
 int nutate_history_destroy(nutate_history **history); /* frees it   <=>  history */
 

@@ -139,7 +139,7 @@ int nutate_stepper_accuracy(const nutate_stepper *stepper, double error[2]);
  *   <==  residual    last increment over that of the step; or NULL */
 int nutate_stepper_solver(const nutate_stepper *stepper, int *iterations, double *residual);
 /* Steps since the state was set with a root that is taken for the true one without a proof.   <==  steps */
-int nutate_stepper_unproved(const nutate_stepper *stepper, int64_t *steps);
+int nutate_stepper_uncertified(const nutate_stepper *stepper, int64_t *steps);
 
 #ifdef __cplusplus
 }

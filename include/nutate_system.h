@@ -96,8 +96,8 @@ int nutate_system_add_potential(nutate_system *system, const double direction[3]
 /* A torque of your own.   ==>  torque, called with t, q, omega; user, passed through or NULL */
 int nutate_system_add_user_torque(nutate_system *system, nutate_torque torque, void *user);
 
-/* Bounds of the callback that was added last: with them the root of a step can be proved to be that of the true motion;
- * else each step counts as not proved (nutate_stepper_unproved). They are promised, not tested, and may be generous;
+/* Bounds of the callback that was added last: with them the root of a step can be certified to be that of the true motion;
+ * else each step counts as not certified (nutate_stepper_uncertified). They are promised, not tested, and may be generous;
  * wide ones prove shorter steps only. Status: NUTATE_BAD_ARGUMENT for none of 0 and 1e-300 to 1e100, or no callback.
  * Of a potential, for all gamma up to |n| long, in J over powers of the unit of gamma.
  *   ==>  gradient, hessian, third   of |dU/dgamma|, of the eigenvalues of d2U/dgamma2, of the third derivative along a

@@ -114,7 +114,7 @@ program unit
    use test_taylor_steps, only: collect_taylor_steps
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
-   use test_unproved, only: collect_unproved
+   use test_uncertified, only: collect_uncertified
    use test_regulators, only: collect_regulators
    use test_wheel_limits, only: collect_wheel_limits
    use test_wheel_reference, only: collect_wheel_reference
@@ -326,7 +326,7 @@ contains
          new_testsuite("path_attack", collect_path_attack), &
          new_testsuite("bounds", collect_bounds), &
          new_testsuite("root_proof", collect_root_proof), &
-         new_testsuite("unproved", collect_unproved) &
+         new_testsuite("uncertified", collect_uncertified) &
          ]
    end function root_suites
 

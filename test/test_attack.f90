@@ -80,8 +80,8 @@ contains
       call attack_case(item, 'this case', tally)
       associate (all => tally%total())
          call check(error, tally%broken == 0 .and. all%unclear == 0 .and. all%stages > 0, 'the case is not judged')
-         call check(error, all%wrong + all%wrong_unproved + tally%disagreements + tally%unproved_disagreements == 0, &
-                    'a wrong root, or a difference: '//trim(tally%first))
+         call check(error, all%wrong + all%wrong_uncertified + tally%disagreements + &
+                    tally%uncertified_disagreements == 0, 'a wrong root, or a difference: '//trim(tally%first))
       end associate
    end subroutine check_case
 
@@ -184,8 +184,8 @@ contains
       call judge(oracle, branch, outcome_t(.true., b, 0, 1), 'lapack', 1, 1, tally)
       call judge(oracle, branch, outcome_t(.false., b, 0, 0), 'lapack', 1, 1, tally)
       associate (counts => tally%counts(1, 1))
-         call check(error, counts%wrong == 1 .and. counts%wrong_unproved == 1, 'a wrong root is not counted')
-         call check(error, counts%too_careful == 1 .and. index(verdict_text(tally), 'as proved (1)') > 0, 'refusal')
+         call check(error, counts%wrong == 1 .and. counts%wrong_uncertified == 1, 'a wrong root is not counted')
+         call check(error, counts%too_careful == 1 .and. index(verdict_text(tally), 'as certified (1)') > 0, 'refusal')
       end associate
    end subroutine wrong_root_is_seen
 

@@ -12,7 +12,7 @@ module test_attack_report
 
 contains
 
-   !> Runs the attack and writes its table; failures go to standard error as they come, with what is not proved.
+   !> Runs the attack and writes its table; failures go to standard error as they come, with what is not certified.
    subroutine report_attack(seed, stages, passed)
       integer, intent(in) :: seed
       !> Stages to see at least.
@@ -25,7 +25,7 @@ contains
       write (output_unit, '("Seed ",i0,": ",i0," cases, ",i0," stages, each with both solvers.",/)') &
          seed, tally%cases, tally%stages
       write (output_unit, '(a)') '| Δt\|Ω\| of the stage | solver | stages | taken at once | by continuation '// &
-         '| of both not proved | **wrong**, proved | **wrong**, not proved | refused: the branch ends '// &
+         '| of both not certified | **wrong**, certified | **wrong**, not certified | refused: the branch ends '// &
          '| refused in vain | unclear |'
       write (output_unit, '(a)') '|---|---|---|---|---|---|---|---|---|---|---|'
       do i = 1, size(kinds)
@@ -34,8 +34,8 @@ contains
          end do
       end do
       call write_row('all', 'both', tally%total())
-      write (output_unit, '(/,"Stages on which the solvers differ: ",i0," proved, ",i0," not proved.")') &
-         tally%disagreements, tally%unproved_disagreements
+      write (output_unit, '(/,"Stages on which the solvers differ: ",i0," certified, ",i0," not certified.")') &
+         tally%disagreements, tally%uncertified_disagreements
       write (output_unit, '("Composed steps that are not their stages: ",i0,".")') tally%composed
       passed = verdict_text(tally) == ''
       if (.not. passed) write (error_unit, '(a)') verdict_text(tally)
@@ -45,7 +45,7 @@ contains
       character(len=*), intent(in) :: kind, solver
       type(counts_t), intent(in) :: counts
       write (output_unit, '("| ",a," | ",a," | ",*(i0," | "))', advance='no') kind, solver, counts%stages, &
-         counts%at_once, counts%continued, counts%unproved, counts%wrong, counts%wrong_unproved, counts%refused, &
+         counts%at_once, counts%continued, counts%uncertified, counts%wrong, counts%wrong_uncertified, counts%refused, &
          counts%too_careful
       write (output_unit, '(i0," |")') counts%unclear
    end subroutine write_row
@@ -63,9 +63,9 @@ contains
       call attack_case(item, 'this case', tally)
       associate (all => tally%total())
          passed = tally%broken + tally%disagreements + tally%composed + all%wrong == 0
-         write (error_unit, '("accepted: ",i0,", wrong: ",i0," proved, ",i0," not proved, refused: ",i0,'// &
+         write (error_unit, '("accepted: ",i0,", wrong: ",i0," certified, ",i0," not certified, refused: ",i0,'// &
                 '", in vain: ",i0,", unclear: ",i0)') &
-            all%at_once + all%continued, all%wrong, all%wrong_unproved, all%refused, all%too_careful, all%unclear
+            all%at_once + all%continued, all%wrong, all%wrong_uncertified, all%refused, all%too_careful, all%unclear
       end associate
    end subroutine repeat_case
 

@@ -38,9 +38,9 @@ module test_attack_run
    type :: counts_t
       integer :: stages = 0
       !> Accepted: at once, by continuation; of both, without a proof.
-      integer :: at_once = 0, continued = 0, unproved = 0
+      integer :: at_once = 0, continued = 0, uncertified = 0
       !> Accepted, though the branch leads to another root or ends: with a proof, without.
-      integer :: wrong = 0, wrong_unproved = 0
+      integer :: wrong = 0, wrong_uncertified = 0
       !> Refused, though the branch exists; since it ends.
       integer :: too_careful = 0, refused = 0
       !> The oracle does not know.
@@ -54,8 +54,8 @@ module test_attack_run
       !> Stages followed by the oracle, once for both solvers.
       integer :: stages = 0, cases = 0
       !> Stages that one solver accepts and the other refuses, or that they end elsewhere: where all that is accepted is
-      !> proved, and others; composed steps that are not their stages; cases that the library could not set up.
-      integer :: disagreements = 0, unproved_disagreements = 0, composed = 0, broken = 0
+      !> certified, and others; composed steps that are not their stages; cases that the library could not set up.
+      integer :: disagreements = 0, uncertified_disagreements = 0, composed = 0, broken = 0
       !> First failure, and how to see it again; blank where there is none.
       character(len=200) :: first = ''
       !> Each failure is written to standard error; each stage too.
@@ -73,8 +73,8 @@ module test_attack_run
       logical :: accepted = .false.
       !> b of the stage taken; shape (3).
       real(wp) :: b(3) = 0.0_wp
-      !> Lengths tried by continuation; 1 where the root is not proved.
-      integer :: continued = 0, unproved = 0
+      !> Lengths tried by continuation; 1 where the root is not certified.
+      integer :: continued = 0, uncertified = 0
    end type outcome_t
 
    !> One way to step a case: the order-2 steppers of the stages, and the whole method beside them.
@@ -99,8 +99,8 @@ contains
    pure type(counts_t) function total(self)
       class(tally_t), intent(in) :: self
       associate (c => self%counts)
-         total = counts_t(sum(c%stages), sum(c%at_once), sum(c%continued), sum(c%unproved), sum(c%wrong), &
-                          sum(c%wrong_unproved), sum(c%too_careful), sum(c%refused), sum(c%unclear))
+         total = counts_t(sum(c%stages), sum(c%at_once), sum(c%continued), sum(c%uncertified), sum(c%wrong), &
+                          sum(c%wrong_uncertified), sum(c%too_careful), sum(c%refused), sum(c%unclear))
       end associate
    end function total
 
@@ -268,19 +268,19 @@ contains
       integer, intent(in) :: stage
       type(tally_t), intent(inout) :: tally
       character(len=:), allocatable :: what
-      logical :: proved
+      logical :: certified
       integer :: k
-      proved = .true.
+      certified = .true.
       do k = 1, size(walkers)
-         if (walkers(k)%accepted) proved = proved .and. walkers(k)%stages(stage)%item%unproved == 0
+         if (walkers(k)%accepted) certified = certified .and. walkers(k)%stages(stage)%item%uncertified == 0
       end do
       what = 'the solvers take different roots'
       if (.not. all(walkers%accepted)) what = 'one solver refuses what the other accepts'
-      if (proved) then
+      if (certified) then
          tally%disagreements = tally%disagreements + 1
          call tally%note(what)
       else
-         tally%unproved_disagreements = tally%unproved_disagreements + 1
+         tally%uncertified_disagreements = tally%uncertified_disagreements + 1
          call tally%note(what//' without a proof', fails=.false.)
       end if
    end subroutine count_difference
@@ -299,8 +299,8 @@ contains
       write (error_unit, '("step ",i0,", stage ",i0,", ",es11.4," s: branch ",a," at part ",f8.6,", b =",3f13.9)') &
          tally%step, tally%stage, length, trim(words(branch%outcome)), branch%t, branch%b
       if (outcome%accepted) then
-         write (error_unit, '(3x,a," accepts b =",3f13.9,", lengths of continuation: ",i0,", not proved: ",i0)') &
-            solver, outcome%b, outcome%continued, outcome%unproved
+         write (error_unit, '(3x,a," accepts b =",3f13.9,", lengths of continuation: ",i0,", not certified: ",i0)') &
+            solver, outcome%b, outcome%continued, outcome%uncertified
       else
          write (error_unit, '(3x,a," refuses, lengths of continuation: ",i0,"; ",a)') solver, outcome%continued, &
             trim(status%message)
@@ -323,7 +323,7 @@ contains
       type(walker_t), intent(in) :: walker
       integer, intent(in) :: stage
       associate (stepper => walker%stages(stage)%item)
-         outcome_of = outcome_t(walker%accepted, walker%b, stepper%continued, stepper%unproved)
+         outcome_of = outcome_t(walker%accepted, walker%b, stepper%continued, stepper%uncertified)
       end associate
    end function outcome_of
 
@@ -349,16 +349,16 @@ contains
          if (outcome%accepted) then
             if (outcome%continued == 0) counts%at_once = counts%at_once + 1
             if (outcome%continued > 0) counts%continued = counts%continued + 1
-            if (outcome%unproved > 0) counts%unproved = counts%unproved + 1
+            if (outcome%uncertified > 0) counts%uncertified = counts%uncertified + 1
          end if
          if (checked%outcome == LOST) then
             counts%unclear = counts%unclear + 1
-         else if (outcome%accepted .and. .not. right .and. outcome%unproved > 0) then
-            counts%wrong_unproved = counts%wrong_unproved + 1
+         else if (outcome%accepted .and. .not. right .and. outcome%uncertified > 0) then
+            counts%wrong_uncertified = counts%wrong_uncertified + 1
             call tally%note(trim(solver)//' accepts, without a proof, a wrong root', fails=.false.)
          else if (outcome%accepted .and. .not. right) then
             counts%wrong = counts%wrong + 1
-            call tally%note(trim(solver)//' accepts a wrong root as proved')
+            call tally%note(trim(solver)//' accepts a wrong root as certified')
          else if (.not. outcome%accepted .and. (right .or. branch%turn > longest)) then
             counts%refused = counts%refused + 1
          else if (.not. outcome%accepted) then
@@ -387,7 +387,7 @@ contains
             if (walker%accepted) &
                same = status%ok() .and. all(walker%state%q == walker%step_end%q) .and. &
                       all(walker%state%p == walker%step_end%p) .and. &
-                      walker%whole%unproved == unproved_stages(walker, n)
+                      walker%whole%uncertified == uncertified_stages(walker, n)
             if (same) cycle
             tally%composed = tally%composed + 1
             call tally%note('a composed step is not its stages')
@@ -395,15 +395,15 @@ contains
       end do
    end subroutine compare_whole
 
-   integer function unproved_stages(walker, n)
+   integer function uncertified_stages(walker, n)
       type(walker_t), intent(in) :: walker
       integer, intent(in) :: n
       integer :: i
-      unproved_stages = 0
+      uncertified_stages = 0
       do i = 1, n
-         unproved_stages = unproved_stages + walker%stages(i)%item%unproved
+         uncertified_stages = uncertified_stages + walker%stages(i)%item%uncertified
       end do
-   end function unproved_stages
+   end function uncertified_stages
 
    !> What is wrong with a tally as a test; blank: nothing.
    function verdict_text(tally) result(text)
@@ -415,13 +415,13 @@ contains
          hard = counts_t(stages=sum(c(2:, :)%stages), too_careful=sum(c(2:, :)%too_careful))
          text = ''
          call require(tally%broken == 0, 'a case cannot be set up', tally%broken)
-         call require(all%wrong == 0, 'wrong roots accepted as proved', all%wrong)
-         call require(tally%disagreements == 0, 'the solvers disagree on what is proved', tally%disagreements)
-         ! What cannot be proved is right but for a few.
-         call require(100*all%wrong_unproved <= all%unproved, 'wrong roots accepted without a proof', &
-                      all%wrong_unproved)
-         call require(200*tally%unproved_disagreements <= all%unproved, 'the solvers disagree on what is not proved', &
-                      tally%unproved_disagreements)
+         call require(all%wrong == 0, 'wrong roots accepted as certified', all%wrong)
+         call require(tally%disagreements == 0, 'the solvers disagree on what is certified', tally%disagreements)
+         ! What cannot be certified is right but for a few.
+         call require(100*all%wrong_uncertified <= all%uncertified, 'wrong roots accepted without a proof', &
+                      all%wrong_uncertified)
+         call require(200*tally%uncertified_disagreements <= all%uncertified, &
+                      'the solvers disagree on what is not certified', tally%uncertified_disagreements)
          call require(tally%composed == 0, 'composed steps are not their stages', tally%composed)
          call require(100*all%unclear <= all%stages, 'the oracle does not know', all%unclear)
          call require(100*sum(c(1, :)%too_careful) <= sum(c(1, :)%stages), 'moderate stages refused', &

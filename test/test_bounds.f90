@@ -4,8 +4,8 @@ module test_bounds
    use, intrinsic :: iso_c_binding, only: c_double, c_funloc, c_int, c_int64_t, c_loc, c_null_char, c_null_funptr, &
       c_null_ptr, c_ptr, c_size_t
    use nutate_applied_torque, only: applied_torque_t
-   use nutate_c_history, only: nutate_history_destroy, nutate_history_unproved, nutate_scene_run
-   use nutate_c_reading, only: nutate_stepper_conjugate_momentum, nutate_stepper_quaternion, nutate_stepper_unproved
+   use nutate_c_history, only: nutate_history_destroy, nutate_history_uncertified, nutate_scene_run
+   use nutate_c_reading, only: nutate_stepper_conjugate_momentum, nutate_stepper_quaternion, nutate_stepper_uncertified
    use nutate_c_runs, only: nutate_stepper_run
    use nutate_c_scene, only: nutate_scene_add_potential, nutate_scene_add_user_torque, nutate_scene_bound_potential, &
       nutate_scene_bound_torque, nutate_scene_destroy, nutate_scene_parse, nutate_scene_system
@@ -23,7 +23,7 @@ module test_bounds
    use nutate_state, only: state_t
    use nutate_status, only: status_t, NUTATE_BAD_ARGUMENT, NUTATE_OK
    use test_attack_case, only: custom_potential_t, custom_torque_t
-   use test_f77_routines, only: nubpot, nubtor, nunprv, nustep, potspr, tormot
+   use test_f77_routines, only: nubpot, nubtor, nuncer, nustep, potspr, tormot
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_t
    use test_support, only: check, check_close, error_type, new_unittest, unittest_type
    implicit none
@@ -154,10 +154,10 @@ contains
    end subroutine all_ways_prove_alike
 
    !> `given`: 1 counts for bounds of the potential, 2 of the torque.
-   subroutine take_library(isolv, given, end, unproved)
+   subroutine take_library(isolv, given, end, uncertified)
       integer, intent(in) :: isolv, given
       real(wp), intent(out) :: end(8)
-      integer, intent(out) :: unproved
+      integer, intent(out) :: uncertified
       type(twin_t) :: twin
       type(state_t) :: state
       type(row_keeper_t) :: keeper
@@ -167,15 +167,15 @@ contains
          if (mod(given, 2) == 1) call effects%bound_potential(u(1), u(2), u(3), status)
          if (given > 1) call effects%bound_torque(tau(1), tau(2), tau(3), tau(4), status)
       end associate
-      call run_library(twin, dt, steps, steps, state, keeper, status, unproved)
-      if (.not. status%ok()) unproved = -1
+      call run_library(twin, dt, steps, steps, state, keeper, status, uncertified)
+      if (.not. status%ok()) uncertified = -1
       end = [state%q, state%p]
    end subroutine take_library
 
-   subroutine take_f77(isolv, given, end, unproved)
+   subroutine take_f77(isolv, given, end, uncertified)
       integer, intent(in) :: isolv, given
       real(wp), intent(out) :: end(8)
-      integer, intent(out) :: unproved
+      integer, intent(out) :: uncertified
       real(wp) :: work(most), t, q(4), p(4)
       integer :: info(5)
       info = 0
@@ -185,15 +185,15 @@ contains
          if (given > 1) call nubtor(tau(1), tau(2), tau(3), tau(4), work, most, info(3))
       end associate
       call nustep(steps, dt, t, q, p, potspr, tormot, iuser, smooth, work, most, info(4))
-      call nunprv(unproved, work, most, info(5))
-      if (any(info /= 0)) unproved = -1
+      call nuncer(uncertified, work, most, info(5))
+      if (any(info /= 0)) uncertified = -1
       end = [q, p]
    end subroutine take_f77
 
-   subroutine take_c(isolv, given, end, unproved)
+   subroutine take_c(isolv, given, end, uncertified)
       integer, intent(in) :: isolv, given
       real(wp), intent(out) :: end(8)
-      integer, intent(out) :: unproved
+      integer, intent(out) :: uncertified
       type(twin_t) :: twin
       type(c_ptr), target :: system, stepper
       integer(c_int) :: codes(16)
@@ -222,9 +222,9 @@ contains
       codes(13) = nutate_stepper_run(stepper, int(steps, c_int64_t), 1_c_int64_t, c_null_ptr, 0_c_size_t)
       codes(14) = nutate_stepper_quaternion(stepper, end(1:4))
       codes(15) = nutate_stepper_conjugate_momentum(stepper, end(5:8))
-      codes(16) = nutate_stepper_unproved(stepper, n)
-      unproved = int(n)
-      if (any(codes /= NUTATE_OK)) unproved = -1
+      codes(16) = nutate_stepper_uncertified(stepper, n)
+      uncertified = int(n)
+      if (any(codes /= NUTATE_OK)) uncertified = -1
       codes(1) = nutate_stepper_destroy(c_loc(stepper))
       codes(2) = nutate_system_destroy(c_loc(system))
    end subroutine take_c
@@ -260,8 +260,8 @@ contains
    subroutine bounds_stay_in_work(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: work(most), copy(most), t, q(4), p(4), end(8)
-      integer :: info(5), unproved
-      call take_f77(1, 0, end, unproved)
+      integer :: info(5), uncertified
+      call take_f77(1, 0, end, uncertified)
       call start(forced_twin(1, 4, friction=0.0_wp), work, most, t, q, p, info(1))
       call nustep(steps/2, dt, t, q, p, potspr, tormot, iuser, smooth, work, most, info(2))
       associate (u => spring_bounds, tau => motor_bounds)
@@ -271,8 +271,8 @@ contains
       copy = work
       call nustep(steps/2, dt, t, q, p, potspr, tormot, iuser, smooth, copy, most, info(5))
       call check(error, all(info == 0), 'INFO')
-      call nunprv(unproved, copy, most, info(1))
-      call check(error, unproved, steps/2, 'steps not proved')
+      call nuncer(uncertified, copy, most, info(1))
+      call check(error, uncertified, steps/2, 'steps not certified')
       call check_close(error, [q, p], end, 0.0_wp)
    end subroutine bounds_stay_in_work
 
@@ -340,8 +340,8 @@ contains
       codes(1) = nutate_system_destroy(c_loc(system))
    end subroutine c_refuses
 
-   !> Of a scene with a callback of each kind no step is proved without bounds, every one with them; the system that is
-   !> made of it has its bounds.
+   !> Of a scene with a callback of each kind no step is certified without bounds, every one with them; the system that
+   !> is made of it has its bounds.
    subroutine scenes_are_bound(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: text = '&body inertia = 3, 4, 2 / &initial angular_velocity = 0.5, -0.4, 2 / '// &
@@ -369,22 +369,22 @@ contains
       codes(6) = nutate_stepper_create(system, c_loc(stepper), c_null_ptr, 0_c_size_t)
       codes(7) = nutate_stepper_set_time_step(stepper, 0.01_wp)
       codes(8) = nutate_stepper_run(stepper, 5_c_int64_t, 1_c_int64_t, c_null_ptr, 0_c_size_t)
-      codes(9) = nutate_stepper_unproved(stepper, counts(3))
+      codes(9) = nutate_stepper_uncertified(stepper, counts(3))
       call check(error, all(codes == NUTATE_OK), 'a function of C fails')
-      call check(error, all(int(counts) == [20, 0, 0]), 'steps not proved')
+      call check(error, all(int(counts) == [20, 0, 0]), 'steps not certified')
       codes(1) = nutate_stepper_destroy(c_loc(stepper))
       codes(2) = nutate_system_destroy(c_loc(system))
       codes(3) = nutate_scene_destroy(c_loc(scene))
    end subroutine scenes_are_bound
 
-   !> Steps of a run of a scene that are not proved; -1 where it fails.
-   integer(c_int64_t) function run_scene(scene) result(unproved)
+   !> Steps of a run of a scene that are not certified; -1 where it fails.
+   integer(c_int64_t) function run_scene(scene) result(uncertified)
       type(c_ptr), intent(in) :: scene
       type(c_ptr), target :: history
       integer(c_int) :: code
-      unproved = -1
+      uncertified = -1
       code = nutate_scene_run(scene, c_loc(history), c_null_ptr, 0_c_size_t)
-      if (code == NUTATE_OK) code = nutate_history_unproved(history, unproved)
+      if (code == NUTATE_OK) code = nutate_history_uncertified(history, uncertified)
       code = nutate_history_destroy(c_loc(history))
    end function run_scene
 

@@ -62,7 +62,7 @@ module test_c_interface
    procedure(c_test), bind(C, name='test_c_texts') :: test_c_texts
    procedure(c_test), bind(C, name='test_c_attitudes') :: test_c_attitudes
    procedure(c_test), bind(C, name='test_c_account_of_a_new_state') :: test_c_account_of_a_new_state
-   procedure(c_test), bind(C, name='test_c_unproved_steps') :: test_c_unproved_steps
+   procedure(c_test), bind(C, name='test_c_uncertified_steps') :: test_c_uncertified_steps
    procedure(c_test), bind(C, name='test_c_exact_motion') :: test_c_exact_motion
    procedure(c_test), bind(C, name='test_c_threads') :: test_c_threads
 
@@ -107,7 +107,7 @@ contains
                   new_unittest("a potential of one's own is as good as a built-in one", own_gravity), &
                   new_unittest("a torque of one's own is as good as a built-in one", own_damping), &
                   new_unittest("work and energy count from the state that was set", account_of_a_new_state), &
-                  new_unittest("steps without a proof are counted", unproved_steps), &
+                  new_unittest("steps without a proof are counted", uncertified_steps), &
                   new_unittest("the exact motion is that of short steps", exact_motion), &
                   new_unittest("eight threads have the bits of one", threads), &
                   new_unittest("handles made and freed", many_handles)]
@@ -207,10 +207,10 @@ contains
       call check_line(error, test_c_account_of_a_new_state(), 'test_c_programs.c')
    end subroutine account_of_a_new_state
 
-   subroutine unproved_steps(error)
+   subroutine uncertified_steps(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_line(error, test_c_unproved_steps(), 'test_c_programs.c')
-   end subroutine unproved_steps
+      call check_line(error, test_c_uncertified_steps(), 'test_c_programs.c')
+   end subroutine uncertified_steps
 
    subroutine exact_motion(error)
       type(error_type), allocatable, intent(out) :: error

@@ -75,8 +75,8 @@ int test_c_null_handles(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_constraints(NULL, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_conserved(NULL, &i, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_solver(NULL, &i, x));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_unproved(NULL, NULL));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_history_unproved(NULL, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_uncertified(NULL, NULL));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_history_uncertified(NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_history_accuracy(NULL, NULL, NULL));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_accuracy(NULL, x));
     EXPECT(NUTATE_BAD_HANDLE, nutate_exact_free_body(NULL, one, vector, 1, x, x, x));
@@ -211,7 +211,7 @@ static int null_in_stepper(nutate_stepper *stepper)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_constraints(stepper, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_conserved(stepper, NULL, x));
     EXPECT(NUTATE_OK, nutate_stepper_solver(stepper, NULL, NULL));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_unproved(stepper, NULL));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_uncertified(stepper, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_stepper_accuracy(stepper, NULL));
     return 0;
 }

@@ -8,7 +8,7 @@
 int test_c_own_gravity(int with_hessian, double *worst);
 int test_c_own_damping(double *worst);
 int test_c_account_of_a_new_state(void);
-int test_c_unproved_steps(void);
+int test_c_uncertified_steps(void);
 int test_c_exact_motion(void);
 int test_c_threads(void);
 int test_c_many_handles(int times);
@@ -268,9 +268,9 @@ static void *work_in_thread(void *argument)
     return NULL;
 }
 
-/* Steps under a potential of one's own, of which nothing is known, are counted as not proved: single ones, several,
+/* Steps under a potential of one's own, of which nothing is known, are counted as not certified: single ones, several,
  * nominal ones, those chosen by their error; not those before a new state, nor those of a free body. */
-int test_c_unproved_steps(void)
+int test_c_uncertified_steps(void)
 {
     static const char text[] =
         "&body inertia = 3, 4, 2 / &initial angular_velocity = 0.5, -0.4, 6 / &integrator time_step = 0.01, end_time = 0.2 /";
@@ -284,7 +284,7 @@ int test_c_unproved_steps(void)
     EXPECT(NUTATE_OK, nutate_system_create_moments(moments, 2.5, center, 0, &free_body, NULL, 0));
     EXPECT(NUTATE_OK, nutate_system_add_potential(own, down, own_potential, own_hessian, mk));
     EXPECT(0, start(own, "reduced", &stepper));
-    EXPECT(NUTATE_OK, nutate_stepper_unproved(stepper, &steps));
+    EXPECT(NUTATE_OK, nutate_stepper_uncertified(stepper, &steps));
     EXPECT(0, steps);
     EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.01));
     EXPECT(NUTATE_OK, nutate_stepper_steps(stepper, 0.01, 4, NULL));
@@ -292,30 +292,30 @@ int test_c_unproved_steps(void)
     EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 7, 1, NULL, 0, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_step(stepper, 0.02));
     EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 2, 1, NULL, 0, NULL));
-    EXPECT(NUTATE_OK, nutate_stepper_unproved(stepper, &before));
+    EXPECT(NUTATE_OK, nutate_stepper_uncertified(stepper, &before));
     EXPECT(15, before);
     EXPECT(NUTATE_OK, nutate_stepper_time(stepper, &t));
     EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "local_tolerance", "1e-4"));
     EXPECT(NUTATE_OK, nutate_stepper_run_to(stepper, t + 0.5, 1, 0.0, NULL, 0, NULL));
-    EXPECT(NUTATE_OK, nutate_stepper_unproved(stepper, &steps));
+    EXPECT(NUTATE_OK, nutate_stepper_uncertified(stepper, &steps));
     CHECK(steps > before);
     EXPECT(NUTATE_OK, nutate_stepper_quaternion(stepper, q));
     EXPECT(NUTATE_OK, nutate_stepper_angular_velocity(stepper, w));
     EXPECT(NUTATE_OK, nutate_stepper_set_state(stepper, 0.0, q, w));
-    EXPECT(NUTATE_OK, nutate_stepper_unproved(stepper, &steps));
+    EXPECT(NUTATE_OK, nutate_stepper_uncertified(stepper, &steps));
     EXPECT(0, steps);
     EXPECT(0, start(free_body, "lapack", &other));
     EXPECT(NUTATE_OK, nutate_stepper_steps(other, 0.01, 9, NULL));
-    EXPECT(NUTATE_OK, nutate_stepper_unproved(other, &steps));
+    EXPECT(NUTATE_OK, nutate_stepper_uncertified(other, &steps));
     EXPECT(0, steps);
     EXPECT(NUTATE_OK, nutate_scene_parse(text, NULL, NULL, 0, &scene, NULL, 0));
     EXPECT(NUTATE_OK, nutate_scene_run(scene, &history, NULL, 0));
-    EXPECT(NUTATE_OK, nutate_history_unproved(history, &steps));
+    EXPECT(NUTATE_OK, nutate_history_uncertified(history, &steps));
     EXPECT(0, steps);
     EXPECT(NUTATE_OK, nutate_history_destroy(&history));
     EXPECT(NUTATE_OK, nutate_scene_add_potential(scene, down, own_potential, own_hessian, mk));
     EXPECT(NUTATE_OK, nutate_scene_run(scene, &history, NULL, 0));
-    EXPECT(NUTATE_OK, nutate_history_unproved(history, &steps));
+    EXPECT(NUTATE_OK, nutate_history_uncertified(history, &steps));
     EXPECT(20, steps);
     EXPECT(NUTATE_OK, nutate_history_destroy(&history));
     EXPECT(NUTATE_OK, nutate_scene_destroy(&scene));

@@ -1,5 +1,5 @@
 !> Space axes that turn, on the Earth: Foucault's pendulum, a free gyroscope, a gyrocompass; and that roots of steps in
-!> such axes which count as proved are the true ones.
+!> such axes which count as certified are the true ones.
 module test_earth_frames
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_body, only: diagonal, make_body, make_shape_body
@@ -61,8 +61,8 @@ contains
                   new_unittest("the axis of a free gyroscope goes round with the stars", free_gyroscope), &
                   new_unittest("a gyrocompass rests in the meridian", gyrocompass_rests), &
                   new_unittest("a gyrocompass swings about north with its period", gyrocompass_swings), &
-                  new_unittest("roots that are proved are the true ones", proved_roots_are_true), &
-                  new_unittest("mild steps are proved", mild_steps_are_proved)]
+                  new_unittest("roots that are certified are the true ones", certified_roots_are_true), &
+                  new_unittest("mild steps are certified", mild_steps_is_certified)]
    end subroutine collect_earth_frames
 
    !> 28 kg on 67 m at 48.8462° north, turned 3° about east, at rest on the Earth.
@@ -231,8 +231,8 @@ contains
       problem%start = make_state(problem%system, random_unit_quaternion(seed), 2*random_unit(seed)*random_vector(seed))
    end function drawn
 
-   !> The root of a step that counts as proved is that of a continuation in short increments of its length.
-   subroutine proved_roots_are_true(error)
+   !> The root of a step that counts as certified is that of a continuation in short increments of its length.
+   subroutine certified_roots_are_true(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: problems = 600, parts = 200
       class(stepper_t), allocatable :: stepper
@@ -243,17 +243,17 @@ contains
       !> In axes that stand still, where the motion does not know of their turning; they turn back by a quaternion.
       type(system_t) :: system
       real(wp) :: r(3), c(4), turn(4), expected(4)
-      integer :: n, proved
+      integer :: n, certified
       logical :: followed
       seed = 271828_int64
-      proved = 0
+      certified = 0
       do n = 1, problems
          problem = drawn(seed)
          call make_stepper(problem%system, integrator_settings_t(linear_solver=solvers(1 + mod(n, 2))), &
                            stepper, status)
          state = problem%start
          call stepper%step(problem%system, state, 1.0_wp, status)
-         if (.not. status%ok() .or. stepper%unproved > 0) cycle
+         if (.not. status%ok() .or. stepper%uncertified > 0) cycle
          system = problem%system
          turn = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
          if (follows_turning_axes(system%effects)) then
@@ -264,12 +264,12 @@ contains
          call follow()
          ! What the continuation loses says nothing.
          if (.not. followed) cycle
-         proved = proved + 1
+         certified = certified + 1
          c = [1 - dot_product(r, r), 2*r]/(1 + dot_product(r, r))
          expected = quat_product(turn, quat_product(problem%start%q, c))
          call check_close(error, sign(1.0_wp, dot_product(expected, state%q))*expected, state%q, 1e-9_wp, "root")
       end do
-      call check(error, proved > 100, "hardly any step was proved")
+      call check(error, certified > 100, "hardly any step was certified")
 
    contains
 
@@ -302,10 +302,10 @@ contains
          r = equations%turn%to_relative(r)
       end subroutine follow
 
-   end subroutine proved_roots_are_true
+   end subroutine certified_roots_are_true
 
-   !> Short steps are proved at once, beside effects as without; in axes that turn by a radian in a step none is.
-   subroutine mild_steps_are_proved(error)
+   !> Short steps are certified at once, beside effects as without; in axes that turn by a radian in a step none is.
+   subroutine mild_steps_is_certified(error)
       type(error_type), allocatable, intent(out) :: error
       class(stepper_t), allocatable :: stepper
       type(problem_t) :: problem
@@ -322,7 +322,7 @@ contains
             state = problem%start
             call stepper%step(problem%system, state, 0.01_wp, status)
             call check(error, status%ok(), trim(status%message))
-            call check(error, stepper%unproved, 0, "unproved")
+            call check(error, stepper%uncertified, 0, "uncertified")
          end do
       end do
       call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=200*x))
@@ -330,7 +330,7 @@ contains
       call make_stepper(problem%system, integrator_settings_t(), stepper, status)
       call stepper%step(problem%system, state, 0.01_wp, status)
       call check(error, status%ok(), trim(status%message))
-      call check(error, stepper%unproved, 1, "a fast frame")
-   end subroutine mild_steps_are_proved
+      call check(error, stepper%uncertified, 1, "a fast frame")
+   end subroutine mild_steps_is_certified
 
 end module test_earth_frames

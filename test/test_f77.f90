@@ -7,7 +7,7 @@ module test_f77
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_state, only: state_t
    use nutate_status, only: NUTATE_NOT_FINITE, status_t
-   use test_f77_routines, only: nufram, nuinv, nunprv, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, &
+   use test_f77_routines, only: nufram, nuinv, nuncer, nuomeg, nurun, nusetp, nustat, nustep, nutext, potnan, potspr, &
       tormot, tornan
    use test_f77_twins, only: forced_twin, iuser, most, plain, row_keeper_t, run_library, start, top_twin, twin_of, &
       twin_t
@@ -202,8 +202,8 @@ contains
       call nustat(istat, t, work, most, info)
       call check(error, istat(1) == 100 .and. istat(2) >= 1000 .and. istat(3) == 0)
       ! Of a potential of one's own nothing is known.
-      call nunprv(nrows, work, most, info)
-      call check(error, info == 0 .and. nrows == 100, 'NUNPRV')
+      call nuncer(nrows, work, most, info)
+      call check(error, info == 0 .and. nrows == 100, 'NUNCER')
    end subroutine rows_have_the_digits
 
    subroutine interleaved_motions_are_alone(error)

@@ -3,7 +3,7 @@ module test_f77_arguments
    use, intrinsic :: iso_fortran_env, only: int64
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use nutate_kinds, only: wp
-   use test_f77_routines, only: nuinv, nuomeg, nunprv, nurun, nusetp, nustat, nustep, potspr, tormot
+   use test_f77_routines, only: nuinv, nuomeg, nuncer, nurun, nusetp, nustat, nustep, potspr, tormot
    use test_f77_twins, only: forced_twin, iuser, most, plain, start, top_twin, twin_t
    use test_support, only: check, error_type, new_unittest, unittest_type
    implicit none
@@ -19,7 +19,7 @@ contains
                   new_unittest("F77 length of WORK is told", length_is_told), &
                   new_unittest("F77 NUINIT finds the wrong argument", init_finds_wrong), &
                   new_unittest("F77 NUSTEP finds the wrong argument", step_finds_wrong), &
-                  new_unittest("F77 NURUN, NUSTAT and NUNPRV find the wrong argument", run_finds_wrong), &
+                  new_unittest("F77 NURUN, NUSTAT and NUNCER find the wrong argument", run_finds_wrong), &
                   new_unittest("F77 states find the wrong argument", states_find_wrong)]
    end subroutine collect_f77_arguments
 
@@ -166,9 +166,9 @@ contains
       call check(error, info, -4)
       call nustat(istat, w, 0*work, most, info)
       call check(error, info, -3)
-      call nunprv(n, work, 90, info)
+      call nuncer(n, work, 90, info)
       call check(error, info, -3)
-      call nunprv(n, 0*work, most, info)
+      call nuncer(n, 0*work, most, info)
       call check(error, info, -2)
    end subroutine run_finds_wrong
 

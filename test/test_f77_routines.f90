@@ -5,7 +5,7 @@ module test_f77_routines
    implicit none
    private
 
-   public :: nuinit, nufram, nubpot, nubtor, nustep, nurun, nustat, nunprv, nusetp, nuomeg, nuinv, nuq2m, num2q, &
+   public :: nuinit, nufram, nubpot, nubtor, nustep, nurun, nustat, nuncer, nusetp, nuomeg, nuinv, nuq2m, num2q, &
       nuq2e, nue2q, nufree, nutext, nuwhy, potential, torque, potspr, tormot, tornan, potnan
 
    abstract interface
@@ -95,14 +95,14 @@ module test_f77_routines
          integer, intent(out) :: info
       end subroutine nustat
 
-      subroutine nunprv(num, work, lwork, info)
+      subroutine nuncer(num, work, lwork, info)
          import :: wp
          implicit none
          integer, intent(inout) :: num
          real(wp), intent(in) :: work(*)
          integer, intent(in) :: lwork
          integer, intent(out) :: info
-      end subroutine nunprv
+      end subroutine nuncer
 
       subroutine nubpot(bgrad, bhess, bthird, work, lwork, info)
          import :: wp

@@ -161,15 +161,15 @@ contains
    end subroutine start
 
    !> The library's motion, with the rows of `keeper`.
-   subroutine run_library(twin, dt, n, every, state, keeper, status, unproved)
+   subroutine run_library(twin, dt, n, every, state, keeper, status, uncertified)
       type(twin_t), intent(in) :: twin
       real(wp), intent(in) :: dt
       integer, intent(in) :: n, every
       type(state_t), intent(out) :: state
       type(row_keeper_t), intent(inout) :: keeper
       type(status_t), intent(out) :: status
-      !> Steps that are not proved.
-      integer, intent(out), optional :: unproved
+      !> Steps that are not certified.
+      integer, intent(out), optional :: uncertified
       class(stepper_t), allocatable :: stepper
       type(run_summary_t) :: summary
       state = twin%problem%start
@@ -177,7 +177,7 @@ contains
       if (status%ok()) call integrate(twin%problem%system, stepper, state, &
                                       run_plan_t(time_step=dt, end_time=state%t + n*dt, every=int(every, long)), &
                                       status, keeper, summary)
-      if (present(unproved)) unproved = int(summary%unproved_steps)
+      if (present(uncertified)) uncertified = int(summary%uncertified_steps)
    end subroutine run_library
 
 end module test_f77_twins

@@ -1,5 +1,5 @@
 !> What the proof that a root is the true one is made of: the bounds of every effect, against what the effect does in
-!> steps drawn at random; the scenes that come along, whose steps are all proved at once; and what is beyond a proof.
+!> steps drawn at random; the scenes that come along, whose steps are all certified at once; and what is beyond a proof.
 module test_root_proof
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t
@@ -79,9 +79,9 @@ contains
                   new_unittest("damping keeps to its bounds", damping_keeps_to_bounds), &
                   new_unittest("potentials of one's own keep to given bounds", own_potential_keeps_to_bounds), &
                   new_unittest("torques of one's own keep to given bounds", own_torque_keeps_to_bounds), &
-                  new_unittest("the scenes that come along are proved at once", scenes_are_proved_at_once), &
-                  new_unittest("an effect without bounds is not proved, with bounds it is", bounds_make_the_proof), &
-                  new_unittest("a state off the manifold is not proved", off_manifold_is_not_proved)]
+                  new_unittest("the scenes that come along are certified at once", scenes_are_certified_at_once), &
+                  new_unittest("an effect without bounds is not certified, with bounds it is", bounds_make_the_proof), &
+                  new_unittest("a state off the manifold is not certified", off_manifold_is_not_certified)]
    end subroutine collect_root_proof
 
    pure real(wp) function cubic_energy(self, gamma)
@@ -393,7 +393,7 @@ contains
    end function axes_of
 
    !> By every conserving method of every order and solver, at the scene's own step: nothing is continued.
-   subroutine scenes_are_proved_at_once(error)
+   subroutine scenes_are_certified_at_once(error)
       type(error_type), allocatable, intent(out) :: error
       type(scene_t) :: scene
       type(status_t) :: status
@@ -417,13 +417,13 @@ contains
             state = scene%initial
             effort%continued = 0
             call integrate(scene%system, scene%integrator, state, plan, status, effort, summary)
-            call check(error, status%ok() .and. effort%continued == 0 .and. summary%unproved_steps == 0, &
-                       trim(scene_names(i))//' is not proved at once by '//trim(methods(row)%linear_solver))
+            call check(error, status%ok() .and. effort%continued == 0 .and. summary%uncertified_steps == 0, &
+                       trim(scene_names(i))//' is not certified at once by '//trim(methods(row)%linear_solver))
          end do
       end do
-   end subroutine scenes_are_proved_at_once
+   end subroutine scenes_are_certified_at_once
 
-   !> A top in a cubic potential of its own: every step counts as not proved, unless bounds are given.
+   !> A top in a cubic potential of its own: every step counts as not certified, unless bounds are given.
    subroutine bounds_make_the_proof(error)
       type(error_type), allocatable, intent(out) :: error
       type(cubic_potential_t) :: cubic
@@ -433,10 +433,10 @@ contains
       cubic%direction = [0.0_wp, 0.0_wp, 1.0_wp]
       steps = 20
       call run_top(cubic, summary)
-      call check(error, int(summary%unproved_steps), steps)
+      call check(error, int(summary%uncertified_steps), steps)
       cubic%given = given_bounds_t(known=.true., first=3.0_wp, second=6.0_wp, third=6.0_wp)
       call run_top(cubic, summary)
-      call check(error, int(summary%unproved_steps), 0)
+      call check(error, int(summary%uncertified_steps), 0)
 
    contains
 
@@ -460,7 +460,7 @@ contains
    end subroutine bounds_make_the_proof
 
    !> q·p ≠ 0 with a finite J0: |q| changes in the step, which the proof does not know.
-   subroutine off_manifold_is_not_proved(error)
+   subroutine off_manifold_is_not_certified(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system
       type(status_t) :: status
@@ -473,11 +473,11 @@ contains
       state%p = state%p + 0.5_wp*state%q
       call make_stepper(system, settings, stepper, status)
       call stepper%step(system, state, 0.1_wp, status)
-      call check(error, status%ok() .and. stepper%unproved == 1, 'a state off the manifold counts as proved')
+      call check(error, status%ok() .and. stepper%uncertified == 1, 'a state off the manifold counts as certified')
       state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.3_wp, 0.2_wp, -1.0_wp])
       call stepper%prepare(system, settings, status)
       call stepper%step(system, state, 0.1_wp, status)
-      call check(error, status%ok() .and. stepper%unproved == 0, 'a free body is not proved')
-   end subroutine off_manifold_is_not_proved
+      call check(error, status%ok() .and. stepper%uncertified == 0, 'a free body is not certified')
+   end subroutine off_manifold_is_not_certified
 
 end module test_root_proof

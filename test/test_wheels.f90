@@ -41,7 +41,7 @@ contains
                   new_unittest("both forms give one trajectory", both_forms_agree), &
                   new_unittest("what is interrupted goes on bit for bit", runs_go_on_with_wheels), &
                   new_unittest("a large momentum does no harm", large_momentum_does_no_harm), &
-                  new_unittest("roots count as not proved", roots_are_not_proved), &
+                  new_unittest("roots count as not certified", roots_are_not_certified), &
                   new_unittest("gravity acts on the locked body", gravity_acts_on_the_locked_body), &
                   new_unittest("wheels that cannot be are refused", bad_wheels_are_refused)]
    end subroutine collect_wheels
@@ -305,8 +305,8 @@ contains
       call check_below(error, abs(kinetic_energy(system, state) - energy), 64*eps*energy, "energy")
    end subroutine try_large_momentum
 
-   !> No proof has been derived: no root is taken as proved, in either form and by no short step.
-   subroutine roots_are_not_proved(error)
+   !> No proof has been derived: no root is taken as certified, in either form and by no short step.
+   subroutine roots_are_not_certified(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(state_t) :: state
@@ -320,10 +320,10 @@ contains
          state = problem%start
          do i = 1, 3
             call stepper%step(problem%system, state, 1e-3_wp, status)
-            call check(error, stepper%unproved, methods(m)%stages, label_of(methods(m)))
+            call check(error, stepper%uncertified, methods(m)%stages, label_of(methods(m)))
          end do
       end do
-   end subroutine roots_are_not_proved
+   end subroutine roots_are_not_certified
 
    !> The gradient is that of the body with its wheel locked, whichever was there first.
    subroutine gravity_acts_on_the_locked_body(error)

@@ -40,15 +40,15 @@ class Scene(Recipe):
         super().__init__(handle)
         check(library.nutate_scene_set_poll(handle, asked, None))
         self._note(None, *overrides, text=read, name=None if name is None else os.fsdecode(name))
-        self._unproved_steps = 0
+        self._uncertified_steps = 0
 
     def __repr__(self) -> str:
         return f"<Scene {self.title!r}>" if not self._is_closed else "<Scene, closed>"
 
     @property
-    def unproved_steps(self) -> int:
+    def uncertified_steps(self) -> int:
         """Steps of the last `run` in which a root was taken for that of the true motion without a proof."""
-        return self._unproved_steps
+        return self._uncertified_steps
 
     @property
     def title(self) -> str:
@@ -101,7 +101,7 @@ class Scene(Recipe):
         handle = ctypes.c_void_p()
         message = ctypes.create_string_buffer(MESSAGE_SIZE)
         status = interruptible(library.nutate_scene_run, self._handle, ctypes.byref(handle), message, MESSAGE_SIZE)
-        columns, self._unproved_steps = take_history(handle)
+        columns, self._uncertified_steps = take_history(handle)
         self._conclude(status, columns, message.value.decode("utf-8", "replace"))
         columns._warn()
         return columns
@@ -126,7 +126,7 @@ def take_history(handle: Any, names: Optional[list[str]] = None) -> tuple[Histor
             check(library.nutate_history_values(handle, pointer(values), values.size))
         if names is None:
             names = [text_of(library.nutate_history_name, handle, i) for i in range(n_columns.value)]
-        check(library.nutate_history_unproved(handle, ctypes.byref(steps)))
+        check(library.nutate_history_uncertified(handle, ctypes.byref(steps)))
         history = History(dict(zip(names, values.T)), take_events("history", handle))
         history._take_accuracy(handle)
     finally:

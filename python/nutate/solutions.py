@@ -126,7 +126,7 @@ class Solution(Columns):
     t_events, q_events, omega_events    for each event the times when it happened and the states then
     method      what was integrated with
     n_steps     steps that were taken up to the end; None without dense_output
-    unproved_steps  of these the ones that rest on a root without a proof
+    uncertified_steps  of these the ones that rest on a root without a proof
 
     solution["omega3"] is a column by its name, solution.columns all of them; to_pandas() and to_xarray() make tables.
     """
@@ -140,7 +140,7 @@ class Solution(Columns):
         self.message: str = facts["message"]
         self.method: str = facts["method"]
         self.n_steps: Optional[int] = facts["n_steps"]
-        self.unproved_steps: int = facts["unproved_steps"]
+        self.uncertified_steps: int = facts["uncertified_steps"]
         self.errors: dict[str, float] = facts["errors"]
         self.accuracy_reached: Optional[bool] = facts["accuracy_reached"]
         self.t_events: list[Array] = facts["t_events"]
@@ -208,7 +208,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
         sol = Motion(stepper, branch, ends) if dense_output and len(ends["t"]) else None
         columns = ends if sol is None or times is None else sol.rows(times[(times >= sol.t_min) & (times <= sol.t_max)])
         return Solution(columns, sol, system=copy.copy(body), method=stepper.get("method"),
-                        n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), unproved_steps=stepper.unproved_steps,
+                        n_steps=None if rows_only else max(len(ends["t"]) - 1, 0), uncertified_steps=stepper.uncertified_steps,
                         errors=errors_of(stepper, columns, failed), accuracy_reached=ends.accuracy_reached,
                         **outcome(stepper, looked_for, failed, ends.accuracy_reached))
 

@@ -284,10 +284,10 @@ class Stepper(SatelliteState):
         return self._read("nutate_stepper_energy", 5)
 
     @property
-    def unproved_steps(self) -> int:
+    def uncertified_steps(self) -> int:
         """Steps since the state was set in which a root was taken for that of the true motion without a proof."""
         steps = ctypes.c_int64()
-        self._call("nutate_stepper_unproved", ctypes.byref(steps))
+        self._call("nutate_stepper_uncertified", ctypes.byref(steps))
         return steps.value
 
     @property

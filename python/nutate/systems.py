@@ -144,7 +144,7 @@ class System(WheelMounting):
         bounds = (torque, by_rotation, second, rate), for a torque that does not depend on omega, at all attitudes and
         times: of |tau|, of the length of its first and of its second derivative by the angle as the body turns about any
         axis, N m, and a rate, 1/s, that times these bounds their derivatives by time (0: constant in time). With bounds
-        of every effect steps can be proved to follow the true motion; without them they count as `unproved_steps`. The
+        of every effect steps can be certified to follow the true motion; without them they count as `uncertified_steps`. The
         bounds are promised, not tested."""
         add_user_torque(self, "system", torque, bounds)
         self._add("add_user_torque", torque, bounds)

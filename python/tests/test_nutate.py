@@ -150,20 +150,20 @@ class CallbackTest(unittest.TestCase):
         free = nutate.Stepper(nutate.System(moments=(1, 2, 2.5)))
         free.set_state(q=(0.8, 0.6, 0, 0), omega=(1, 2, 3))
         free.steps(0.1, 5)
-        self.assertEqual(free.unproved_steps, 0)
+        self.assertEqual(free.uncertified_steps, 0)
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_potential((0, 0, 1), lambda gamma: (gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)))
         stepper = nutate.Stepper(system)
         stepper.set_state(q=(0.8, 0.6, 0, 0), omega=(1, 2, 3))
         stepper.steps(0.1, 5)
-        self.assertEqual(stepper.unproved_steps, 5)
+        self.assertEqual(stepper.uncertified_steps, 5)
         scene = nutate.Scene(text="&body inertia = 1, 2, 2.5 /\n&initial angular_velocity = 1, 2, 3 /\n"
                                   "&integrator time_step = 0.1, end_time = 0.7 /")
         scene.run()
-        self.assertEqual(scene.unproved_steps, 0)
+        self.assertEqual(scene.uncertified_steps, 0)
         scene.add_potential((0, 0, 1), lambda gamma: (gamma[0] ** 4, (4 * gamma[0] ** 3, 0, 0)))
         scene.run()
-        self.assertEqual(scene.unproved_steps, 7)
+        self.assertEqual(scene.uncertified_steps, 7)
 
     def test_bounds_prove_steps_and_change_no_digit(self):
         def quartic(gamma):
@@ -183,13 +183,13 @@ class CallbackTest(unittest.TestCase):
             stepper.set_state(q=(0.8, 0.6, 0, 0), omega=(0.3, 0.2, 1))
             stepper.steps(0.02, 5)
             states.append(stepper.quaternion)
-            self.assertEqual(stepper.unproved_steps, expected)
+            self.assertEqual(stepper.uncertified_steps, expected)
             scene = nutate.Scene(text="&body inertia = 2, 3, 4 /\n&initial angular_velocity = 0.3, 0.2, 1 /\n"
                                       "&integrator time_step = 0.02, end_time = 0.1 /")
             scene.add_potential((0, 0, 1), quartic, bounds=of_potential)
             scene.add_user_torque(push, bounds=of_torque)
             scene.run()
-            self.assertEqual(scene.unproved_steps, expected)
+            self.assertEqual(scene.uncertified_steps, expected)
         np.testing.assert_array_equal(states[0], states[1])
         np.testing.assert_array_equal(states[0], states[2])
 

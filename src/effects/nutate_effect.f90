@@ -10,7 +10,7 @@
 !> integrate with it. All series are in `s = (t - t₀)/time_unit`; coefficient k is asked for when the coefficients 0..k
 !> of what it depends on are there, k = 0, 1, 2, ... in turn.
 !>
-!> An effect may bound what it does in a step: then the root of a step can be proved to be the true one.
+!> An effect may bound what it does in a step: then the root of a step can be certified to be the true one.
 module nutate_effect
    use nutate_any_effect, only: effect_t, given_bounds_t, rotor_t, &
       NO_SERIES, LINEAR_SERIES, GENERAL_SERIES, SPACE_SERIES

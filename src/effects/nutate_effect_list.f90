@@ -336,8 +336,8 @@ contains
       end do
    end function regulates_wheels
 
-   !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be proved to be the
-   !> true one. They must hold for all γ up to |n| long; a later call replaces them.
+   !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be certified to be
+   !> the true one. They must hold for all γ up to |n| long; a later call replaces them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT`, the list as it was, where a bound is not finite, negative or above 1e100, and where
    !> no potential of the list takes bounds: those of the library have their own.

@@ -59,7 +59,7 @@ contains
       tau = cross(self%moment, gamma(:, k))
    end subroutine torque_of_moment
 
-   !> What moves is not bounded: no step with it counts as proved.
+   !> What moves is not bounded: no step with it counts as certified.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(moving_linear_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map

@@ -116,7 +116,7 @@ contains
       end associate
    end function moving_is_moderate
 
-   !> What moves is not bounded: no step with it counts as proved.
+   !> What moves is not bounded: no step with it counts as certified.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(orbital_gradient_t), intent(in) :: self
       type(linear_map_t), intent(in) :: map

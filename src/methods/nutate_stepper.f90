@@ -65,7 +65,7 @@ module nutate_stepper
       !> Lengths that the last step tried by continuation in Δt (`nutate_continuation`): each costs as much as a step.
       integer :: continued = 0
       !> Stages of the last step whose root is taken for the true one without a proof (`nutate_continuation`).
-      integer :: unproved = 0
+      integer :: uncertified = 0
       !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
       !> The same for all that the energy and its account depend on, where there are works; zero without an estimate.
@@ -182,7 +182,7 @@ contains
       self%iterations = 0
       self%residual = 0.0_wp
       self%continued = 0
-      self%unproved = 0
+      self%uncertified = 0
       self%error_estimate = 0.0_wp
       self%step_error = step_error_t()
       self%prepared_with = settings

@@ -42,7 +42,7 @@ contains
       self%iterations = self%base%iterations
       self%residual = self%base%residual
       self%continued = self%base%continued
-      self%unproved = self%base%unproved
+      self%uncertified = self%base%uncertified
    end subroutine take_counts
 
    !> Takes the work of the last step, and the estimate of its error.

@@ -1,6 +1,6 @@
 !> A stepper whose states are sums of increments, for a motion that does not know of the turning of the space axes
-!> (`nutate_axes_turn`): it takes its step in axes that stand still, with all that is proved of its root there, and the
-!> state is turned back with its compensation. Explicit methods have the turn at the ends of their own steps.
+!> (`nutate_axes_turn`): it takes its step in axes that stand still, with all that is certified of its root there, and
+!> the state is turned back with its compensation. Explicit methods have the turn at the ends of their own steps.
 module nutate_turned_stepper
    use nutate_axes_turn, only: axes_turn_t, turned
    use nutate_kinds, only: wp

@@ -215,7 +215,7 @@ contains
       real(wp) :: error
       next = progress%state
       progress%record%iterations = 0
-      progress%record%unproved = 0
+      progress%record%uncertified = 0
       if (allocated(self%whole)) then
          call go_halves(self, system, progress%record, next, step, error, status)
       else
@@ -322,7 +322,7 @@ contains
       record%continued = record%continued + stepper%continued
       record%iterations = record%iterations + stepper%iterations
       ! A whole step says how good the halves are: its root counts like theirs.
-      record%unproved = record%unproved + stepper%unproved
+      record%uncertified = record%uncertified + stepper%uncertified
       record%residual = stepper%residual
    end subroutine take_part
 
@@ -438,7 +438,7 @@ contains
       length = t_end - progress%state%t
       next = progress%state
       progress%record%iterations = 0
-      progress%record%unproved = 0
+      progress%record%uncertified = 0
       call self%half%forget_steps()
       if (allocated(self%whole)) then
          call self%whole%forget_steps()

@@ -134,7 +134,7 @@ contains
       progress%way = way_t(begun=.true., parts=progress%summary%parts + 1)
       progress%record%iterations = 0
       progress%record%residual = 0.0_wp
-      progress%record%unproved = 0
+      progress%record%uncertified = 0
    end subroutine begin_way
 
    !> The next time on which a step must end: that of a break inside the nominal step, or its end.

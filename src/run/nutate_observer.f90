@@ -20,7 +20,7 @@ module nutate_observer
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp
       !> Stages of the last step, in all its parts, whose root is taken for the true one without a proof.
-      integer :: unproved = 0
+      integer :: uncertified = 0
       !> Work of all torques so far, J.
       real(wp) :: work = 0.0_wp
       !> The same of each that does work, and last of switches; shape (n_works + 1). Only where the observer wants it.
@@ -87,7 +87,7 @@ contains
       call archive%transfer(self%step)
       call archive%transfer(self%iterations)
       call archive%transfer(self%residual)
-      call archive%transfer(self%unproved)
+      call archive%transfer(self%uncertified)
       call archive%transfer(self%work)
       call archive%transfer(self%continued)
    end subroutine transfer_record

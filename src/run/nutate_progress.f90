@@ -30,7 +30,7 @@ module nutate_progress
       integer(long) :: iterations = 0
       integer :: most_iterations = 0
       !> Steps in which a root was taken for that of the true motion without a proof (`nutate_continuation`).
-      integer(long) :: unproved_steps = 0
+      integer(long) :: uncertified_steps = 0
       !> Work of each torque, and of each wheel motor and friction, J; shape (n_works).
       real(wp), allocatable :: work(:)
       !> What switching potentials on and off has changed the energy by, J.
@@ -172,7 +172,7 @@ contains
       class(stepper_t), intent(in) :: stepper
       self%summary%parts = self%summary%parts + 1
       self%record%iterations = self%record%iterations + stepper%iterations
-      self%record%unproved = self%record%unproved + stepper%unproved
+      self%record%uncertified = self%record%uncertified + stepper%uncertified
       self%record%residual = max(self%record%residual, stepper%residual)
       call count_works(self, stepper)
    end subroutine count_part
@@ -193,7 +193,7 @@ contains
       self%summary%steps = self%summary%steps + 1
       self%summary%iterations = self%summary%iterations + self%record%iterations
       self%summary%most_iterations = max(self%summary%most_iterations, self%record%iterations)
-      if (self%record%unproved > 0) self%summary%unproved_steps = self%summary%unproved_steps + 1
+      if (self%record%uncertified > 0) self%summary%uncertified_steps = self%summary%uncertified_steps + 1
       self%record%step = self%summary%steps
    end subroutine count_step
 
@@ -270,7 +270,7 @@ contains
       call archive%transfer(self%parts)
       call archive%transfer(self%iterations)
       call archive%transfer(self%most_iterations)
-      call archive%transfer(self%unproved_steps)
+      call archive%transfer(self%uncertified_steps)
       call archive%transfer(self%work)
       call archive%transfer(self%estimate)
       call archive%transfer(self%round_off)

@@ -14,7 +14,7 @@ module nutate_run_mark
       type(state_t) :: state = state_t()
       type(run_record_t) :: record = run_record_t()
       type(way_t) :: way = way_t()
-      integer(long) :: steps = 0, cut_steps = 0, parts = 0, iterations = 0, unproved_steps = 0
+      integer(long) :: steps = 0, cut_steps = 0, parts = 0, iterations = 0, uncertified_steps = 0
       !> s.
       real(wp) :: next_break = 0.0_wp
       !> J; shape (number of torques).
@@ -35,7 +35,7 @@ contains
       mark%cut_steps = progress%summary%cut_steps
       mark%parts = progress%summary%parts
       mark%iterations = progress%summary%iterations
-      mark%unproved_steps = progress%summary%unproved_steps
+      mark%uncertified_steps = progress%summary%uncertified_steps
       mark%next_break = progress%next_break
       if (.not. allocated(mark%work)) allocate (mark%work(size(progress%summary%work)), &
                                                 mark%work_compensation(size(progress%summary%work)))
@@ -55,7 +55,7 @@ contains
       progress%summary%cut_steps = mark%cut_steps
       progress%summary%parts = mark%parts
       progress%summary%iterations = mark%iterations
-      progress%summary%unproved_steps = mark%unproved_steps
+      progress%summary%uncertified_steps = mark%uncertified_steps
       progress%next_break = mark%next_break
       progress%summary%work(:) = mark%work
       progress%work_compensation(:) = mark%work_compensation

@@ -109,8 +109,8 @@ class History(CommandLineTest):
                                   "&spring body_point = 0.3, 0.0, 0.1, anchor = 0.3, 0.0, 0.1, stiffness = 4.0, "
                                   "rest_length = 0.2 /\n&integrator time_step = 0.01, end_time = 0.1 /\n")
         done = self.succeed("run", "meeting.nml")
-        self.assertRegex(done.stderr, r"not proved +([1-9]|10) of the steps rest on a root")
-        self.assertNotIn("not proved", self.succeed("run", "box.nml").stderr)
+        self.assertRegex(done.stderr, r"not certified +([1-9]|10) of the steps rest on a root")
+        self.assertNotIn("not certified", self.succeed("run", "box.nml").stderr)
 
     def test_numbers_are_short_and_read_back_exactly(self):
         self.succeed("run", "top.nml", "--set", f"output.columns={all_columns()}")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tries to make the steppers accept another root than that of the true motion: 100 000 stages drawn at random, each judged by
-# an oracle of the tests. Without arguments the table goes into docs/stability.md. Fails if a wrong root counts as proved.
+# an oracle of the tests. Without arguments the table goes into docs/stability.md. Fails if a wrong root counts as certified.
 # Then looks for events that are missed, or made up, in 100 000 motions drawn at random, and in 20 000 more with levels,
 # turning angles and torques that jump.
 #    tools/tests/attack.sh [--seed S] [--stages N | --case K]      K repeats one case of a seed, stage by stage

@@ -66,7 +66,7 @@ module nutate_c_handles
       integer :: width = 0
       integer(c_size_t) :: rows = 0
       !> Steps of the run in which a root was taken for the true one without a proof.
-      integer(long) :: unproved_steps = 0
+      integer(long) :: uncertified_steps = 0
       !> `estimate` and `round_off` of a run with an accuracy, and that, rad.
       real(wp) :: error(2) = 0.0_wp, accuracy = 0.0_wp
       !> Shape (width, room for rows).

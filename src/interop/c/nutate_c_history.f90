@@ -25,7 +25,7 @@ module nutate_c_history
    private
 
    public :: nutate_scene_run, nutate_scene_write, nutate_history_size, nutate_history_name, nutate_history_column, &
-      nutate_history_values, nutate_history_unproved, nutate_history_accuracy, nutate_history_destroy
+      nutate_history_values, nutate_history_uncertified, nutate_history_accuracy, nutate_history_destroy
 
    !> Writes rows into a file, as long as no callback has failed.
    type, extends(history_t) :: writer_t
@@ -152,7 +152,7 @@ contains
       code = NUTATE_OK
    end function nutate_history_values
 
-   integer(c_int) function nutate_history_unproved(history, steps) result(code) bind(C)
+   integer(c_int) function nutate_history_uncertified(history, steps) result(code) bind(C)
       type(c_ptr), intent(in), value :: history
       integer(c_int64_t), intent(inout), optional :: steps
       type(history_handle_t), pointer :: handle
@@ -161,9 +161,9 @@ contains
       if (.not. associated(handle)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(steps)) return
-      steps = handle%unproved_steps
+      steps = handle%uncertified_steps
       code = NUTATE_OK
-   end function nutate_history_unproved
+   end function nutate_history_uncertified
 
    integer(c_int) function nutate_history_accuracy(history, error, accuracy) result(code) bind(C)
       type(c_ptr), intent(in), value :: history
@@ -218,7 +218,7 @@ contains
             call taker%take(columns%width, 0_long, status)
             call travel(stepper, scene%plan, taker, status)
             handle%found = stepper%found
-            handle%unproved_steps = stepper%run%summary%unproved_steps
+            handle%uncertified_steps = stepper%run%summary%uncertified_steps
             handle%accuracy = scene%plan%goal%accuracy
             if (status%ok() .and. handle%accuracy > 0.0_wp) &
                handle%error = [stepper%run%summary%estimate, stepper%run%summary%round_off]

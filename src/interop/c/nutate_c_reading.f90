@@ -21,7 +21,7 @@ module nutate_c_reading
    public :: nutate_stepper_time, nutate_stepper_quaternion, nutate_stepper_conjugate_momentum, &
       nutate_stepper_angular_velocity, nutate_stepper_angular_velocity_space, nutate_stepper_angular_momentum, &
       nutate_stepper_angular_momentum_space, nutate_stepper_matrix, nutate_stepper_euler, nutate_stepper_energy, &
-      nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver, nutate_stepper_unproved, &
+      nutate_stepper_constraints, nutate_stepper_conserved, nutate_stepper_solver, nutate_stepper_uncertified, &
       nutate_stepper_accuracy
    public :: nutate_stepper_set_columns, nutate_stepper_width, nutate_stepper_column, nutate_stepper_row
 
@@ -165,14 +165,14 @@ contains
       if (present(residual)) residual = handle%run%stepper%residual
    end function nutate_stepper_solver
 
-   integer(c_int) function nutate_stepper_unproved(stepper, steps) result(code) bind(C)
+   integer(c_int) function nutate_stepper_uncertified(stepper, steps) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
       integer(c_int64_t), intent(inout), optional :: steps
       type(stepper_handle_t), pointer :: handle
       call look(stepper, present(steps), .false., handle, code)
       if (code /= NUTATE_OK) return
-      steps = handle%run%summary%unproved_steps
-   end function nutate_stepper_unproved
+      steps = handle%run%summary%uncertified_steps
+   end function nutate_stepper_uncertified
 
    integer(c_int) function nutate_stepper_set_columns(stepper, sets) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper, sets

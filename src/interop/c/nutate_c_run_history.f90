@@ -52,7 +52,7 @@ contains
          slot = c_loc(rows)
          taker%history => rows
          call run_to(handle, plan, taker, status)
-         rows%unproved_steps = handle%run%summary%unproved_steps
+         rows%uncertified_steps = handle%run%summary%uncertified_steps
          rows%found = handle%found
          rows%accuracy = handle%plan%goal%accuracy
          if (status%ok() .and. rows%accuracy > 0.0_wp) &

@@ -38,7 +38,7 @@ contains
       end if
       code = handle%status%code
       if (code /= NUTATE_OK) return
-      if (handle%run%stepper%unproved > 0) call count_unproved(handle%run%summary)
+      if (handle%run%stepper%uncertified > 0) call count_uncertified(handle%run%summary)
    end function nutate_stepper_step
 
    integer(c_int) function nutate_stepper_steps(stepper, dt, n, done) result(code) bind(C)
@@ -66,7 +66,7 @@ contains
          end if
          code = handle%status%code
          if (code /= NUTATE_OK) return
-         if (handle%run%stepper%unproved > 0) call count_unproved(handle%run%summary)
+         if (handle%run%stepper%uncertified > 0) call count_uncertified(handle%run%summary)
          if (present(done)) done = i
          if (mod(i, steps_between_looks) == 0) then
             call handle%poll%ask(handle%status)
@@ -108,10 +108,10 @@ contains
       end if
    end subroutine step_with_care
 
-   pure subroutine count_unproved(summary)
+   pure subroutine count_uncertified(summary)
       type(run_summary_t), intent(inout) :: summary
-      summary%unproved_steps = summary%unproved_steps + 1
-   end subroutine count_unproved
+      summary%uncertified_steps = summary%uncertified_steps + 1
+   end subroutine count_uncertified
 
    !> Tests the length of a step. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine test_step(handle, dt, status)

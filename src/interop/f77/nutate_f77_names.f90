@@ -18,7 +18,7 @@ module nutate_f77_names
       routine_t('NUSTEP', 'N,DT,T,Q,P,POT,TOR,IUSER,RUSER,WORK,LWORK,INFO'), &
       routine_t('NURUN ', 'N,DT,T,Q,P,POT,TOR,IUSER,RUSER,K,ROWS,MROWS,NROWS,WORK,LWORK,INFO'), &
       routine_t('NUSTAT', 'ISTAT,W,WORK,LWORK,INFO'), &
-      routine_t('NUNPRV', 'NUM,WORK,LWORK,INFO'), &
+      routine_t('NUNCER', 'NUM,WORK,LWORK,INFO'), &
       routine_t('NUBPOT', 'BGRAD,BHESS,BTHIRD,WORK,LWORK,INFO'), &
       routine_t('NUBTOR', 'BTOR,BTURN,BSEC,BRATE,WORK,LWORK,INFO'), &
       routine_t('NUSETP', 'Q,OMEGA,P,WORK,LWORK,INFO'), &

@@ -251,7 +251,7 @@ contains
       place%all_steps = place%all_steps + summary%steps
       place%iterations = place%iterations + summary%iterations
       place%cut_steps = place%cut_steps + summary%cut_steps
-      place%unproved_steps = place%unproved_steps + summary%unproved_steps
+      place%uncertified_steps = place%uncertified_steps + summary%uncertified_steps
       do i = 1, size(summary%work)
          call add_increment(place%work, place%work_compensation, summary%work(i))
       end do

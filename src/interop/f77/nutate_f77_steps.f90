@@ -242,8 +242,8 @@ subroutine nustat(istat, w, work, lwork, info)
    w = place%work
 end subroutine nustat
 
-!> NUNPRV tells in how many of the steps since NUINIT a root was taken for that of the true motion without a proof.
-subroutine nunprv(num, work, lwork, info)
+!> NUNCER tells in how many of the steps since NUINIT a root was taken for that of the true motion without a proof.
+subroutine nuncer(num, work, lwork, info)
    use nutate_f77_check, only: is_ready
    use nutate_f77_work, only: get_place, place_t
    use nutate_kinds, only: wp, long
@@ -263,10 +263,10 @@ subroutine nunprv(num, work, lwork, info)
       return
    end if
    call get_place(work(1:int(work(1))), place)
-   num = int(min(place%unproved_steps, int(huge(0), long)))
-end subroutine nunprv
+   num = int(min(place%uncertified_steps, int(huge(0), long)))
+end subroutine nuncer
 
-!> NUBPOT gives bounds to POT: with them the root of a step can be proved to be that of the true motion (see NUNPRV).
+!> NUBPOT gives bounds to POT: with them the root of a step can be certified to be that of the true motion (see NUNCER).
 !>
 !> They must hold for all GAMMA up to |DN| long. They are promised, not tested; they may be generous, but wide ones
 !> prove shorter steps only. They stay in WORK; another call replaces them.

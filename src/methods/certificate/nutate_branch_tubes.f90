@@ -49,7 +49,7 @@ module nutate_branch_tubes
       real(wp) :: part = 0.0_wp
       !> Lengths that were tried.
       integer :: tried = 0
-      !> An effect has no bounds near the root reached: what follows cannot be proved.
+      !> An effect has no bounds near the root reached: what follows cannot be certified.
       logical :: is_unbounded = .false.
       !> Step, s, b0, and |b0|.
       real(wp), private :: dt = 0.0_wp, start(3) = 0.0_wp, start_length = 0.0_wp
@@ -224,7 +224,7 @@ contains
       t = (1 + dot_product(b, b))*tau - (2*dot_product(b, tau))*b
    end function entering
 
-   !> Goes to the end of the longest tube that is proved, no longer than δ. δ is 0 if there is none.
+   !> Goes to the end of the longest tube that is certified, no longer than δ. δ is 0 if there is none.
    subroutine pass_tube(self, certificate, equations, system, state, window_time, tube, delta)
       class(branch_t), intent(inout) :: self
       type(root_certificate_t), intent(in) :: certificate
@@ -254,7 +254,7 @@ contains
       delta = 0.0_wp
    end subroutine pass_tube
 
-   !> Shortens a tube until it is proved, and gives its radius at the end; δ is 0 if that would be too short.
+   !> Shortens a tube until it is certified, and gives its radius at the end; δ is 0 if that would be too short.
    pure subroutine shorten(self, certificate, tube, delta, radius)
       type(branch_t), intent(in) :: self
       type(root_certificate_t), intent(in) :: certificate

@@ -1,9 +1,9 @@
-!> Which root of a step is taken where none can be proved to be the true one, and its continuation in Δt.
+!> Which root of a step is taken where none can be certified to be the true one, and its continuation in Δt.
 !>
 !> The equations of a step have other roots, which conserve everything too. Where effects dominate the step, or give no
 !> bounds, `nutate_root_proof` has no proof. There a root is taken that is near enough to that of a short step, or
 !> continues that of the last step; any other is found again by continuation: the step grows from a short one to its
-!> length, each root the prediction for the next. Such a step counts as not proved: with |b| < 1 and a positive
+!> length, each root the prediction for the next. Such a step counts as not certified: with |b| < 1 and a positive
 !> determinant of the Jacobian a root can still be a wrong one.
 module nutate_continuation
    use nutate_hamiltonian, only: angular_velocity
@@ -20,7 +20,7 @@ module nutate_continuation
    !> true one (`nutate_root_proof`).
    real(wp), parameter :: near = 0.41_wp
    !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes
-   !> it large and brings no other root near, forces that depend on the attitude do. No bound is proved with it: a
+   !> it large and brings no other root near, forces that depend on the attitude do. No bound is certified with it: a
    !> factor of two in each direction is as far as a Jacobian can be taken for that of a short step.
    real(wp), parameter :: mild = 4.0_wp
    !> |b| from which a root is refused. At |b| = 1, half a turn, the reduced equations are solved by what is no step.

@@ -32,7 +32,7 @@ module nutate_root_certificate
 
    public :: root_certificate_t
 
-   !> ρ: the finer the grid, the nearer to the largest b0 that can be proved; beyond the last θ < 1 for no body. The
+   !> ρ: the finer the grid, the nearer to the largest b0 that can be certified; beyond the last θ < 1 for no body. The
    !> small ones are for the first part of a step of needles, whose κ is large.
    real(wp), parameter :: radii(23) = [ &
                           1e-6_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 2.5e-3_wp, 5e-3_wp, 0.01_wp, 0.02_wp, 0.04_wp, 0.06_wp, &
@@ -45,13 +45,13 @@ module nutate_root_certificate
    !> Norm of the effects' part of the Jacobian above which they dominate the step: its branch would take more Newton-
    !> Kantorovich tubes than are worth their time.
    real(wp), parameter :: dominating = 300.0_wp
-   !> Factor from one part of a stage to the next shorter one, in the search for one that can be proved at once.
+   !> Factor from one part of a stage to the next shorter one, in the search for one that can be certified at once.
    real(wp), parameter :: shorter = 0.8_wp
    integer, parameter :: most_parts = 200
    !> δ of space axes that turn, up to which the balls of b and r are ones in which effects are bounded.
    real(wp), parameter :: largest_frame_turn = 0.25_wp
 
-   !> What a system admits to be proved of its steps.
+   !> What a system admits to be certified of its steps.
    type :: root_certificate_t
       !> Each effect that acts has bounds, and they do not dominate the step.
       logical :: followable = .false.
@@ -78,7 +78,7 @@ module nutate_root_certificate
       procedure :: set_up
       !> The root is the true one.
       procedure :: holds
-      !> Takes the state at the start of a stage, and tells whether the root is then proved.
+      !> Takes the state at the start of a stage, and tells whether the root is then certified.
       procedure :: holds_here
       !> The longest part of a stage whose root lies in a ball that contains no other.
       procedure :: first_part
@@ -108,7 +108,7 @@ contains
       self%steady_to = -huge(1.0_wp)
    end subroutine set_up
 
-   !> True if the root is proved to be the true one, wherever the body was at the start of the stage.
+   !> True if the root is certified to be the true one, wherever the body was at the start of the stage.
    logical function holds(self, system, dt, window_time, start, root)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -128,8 +128,8 @@ contains
       holds = start <= self%reach .and. root <= self%radius
    end function holds
 
-   !> Takes the state at the start of a stage. True if the root is proved by the bounds that belong to its attitude.
-   pure subroutine holds_here(self, system, state, dt, start, root, proved)
+   !> Takes the state at the start of a stage. True if the root is certified by the bounds that belong to its attitude.
+   pure subroutine holds_here(self, system, state, dt, start, root, certified)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> At the start of the stage.
@@ -138,7 +138,7 @@ contains
       real(wp), intent(in) :: dt
       !> |b0| and |b|; the second huge where no root is known.
       real(wp), intent(in) :: start, root
-      logical, intent(out) :: proved
+      logical, intent(out) :: certified
       real(wp) :: reach, radius, near
       integer :: i
       do i = 1, system%effects%n_potentials
@@ -148,7 +148,7 @@ contains
          call bound_stage(self, system, radii(i), 0.0_wp, dt, self%here(i))
       end do
       call find_ball(self, self%here, dt, reach, radius, near)
-      proved = start <= reach .and. root <= radius
+      certified = start <= reach .and. root <= radius
       ! Tubes are derived for space axes that stand still.
       self%followable = self%here(1)%known .and. strength_of(self%here(1), dt) <= dominating .and. &
                         .not. self%frame_rate > 0.0_wp
@@ -174,8 +174,8 @@ contains
       part = 0.0_wp
    end subroutine first_part
 
-   !> Largest |b0| and |b| for which the root of a stage is proved, and the |b| up to which it is whatever b0; the first
-   !> and the last negative where none is.
+   !> Largest |b0| and |b| for which the root of a stage is certified, and the |b| up to which it is whatever b0; the
+   !> first and the last negative where none is.
    pure subroutine find_ball(self, bounds, dt, reach, radius, near)
       class(root_certificate_t), intent(in) :: self
       !> For each radius.

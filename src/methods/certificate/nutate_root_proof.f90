@@ -1,5 +1,5 @@
-!> Judges a root of the step's equations, in either form: proved at once, proved by following the branch from Δt = 0, or
-!> beyond what can be proved.
+!> Judges a root of the step's equations, in either form: certified at once, certified by following the branch from Δt =
+!> 0, or beyond what can be certified.
 module nutate_root_proof
    use nutate_branch_tubes, only: branch_t
    use nutate_kinds, only: wp
@@ -10,17 +10,17 @@ module nutate_root_proof
    implicit none
    private
 
-   public :: root_proof_t, PROVED, ENDED, BEYOND_PROOF
+   public :: root_proof_t, CERTIFIED, ENDED, BEYOND_PROOF
 
    !> What is known of a stage: its true root; that it has none which could be followed; nothing.
-   integer, parameter :: PROVED = 1, ENDED = 2, BEYOND_PROOF = 3
+   integer, parameter :: CERTIFIED = 1, ENDED = 2, BEYOND_PROOF = 3
 
    !> |b| below which a root of a free body with a positive determinant is the true one. On its axis the branch ends
    !> where λΔt/2 = 1 - |b|², and the growth rate λ is below |Ω| by the triangle rule: at |b| = √2 - 1 at the earliest.
    !> Off the axes it ends later (2e5 bodies drawn at random: the nearest wrong root has |b| = 0.446).
    real(wp), parameter :: surely_true = 0.41_wp
-   !> Two roots of a stage are never this near to each other where each is proved to be alone in its ball or tube; the
-   !> same root found in two ways is, with a margin for round-off of badly conditioned steps.
+   !> Two roots of a stage are never this near to each other where each is certified to be alone in its ball or tube;
+   !> the same root found in two ways is, with a margin for round-off of badly conditioned steps.
    real(wp), parameter :: same_root = 1e-6_wp
 
    !> Judges roots from the system, the start of a stage and its length.
@@ -86,8 +86,8 @@ contains
       holds = holds .or. (determinant > 0.0_wp .and. length_of(root) < surely_true)
    end function holds
 
-   !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `PROVED` leaves the root in
-   !> b unless the given one is proved already.
+   !> Looks for a proof in the attitude at the start of the stage; then follows the branch. `CERTIFIED` leaves the root
+   !> in b unless the given one is certified already.
    subroutine judge(self, system, state, dt, window_time, start, root, verdict)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -102,7 +102,7 @@ contains
       logical :: proved_here
       self%tried = 0
       self%b = root
-      verdict = PROVED
+      verdict = CERTIFIED
       call self%certificate%holds_here(system, state, dt, length_of(start), length_of(root), proved_here)
       if (proved_here) return
       verdict = BEYOND_PROOF
@@ -112,7 +112,7 @@ contains
       self%b = branch%b
       if (branch%is_unbounded) return
       verdict = ENDED
-      if (branch%part >= 1.0_wp) verdict = PROVED
+      if (branch%part >= 1.0_wp) verdict = CERTIFIED
    end subroutine judge
 
    !> True if a root is the one last followed to.

@@ -119,7 +119,7 @@ contains
       trial = state
       self%iterations = 0
       self%continued = 0
-      self%unproved = 0
+      self%uncertified = 0
       self%residual = 0.0_wp
       self%work = 0.0_wp
       do i = 1, size(self%stages)
@@ -127,7 +127,7 @@ contains
             call stage%advance(system, trial, self%stages(i)%weight*dt, window_time, status)
             self%iterations = self%iterations + stage%iterations
             self%continued = self%continued + stage%continued
-            self%unproved = self%unproved + stage%unproved
+            self%uncertified = self%uncertified + stage%uncertified
             self%residual = max(self%residual, stage%residual)
             if (status%code /= 0) exit
             do k = 1, size(self%work)

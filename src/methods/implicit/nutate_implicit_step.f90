@@ -15,7 +15,7 @@ module nutate_implicit_step
    use nutate_newton_increment, only: has_converged, increment_t, most_cancellation, usual_cancellation
    use nutate_predictor, only: most_unknowns
    use nutate_range, only: check_start, check_system
-   use nutate_root_proof, only: BEYOND_PROOF, PROVED
+   use nutate_root_proof, only: BEYOND_PROOF, CERTIFIED
    use nutate_small_products, only: vector_length
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_NOT_CONVERGED, NUTATE_NOT_FINITE, &
@@ -96,7 +96,7 @@ contains
       real(wp) :: z(most_unknowns)
       self%iterations = 0
       self%continued = 0
-      self%unproved = 0
+      self%uncertified = 0
       if (self%untested) call check_start(system, state, dt, status)
       if (status%code == 0) call self%start(system, state, dt, window_time, status)
       if (status%code == 0 .and. dt /= self%kept_dt) &
@@ -136,7 +136,7 @@ contains
       state%time_dependent_until = state%t
    end subroutine finish_time_dependent
 
-   !> The root that continues the true motion: proved, or by a rule where nothing can be proved. Errors: those of
+   !> The root that continues the true motion: certified, or by a rule where nothing can be certified. Errors: those of
    !> `iterate`; `NUTATE_OFF_BRANCH`.
    subroutine find_true_root(self, system, state, dt, window_time, z, status)
       class(implicit_stepper_t), intent(inout) :: self
@@ -168,11 +168,11 @@ contains
          self%continued = self%proof%tried
       end if
       select case (verdict)
-      case (PROVED)
+      case (CERTIFIED)
          if (status%code == 0 .and. self%proof%is_root(b)) return
          call take_followed_root(self, system, z, status)
       case (BEYOND_PROOF)
-         self%unproved = 1
+         self%uncertified = 1
          call take_likely_root(self, system, state, dt, window_time, last, b, z, status)
       case default
          status = fail(NUTATE_OFF_BRANCH, too_long)

@@ -1,5 +1,5 @@
 !> The count of steps whose root is taken for that of the true motion without a proof, from the stepper to the summary.
-module test_unproved
+module test_uncertified
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
    use nutate_earth_field, only: earth_field_t
@@ -28,9 +28,9 @@ module test_unproved
    implicit none
    private
 
-   public :: collect_unproved
+   public :: collect_uncertified
 
-   !> Takes steps that are not proved where they start from 0.35 to 0.65 s, fails, which leaves a count, for steps
+   !> Takes steps that are not certified where they start from 0.35 to 0.65 s, fails, which leaves a count, for steps
    !> above 0.06 s that start from 0.55 s on.
    type, extends(stepper_t) :: marked_t
    contains
@@ -48,17 +48,17 @@ module test_unproved
 
 contains
 
-   subroutine collect_unproved(testsuite)
+   subroutine collect_uncertified(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("a step counts once, whatever its parts", steps_count_once), &
                   new_unittest("a stepper that is projected counts like it", projection_passes_it_on), &
-                  new_unittest("an effect without bounds leaves every step unproved", effect_without_bounds), &
+                  new_unittest("an effect without bounds leaves every step uncertified", effect_without_bounds), &
                   new_unittest("nor is what wheels, regulators, moving potentials do", nothing_derived), &
-                  new_unittest("a free body has proved steps only", free_body_is_proved), &
+                  new_unittest("a free body has certified steps only", free_body_is_certified), &
                   new_unittest("rows between steps count nothing", rows_count_nothing), &
                   new_unittest("a resumed run ends with the same count", resumed_runs_agree)]
-   end subroutine collect_unproved
+   end subroutine collect_uncertified
 
    subroutine set_up_nothing(self, system, settings, status)
       class(marked_t), intent(inout) :: self
@@ -73,9 +73,9 @@ contains
       type(state_t), intent(inout) :: state
       real(wp), intent(in) :: dt, window_time
       type(status_t), intent(inout) :: status
-      self%unproved = merge(3, 0, state%t > 0.35_wp .and. state%t < 0.65_wp)
+      self%uncertified = merge(3, 0, state%t > 0.35_wp .and. state%t < 0.65_wp)
       if (state%t > 0.55_wp .and. dt > 0.06_wp) then
-         self%unproved = 5
+         self%uncertified = 5
          status = fail(NUTATE_NOT_CONVERGED, 'as wanted')
          return
       end if
@@ -120,7 +120,7 @@ contains
       call integrate(problem%system, stepper, problem%start, run_plan_t(time_step=0.1_wp, end_time=1.0_wp), status, &
                      summary=summary)
       call check(error, status%ok() .and. summary%steps == 10 .and. summary%cut_steps == 4, trim(status%message))
-      call check(error, int(summary%unproved_steps), 3)
+      call check(error, int(summary%uncertified_steps), 3)
    end subroutine steps_count_once
 
    subroutine projection_passes_it_on(error)
@@ -136,20 +136,20 @@ contains
       problem%start%t = 0.4_wp
       call projected%step(problem%system, problem%start, 0.01_wp, status)
       call check(error, status%ok(), trim(status%message))
-      call check(error, projected%unproved, 3)
+      call check(error, projected%uncertified, 3)
    end subroutine projection_passes_it_on
 
    subroutine effect_without_bounds(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_summary_t) :: fixed, chosen
       call take(unbounded(), run_plan_t(time_step=0.05_wp, end_time=2.0_wp), fixed)
-      call check(error, fixed%steps == 40 .and. fixed%unproved_steps == 40, 'steps of one length')
+      call check(error, fixed%steps == 40 .and. fixed%uncertified_steps == 40, 'steps of one length')
       call take(unbounded(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), chosen)
-      call check(error, chosen%steps > 5 .and. chosen%unproved_steps == chosen%steps, 'steps chosen by their error')
+      call check(error, chosen%steps > 5 .and. chosen%uncertified_steps == chosen%steps, 'steps chosen by their error')
    end subroutine effect_without_bounds
 
-   !> No bounds are derived for them: not even a step in which next to nothing happens counts as proved, in either form,
-   !> the first or a later one. Without them every step is.
+   !> No bounds are derived for them: not even a step in which next to nothing happens counts as certified, in either
+   !> form, the first or a later one. Without them every step is.
    subroutine nothing_derived(error)
       type(error_type), allocatable, intent(out) :: error
       character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced']
@@ -169,7 +169,7 @@ contains
                                             run_plan_t(time_step=1e-3_wp, end_time=steps*1e-3_wp), status, &
                                             summary=summary)
             call check(error, status%ok(), trim(label)//': '//trim(status%message))
-            call check(error, int(summary%unproved_steps), merge(steps, 0, i > 0), trim(label))
+            call check(error, int(summary%uncertified_steps), merge(steps, 0, i > 0), trim(label))
          end do
       end do
    end subroutine nothing_derived
@@ -204,14 +204,14 @@ contains
       problem%start = make_state(problem%system, [0.8_wp, 0.0_wp, 0.6_wp, 0.0_wp], turning)
    end function underived
 
-   subroutine free_body_is_proved(error)
+   subroutine free_body_is_certified(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_summary_t) :: fixed, chosen
       call take(box(), run_plan_t(time_step=0.3_wp, end_time=9.0_wp), fixed)
-      call check(error, fixed%steps == 30 .and. fixed%unproved_steps == 0, 'steps of one length')
+      call check(error, fixed%steps == 30 .and. fixed%uncertified_steps == 0, 'steps of one length')
       call take(box(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), chosen)
-      call check(error, chosen%steps > 5 .and. chosen%unproved_steps == 0, 'steps chosen by their error')
-   end subroutine free_body_is_proved
+      call check(error, chosen%steps > 5 .and. chosen%uncertified_steps == 0, 'steps chosen by their error')
+   end subroutine free_body_is_certified
 
    !> Rows at intervals shorter than the steps are reached by a branch.
    subroutine rows_count_nothing(error)
@@ -220,7 +220,7 @@ contains
       call take(unbounded(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), without)
       call take(unbounded(), run_plan_t(end_time=2.0_wp, interval=1e-3_wp, &
                                         goal=run_goal_t(local_tolerance=1e-5_wp)), with)
-      call check(error, with%steps == without%steps .and. with%unproved_steps == without%unproved_steps)
+      call check(error, with%steps == without%steps .and. with%uncertified_steps == without%uncertified_steps)
    end subroutine rows_count_nothing
 
    !> A run by order 4 of the eight equations.
@@ -268,8 +268,9 @@ contains
       if (status%ok()) call resumed%go(problem%system, status, keeper)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
-      call check(error, begun%summary%unproved_steps > 0 .and. whole%unproved_steps == whole%steps, 'nothing to count')
-      call check(error, resumed%summary%unproved_steps == whole%unproved_steps, 'the count of the resumed run')
+      call check(error, begun%summary%uncertified_steps > 0 .and. whole%uncertified_steps == whole%steps, &
+                 'nothing to count')
+      call check(error, resumed%summary%uncertified_steps == whole%uncertified_steps, 'the count of the resumed run')
    end subroutine check_resumed
 
-end module test_unproved
+end module test_uncertified
