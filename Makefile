@@ -83,7 +83,7 @@ lint: ## check the style of the sources
 api: ## write the list of all public names to docs/public-api.txt, which `make lint` compares
 	@python3 tools/lint/public_api.py --write
 
-docs: ## write the reference of all modules to build/docs/index.html
+docs: ## write the documentation to build/docs/index.html: guides, reference of scenes, Fortran, C, Python, and results
 	@bash tools/setup/setup.sh docs
 	@bash tools/docs/docs.sh
 

@@ -65,7 +65,12 @@ need_build_first() {
 }
 need_memcheck() { want valgrind valgrind; }
 need_lint() { works fortitude || need_pip fortitude-lint==0.10.0; }
-need_docs() { works ford || need_pip ford==7.0.13; }
+# Sphinx and FORD, and the library, which the Python reference imports.
+need_docs() {
+   need_build
+   "$venv/bin/python" -c 'import ford, furo, matplotlib, mkdocs, myst_nb, numpy, sphinx_design
+__import__("sphinx-mathjax-offline")' >/dev/null 2>&1 || need_pip --requirement=tools/docs/requirements.txt
+}
 need_figures() { want gnuplot gnuplot-nox; }
 need_wheel() {
    need_build

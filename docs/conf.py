@@ -1,0 +1,58 @@
+"""Sphinx builds the documentation from this file: `make docs`. No page loads anything from the network."""
+
+import os
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "python"), str(ROOT / "tools" / "docs" / "site")]
+
+project = "nutate"
+author = "the nutate developers"
+copyright = re.search(r"Copyright \(c\) (.*)", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
+version = release = re.search(r'^version *= *"(.*)"', (ROOT / "fpm.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx-mathjax-offline", "sphinx_design", "c_header",
+              "plain_docstrings", "scene_lexer"]
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_inline"]
+myst_heading_anchors = 4
+# The tutorial in Python runs while the pages are built.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+# Links to files of the project that are no pages: they come along as downloads.
+exclude_patterns = ["public-api.txt"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+default_role = "code"
+# What the pages name and no page of this site describes.
+nitpick_ignore_regex = [("py:.*", r"(np|npt|numpy|ctypes|collections|os|typing|plotly|pandas|xarray|pathlib|_ctypes)\..*"),
+                        ("py:.*", r"(Any|Optional|Union|Sequence|Mapping|Iterable|Iterator|Callable|Array|Textual|ArrayLike|.*Callback)"),
+                        ("py:class", r"(nutate\._.*|nutate\.\w+\._?[A-Z]\w*|_.*|optional|callable)"),
+                        ("c:identifier", r"(size_t|u?int64_t)")]
+
+html_theme = "furo"
+html_title = f"nutate {release}"
+html_static_path = ["_static"]
+html_css_files = ["nutate.css"]
+html_show_sourcelink = False
+html_copy_source = False
+# The reference of the Fortran modules, which FORD writes.
+html_extra_path = [os.environ[name] for name in ("NUTATE_FORD",) if name in os.environ]
+pygments_style = "friendly"
+pygments_dark_style = "monokai"
+
+
+def without_empty(app, name, source):
+    """Leaves out of the index what has no pages."""
+    if name == "index":
+        source[0] = re.sub(r"^([\w-]+)/\*$", lambda found: found[0] if any((ROOT / "docs").glob(found[0] + ".md")) else "",
+                           source[0], flags=re.MULTILINE)
+
+
+def setup(app):
+    """Registers the above."""
+    app.connect("source-read", without_empty)
