@@ -1,0 +1,69 @@
+"""README, tutorials and how-to guides: what they show of the command line runs, and the README stays short.
+
+tools/checks/check-docs.py runs all of their blocks, with an installed nutate."""
+import os
+import re
+import unittest
+
+from pages import ROOT, Runner, marked_pages, missing_line, pages
+from support import PATIENCE, CommandLineTest
+
+
+class Pages(CommandLineTest):
+    def setUp(self):
+        super().setUp()
+        os.mkdir(self.path("bin"))
+        os.symlink(os.path.realpath(self.program), self.path("bin/nutate"))
+        environment = {**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]}
+        self.runner = Runner(self.path("page"), environment, installed=False, patience=PATIENCE)
+
+    def run_page(self, text):
+        """What is wrong with a page of this text."""
+        path = ROOT / "test" / "cli" / "page.md"
+        self.addCleanup(path.unlink)
+        path.write_text(text, encoding="utf-8")
+        return self.runner.problems(path)
+
+    def test_commands_of_pages_do_what_they_show(self):
+        for path in pages():
+            with self.subTest(page=str(path.relative_to(ROOT))):
+                self.assertEqual(self.runner.problems(path)[1], [])
+
+    def test_marked_blocks_of_other_pages_run(self):
+        for path in marked_pages():
+            with self.subTest(page=str(path.relative_to(ROOT))):
+                self.assertEqual(self.runner.problems(path, strict=False)[1], [])
+
+    def test_mistakes_in_pages_are_found(self):
+        for text, says in (("```console\n$ nutate chekc scenes/box.nml\n```\n", "ends with 2"),
+                           ("```console\n$ nutate --version\nnutatte 0.1.0\n```\n", "does not print"),
+                           ("<!-- exit status: 2 -->\n```console\n$ nutate --version\n```\n", "not 2"),
+                           ("<!-- file: top.nml -->\n```nml\n&body densty = 3 /\n```\n", "densty"),
+                           ("```nml\n&gravity /\n```\n", "without a comment")):
+            with self.subTest(text=text):
+                ran, wrong = self.run_page(text)
+                self.assertEqual((ran, len(wrong)), (1, 1))
+                self.assertIn(says, wrong[0])
+
+    def test_numbers_and_lines_left_out_do_not_matter(self):
+        self.assertIsNone(missing_line(["a 1.5e-3 b", "...", "end"], "a -2 b\nmore\nend\n"))
+        self.assertEqual(missing_line(["end", "a 1 b"], "a 2 b\nend\n"), "a 1 b")
+        self.assertEqual(missing_line(["omega1"], "omega2\n"), "omega1")
+
+
+class Readme(unittest.TestCase):
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+
+    def test_it_is_short(self):
+        self.assertLessEqual(self.text.count("\n"), 150)
+        self.assertLessEqual(len(self.text.split()), 1100)
+
+    def test_what_it_links_to_is_there(self):
+        for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *pages()):
+            for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
+                with self.subTest(page=path.name, link=link):
+                    self.assertTrue((path.parent / link).exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
