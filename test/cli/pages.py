@@ -7,7 +7,7 @@ A comment in the line before a block says what becomes of it:
    <!-- not run: WHY -->        nothing
    <!-- run -->                 the one command in the next line, indented by four blanks, is run
 Without a comment, `console` blocks hold commands after `$ ` and below each what it prints, as far as shown: every line must be
-among those that are printed, in this order, with any numbers in the place of its numbers; `...` stands for lines left out. `sh` blocks
+the beginning of one that is printed, in this order, with any numbers in the place of its numbers; `...` stands for lines left out. `sh` blocks
 are run as a whole; `python` and `{code-cell}` blocks are run together, as one program. Every other block is a mistake.
 """
 import os
@@ -47,7 +47,7 @@ def missing_line(shown, printed):
     """The first line shown that is not printed where it should be; None if there is none."""
     rest = iter([masked(line) for line in printed.splitlines()])
     for line in shown:
-        if line.strip() not in ("", "...") and masked(line) not in rest:
+        if line.strip() not in ("", "...") and not any(text.startswith(masked(line)) for text in rest):
             return line
     return None
 

@@ -49,6 +49,7 @@ class Pages(CommandLineTest):
         self.assertIsNone(missing_line(["a 1.5e-3 b", "...", "end"], "a -2 b\nmore\nend\n"))
         self.assertEqual(missing_line(["end", "a 1 b"], "a 2 b\nend\n"), "a 1 b")
         self.assertEqual(missing_line(["omega1"], "omega2\n"), "omega1")
+        self.assertEqual(missing_line(["the whole line"], "the whole\n"), "the whole line")
 
 
 class Readme(unittest.TestCase):

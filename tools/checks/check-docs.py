@@ -1,11 +1,13 @@
 """Runs every code block of README, tutorials and how-to guides against an installed tree.   tools/checks/check-docs.py PREFIX [PAGE]...
 
 test/cli/pages.py says how blocks are run. Python has the package of the tree, in a fresh virtual environment. The last line is
-`N passed, N failed`.
+`N passed, N failed`. With NUTATE_KEEP_PICTURES=1 the pictures that blocks draw and pages show become those of docs/figures/.
 """
 
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -25,6 +27,15 @@ def environment_of(prefix, folder):
                 VIRTUAL_ENV=venv, NUTATE_SOURCE=str(ROOT))
 
 
+def keep_pictures(path, folder):
+    """Copies to docs/figures/ what a page shows of there and its blocks have drawn."""
+    for picture in re.findall(r"\(\S*(docs|\.\.)/figures/(\S+)\)", path.read_text(encoding="utf-8")):
+        drawn = folder / picture[1]
+        if drawn.exists():
+            shutil.copy(drawn, ROOT / "docs" / "figures")
+            print(f"Drawn: docs/figures/{picture[1]}")
+
+
 def main():
     prefix, chosen = os.path.abspath(sys.argv[1]), [pathlib.Path(name).resolve() for name in sys.argv[2:]]
     passed = failed = 0
@@ -35,6 +46,8 @@ def main():
                 if chosen and path not in chosen:
                     continue
                 ran, wrong = runner.problems(path, strict)
+                if os.environ.get("NUTATE_KEEP_PICTURES"):
+                    keep_pictures(path, runner.folder)
                 for problem in wrong:
                     print(f"FAILED: {problem}")
                 passed, failed = passed + ran - len(wrong), failed + len(wrong)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the job scripts of docs/ensembles.md, as they stand there, on the SLURM at hand, and compares what they write with the
+# Runs the job scripts of docs/how-to/clusters.md on the SLURM at hand, and compares what they write with the
 # sweep of one process: the job array and its merge, the ranks of MPI while their job is put into the queue again and again, the
 # job array in Python, and Dask with workers that are jobs (smaller ones than there). The last line is the total.
 # Where there is no cluster, one machine can be one (Debian: slurmctld slurmd munge, a slurm.conf of one node).
@@ -17,10 +17,9 @@ check() {
    if "${@:2}"; then passed=$((passed + 1)) && say "passed: $1"; else failed=$((failed + 1)) && say "FAILED: $1"; fi
 }
 
-# script N: the N-th script in docs/ensembles.md that begins with #!/bin/sh and has a line of #SBATCH, without its indent.
+# script N: the N-th script in docs/how-to/clusters.md that begins with #!/bin/sh.
 script() {
-   awk -v n="$1" '/^    #!\/bin\/sh$/ {inside = 1; count++} !/^    / {inside = 0} inside && count == n {print substr($0, 5)}' \
-      docs/ensembles.md
+   awk -v n="$1" '/^#!\/bin\/sh$/ {inside = 1; count++} /^```$/ {inside = 0} inside && count == n' docs/how-to/clusters.md
 }
 
 # end_of JOB: waits until a job, with all of its array, has left the queue.
@@ -85,8 +84,7 @@ check "the rows of the job array in Python are those of one process" same_rows
 
 say "Dask"
 cd "$folder/dask" || exit 1
-awk '/^    import dask.distributed, dask_jobqueue/ {inside = 1} !/^    / && !/^$/ {inside = 0} inside {print substr($0, 5)}' \
-   "$top/docs/ensembles.md" |
+awk '/^import dask.distributed, dask_jobqueue/ {inside = 1} /^```$/ {inside = 0} inside' "$top/docs/how-to/clusters.md" |
    sed "s/cores=8, processes=8, memory=\"8GB\"/cores=$cores, processes=$cores, memory=\"1GB\"/; s/jobs=20/jobs=2/" >sweep.py
 echo 'rows.tofile("rows")' >>sweep.py
 python sweep.py 2>errors || cat errors
