@@ -22,7 +22,7 @@ BLOCK = re.compile(r"(?:^<!-- (?P<mark>[^\n]*?) -->\n)?^```(?P<kind>[^\n]*)\n(?P
 NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
 PLAIN = ("nutate", "cat", "head", "tail", "ls", "grep", "mkdir", "cp")
 PYTHON = ("python", "{code-cell}", "{code-cell} python", "{code-cell} ipython3")
-MOST_LINES = 40
+MOST_LINES = 50
 
 
 def pages():
