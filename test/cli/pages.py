@@ -78,7 +78,7 @@ class Runner:
         if re.search(r"--plot|nutate plot", command) and not shutil.which("gnuplot"):
             return False
         first = command.split()[0] if command.split() else ""
-        return self.installed or (first in PLAIN and not re.search(r"nutate view|[|&;] *(?!head|tail|grep|cat)\w", command))
+        return self.installed or (first in PLAIN and not re.search(r"nutate view|--threads|[|&;] *(?!head|tail|grep|cat)\w", command))
 
     def problems(self, path, strict=True):
         """How many blocks of a page ran, and what is wrong with others. Not `strict`: blocks without a comment are left alone."""
