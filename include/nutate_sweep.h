@@ -1,4 +1,4 @@
-/* nutate: members of an ensemble. Included by nutate.h, which says what the words and arrows mean; docs/ensembles.md says
+/* nutate: members of an ensemble. Included by nutate.h, which says what the words and arrows mean; docs/how-to/sweeps.md says
  * what a scene's ensemble is, and what stands in a row.
  *
  *    int64_t members;

@@ -41,7 +41,7 @@ need_build() {
    want cmake cmake make
 }
 
-# For the programs of link/ and docs/linking.md.
+# For the programs of link/ and of the documentation.
 need_link() {
    want g++ g++
    want pkg-config pkg-config
