@@ -52,14 +52,25 @@ class Pages(CommandLineTest):
         self.assertEqual(missing_line(["the whole line"], "the whole\n"), "the whole line")
 
 
-class Readme(unittest.TestCase):
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+class Form(unittest.TestCase):
+    def test_the_readme_is_short(self):
+        text = (ROOT / "README.md").read_text(encoding="utf-8")
+        self.assertLessEqual(text.count("\n"), 150)
+        self.assertLessEqual(len(text.split()), 1100)
 
-    def test_it_is_short(self):
-        self.assertLessEqual(self.text.count("\n"), 150)
-        self.assertLessEqual(len(self.text.split()), 1100)
+    def test_a_guide_solves_one_task(self):
+        for path in (ROOT / "docs" / "how-to").glob("*.md"):
+            with self.subTest(page=path.name):
+                self.assertIn(len(path.read_text(encoding="utf-8").split()), range(300, 801))
 
-    def test_what_it_links_to_is_there(self):
+    def test_tables_are_narrow(self):
+        for path in pages():
+            for line in path.read_text(encoding="utf-8").splitlines():
+                if line.startswith("|"):
+                    with self.subTest(page=path.name, line=line):
+                        self.assertLessEqual(len(line), 160)
+
+    def test_what_pages_link_to_is_there(self):
         for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *pages()):
             for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
                 with self.subTest(page=path.name, link=link):
