@@ -49,5 +49,5 @@ install(CODE "file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${python_folde
    list(APPEND CMAKE_INSTALL_MANIFEST_FILES \"\${CMAKE_INSTALL_PREFIX}/${python_folder}/nutate/_location.py\")")
 
 install(FILES README.md CHANGELOG.md LICENSE CITATION.cff TYPE DOC)
-install(DIRECTORY docs example TYPE DOC)
+install(DIRECTORY docs example TYPE DOC PATTERN conf.py EXCLUDE PATTERN _static EXCLUDE)
 install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/nutate)

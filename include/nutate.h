@@ -30,8 +30,9 @@
  *    Every function returns NUTATE_OK (0) or another status; on failure nothing has changed, and what a function would
  *    have written is untouched unless it says otherwise. No argument may be NULL unless it says "or NULL"; a NULL is
  *    reported, never followed.
- *    SI units; angles in radians. Space axes are inertial, body axes fixed in the body; both start at the reference
- *    point of the body, which stays at rest. Quaternions are unit quaternions, scalar first, and take body components
+ *    SI units; angles in radians. Space axes are inertial, unless the system has a rotating frame or a circular orbit,
+ *    whose axes they are then. Body axes are fixed in the body. Both start at the reference point of the body, which
+ *    stays at rest. Quaternions are unit quaternions, scalar first, and take body components
  *    to space components. Arrays are contiguous; [3][3] is row by row.
  *    Numbers that are set keep to the limits of the keys of scene files, and are refused in the same words:
  *    finite, zero or 1e-300 to 1e100 in size; positive ones at least 1e-100; steps 1e-50 to 1e50 s in size. Times and

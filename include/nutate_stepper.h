@@ -90,8 +90,8 @@ int nutate_stepper_run_to(nutate_stepper *stepper, double end_time, int64_t ever
 int nutate_stepper_count_rows(const nutate_stepper *stepper, double end_time, int64_t every, size_t *n_rows);
 
 /* Chooses the columns of rows, t being always the first.
- *   ==>  sets     comma separated: quaternion, conjugate_momentum, angular_velocity, angular_velocity_space,
- *                 angular_momentum, angular_momentum_space, euler, energy, constraints, solver */
+ *   ==>  sets     comma separated, names as in columns of the group &output of a scene: quaternion, angular_velocity,
+ *                 euler, energy, jacobi, orbit, wheel1, ... (docs/reference/columns.md lists all) */
 int nutate_stepper_set_columns(nutate_stepper *stepper, const char *sets);
 /* Number of columns of a row.   ==>  stepper   <==  width */
 int nutate_stepper_width(const nutate_stepper *stepper, size_t *width);

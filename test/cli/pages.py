@@ -8,7 +8,8 @@ A comment in the line before a block says what becomes of it:
    <!-- run -->                 the one command in the next line, indented by four blanks, is run
 Without a comment, `console` blocks hold commands after `$ ` and below each what it prints, as far as shown: every line must be
 the beginning of one that is printed, in this order, with any numbers in the place of its numbers; `...` stands for lines left out. `sh` blocks
-are run as a whole; `python` and `{code-cell}` blocks are run together, as one program. Every other block is a mistake.
+are run as a whole; `python` and `{code-cell}` blocks are run together, as one program. Directives of Sphinx,
+`{toctree}`, are left out; every other block is a mistake. Scenes of the reference are run as well.
 """
 import os
 import pathlib
@@ -27,8 +28,9 @@ MOST_LINES = 50
 
 def pages():
     """The pages all of whose blocks run."""
-    return [ROOT / "README.md", ROOT / "python" / "README.md", *sorted((ROOT / "docs" / "tutorials").glob("*.md")),
-            *sorted((ROOT / "docs" / "how-to").glob("*.md"))]
+    docs = ROOT / "docs"
+    return [ROOT / "README.md", ROOT / "python" / "README.md", docs / "index.md", docs / "scenes.md",
+            *(path for part in ("tutorials", "how-to", "reference") for path in sorted((docs / part).glob("**/*.md")))]
 
 
 def marked_pages():
@@ -61,7 +63,7 @@ class Runner:
 
     def __init__(self, folder, environment, installed, patience=300):
         self.folder, self.environment = pathlib.Path(folder), environment
-        self.installed, self.patience = installed, patience
+        self.installed, self.patience, self.runs_scenes = installed, patience, False
 
     def shell(self, command):
         """Runs a command: status, and what it printed."""
@@ -87,6 +89,7 @@ class Runner:
         for name in ("scenes", "link", "example"):
             (self.folder / name).symlink_to(ROOT / name)
         text = path.read_text(encoding="utf-8")
+        self.runs_scenes = "reference" in path.parts
         ran, wrong, program = 0, [], ""
         for block in BLOCK.finditer(text):
             place = f"{path.relative_to(ROOT)}:{text.count(chr(10), 0, block.start()) + 1}"
@@ -119,9 +122,12 @@ class Runner:
                 file.write(text)
             if kind not in ("sh", "text", "nml") and text.count("\n") > MOST_LINES:
                 return f"{name} has more than {MOST_LINES} lines"
-            return self.commands([(f"nutate check {name}", [])], 0) if name.endswith(".nml") else ""
+            tries = [f"nutate check {name}", *([f"nutate run {name} --quiet"] if self.runs_scenes else [])]
+            return self.commands([(command, []) for command in tries], 0) if name.endswith(".nml") else ""
         if kind == "sh":
             return self.commands([(text, [])], status)
+        if kind.startswith("{"):
+            return None
         if kind == "console":
             parts = re.split(r"^\$ ((?:.*\\\n)*.*)\n?", text, flags=re.MULTILINE)
             if parts[0].strip() or len(parts) < 3:

@@ -1,16 +1,17 @@
-"""The table of all arguments of the FORTRAN 77 routines, drawn from src/interop/f77/.
+"""The lists of all arguments of the FORTRAN 77 routines, drawn from src/interop/f77/.
 
-    tools/lint/f77_arguments.py --write     puts it into docs/f77.md
-    tools/lint/f77_arguments.py --check     exit status 1 where docs/f77.md says something else
+    tools/lint/f77_arguments.py --write     puts it into docs/reference/f77.md
+    tools/lint/f77_arguments.py --check     exit status 1 where docs/reference/f77.md says something else
 """
 
 import glob
 import os
 import re
 import sys
+import textwrap
 
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-PAGE = os.path.join(TOP, "docs", "f77.md")
+PAGE = os.path.join(TOP, "docs", "reference", "f77.md")
 BEGIN, END = "<!-- begin arguments -->\n", "<!-- end arguments -->\n"
 TYPES = {"real(wp)": "DOUBLE PRECISION", "integer": "INTEGER", "character": "CHARACTER*(*)", "procedure": "EXTERNAL"}
 DIRECTIONS = {"input": "in", "output": "out", "input/output": "in, out", "workspace": "work"}
@@ -32,7 +33,7 @@ def routines():
                 argument = re.match(r"(\w+)(\([\d,:* ]+\))?", rest)
                 size = (argument[2] or "").replace(" ", "")
                 arguments[argument[1]] = (argument[1].upper() + size, kind, DIRECTIONS[meaning[1]],
-                                          meaning[2].replace("|", "\\|"))
+                                          meaning[2])
             yield name.upper(), purpose, [arguments[argument] for argument in re.findall(r"\w+", names)]
 
 
@@ -44,10 +45,9 @@ def joined(comment):
 def table():
     parts = []
     for name, purpose, arguments in routines():
-        head = "| | argument | type | | |\n|---|---|---|---|---|\n" if arguments else "No arguments.\n"
-        parts.append(f"### {name}\n\n{purpose}.\n\n{head}" + "".join(
-            f"| {i} | `{argument}` | {kind} | {direction} | {meaning} |\n"
-            for i, (argument, kind, direction, meaning) in enumerate(arguments, 1)))
+        items = [textwrap.fill(f"{i}. `{argument}`, {kind}, *{direction}*: {meaning}", 140, subsequent_indent="   ")
+                 for i, (argument, kind, direction, meaning) in enumerate(arguments, 1)]
+        parts.append(f"### {name}\n\n{purpose}.\n\n" + ("\n".join(items) or "No arguments.") + "\n")
     return "\n".join(parts)
 
 
@@ -68,7 +68,7 @@ def main():
         with open(PAGE, "w", encoding="utf-8") as file:
             file.write(right)
     elif right != text:
-        print("docs/f77.md: the arguments are not those of src/interop/f77: python3 tools/lint/f77_arguments.py --write")
+        print("docs/reference/f77.md: the arguments are not those of src/interop/f77: python3 tools/lint/f77_arguments.py --write")
         return 1
     declared = {name: [re.match(r"\w+", argument)[0] for argument, _, _, _ in arguments]
                 for name, _, arguments in routines() if arguments and name not in ("NUTEXT", "NUWHY")}
