@@ -8,6 +8,7 @@ PREFIX ?=
 BENCH ?=
 STRESS ?=
 FUZZ ?=
+COSTS ?=
 ATTACK ?=
 CASE ?=
 # 0: without threads, which run the members of an ensemble and which the build has where the compiler has OpenMP
@@ -18,7 +19,7 @@ LANES ?=
 export FFLAGS OPENMP LANES
 
 .DEFAULT_GOAL := build
-.PHONY: help setup build mpi run test stress attack accuracy fuzz lanes memcheck sanitize flang bench figures lint api docs wheel install uninstall clean
+.PHONY: help setup build mpi run test stress attack accuracy fuzz lanes memcheck sanitize flang bench figures paper costs lint api docs wheel install uninstall clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 11
@@ -40,16 +41,16 @@ run: build ## run a scene (SCENE=scenes/box.nml selects) and write its CSV file
 test: setup ## run the unit tests and the command-line tests
 	@bash tools/tests/test.sh
 
-stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/stability.md (STRESS=long selects)
+stress: setup ## run the stability cases at full length, a quarter of an hour, and write docs/results/hard-cases.md (STRESS=long selects)
 	@bash tools/tests/stress.sh $(STRESS)
 
 lanes: setup ## compare the rows of ensembles by lanes of 1, 4, 8 and 16 bodies, by SSE2, AVX2 and AVX-512 (LANES_OF=avx2 selects)
 	@bash tools/checks/check-lanes.sh $(LANES_OF)
 
-attack: setup ## look for steps on a wrong root among 100 000 and write docs/stability.md (ATTACK='--seed 2 --case 7' repeats one)
+attack: setup ## look for steps on a wrong root among 100 000 and write docs/results/hard-cases.md (ATTACK='--seed 2 --case 7' repeats one)
 	@bash tools/tests/attack.sh $(ATTACK)
 
-accuracy: setup ## run 2000 random scenes against an oracle and write the table of docs/accuracy.md (CASE=7 repeats one, CASE=2001:4000 takes others)
+accuracy: setup ## run 2000 random scenes against an oracle and write docs/results/accuracy-costs.md (CASE=7 repeats one, CASE=2001:4000 takes others)
 	@bash tools/docs/accuracy.sh $(CASE)
 
 fuzz: ## give 20 000 mutated scenes to the program (FUZZ='--seed 2 --case 7' repeats one)
@@ -75,6 +76,15 @@ bench: ## measure costs (BENCH=bench_step selects)
 figures: build ## draw the figures of the documentation
 	@bash tools/setup/setup.sh figures
 	@bash tools/docs/figures.sh
+
+costs: ## measure steps, runs to an accuracy and sweeps, and write their tables in docs/results/ (COSTS=choice selects)
+	@bash tools/setup/setup.sh build
+	@bash tools/setup/build.sh nutate_program benches
+	@bash tools/docs/costs.sh $(COSTS)
+
+paper: build ## reproduce the paper of Nielsen & Krenk: write docs/results/paper.md and its figures
+	@bash tools/setup/setup.sh figures
+	@python3 tools/docs/paper.py build/nutate
 
 lint: ## check the style of the sources
 	@bash tools/setup/setup.sh lint

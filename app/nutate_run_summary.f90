@@ -72,7 +72,7 @@ contains
       if (run%summary%uncertified_steps > 0) &
          call page%item('not certified', count_text(run%summary%uncertified_steps)// &
          ' of the steps rest on a root that is '// &
-                        'taken for that of the true motion without a proof (docs/stability.md)')
+                        'taken for that of the true motion without a proof (docs/explanation/certified-steps.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
                      ' s for the rows')
       call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')

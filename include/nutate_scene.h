@@ -77,7 +77,7 @@ int nutate_history_column(const nutate_history *history, const char *name, doubl
  *   <==  values   [rows][columns]
  *   ==>  size     numbers that fit into values, at least rows*columns */
 int nutate_history_values(const nutate_history *history, double *values, size_t size);
-/* Steps with a root that is taken for that of the true motion without a proof (docs/stability.md).   <==  steps */
+/* Steps whose root is not certified (docs/explanation/certified-steps.md).   <==  steps */
 int nutate_history_uncertified(const nutate_history *history, int64_t *steps);
 
 int nutate_history_destroy(nutate_history **history); /* frees it   <=>  history */

@@ -2,11 +2,12 @@
 !>
 !> Ends with a line `N passed, N failed`; a failure makes the exit status 1.
 !>
-!> `--stress GROUP` runs the stability cases of a group at full length instead and writes their part of
-!> docs/stability.md, the total to standard error; `--stress` alone names the groups (see tools/tests/stress.sh).
+!> `--stress GROUP` runs the stability cases of a group at full length instead and writes their rows of
+!> docs/results/hard-cases.csv, the total to standard error; `--stress` alone lists groups and cases (see
+!> tools/tests/stress.sh).
 !> `--attack SEED STAGES` does so with the attack on the true root, `--attack SEED case NUMBER` repeats one case of it
 !> (see tools/tests/attack.sh). `--accuracy`
-!> runs random scenes and writes the table of docs/accuracy.md; `--accuracy CASE` repeats one run (see
+!> runs random scenes and writes the tables of docs/results/accuracy-costs.md; `--accuracy CASE` repeats one run (see
 !> tools/docs/accuracy.sh). `--exact` runs random free bodies against the oracle, `--exact CASE` repeats one;
 !> `--dying` does so with motions that die out.
 program unit

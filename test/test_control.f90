@@ -140,8 +140,8 @@ contains
       call run_to(problem, of_order(order), plan, recorder, state, summary, status)
    end subroutine run
 
-   !> The error that comes out is at most twice the accuracy asked for (docs/accuracy.md), or what the summary says,
-   !> which is below the accuracy or else names round-off; the invariants hold.
+   !> The error that comes out is at most twice the accuracy asked for (docs/results/accuracy-costs.md), or what the
+   !> summary says, which is below the accuracy or else names round-off; the invariants hold.
    subroutine check_accuracy(error, problem, end_time, exact, finest)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem

@@ -204,10 +204,10 @@ contains
       type(tally_t), intent(in) :: tally
       character(len=:), allocatable :: text
       character(len=400) :: line
-      write (line, '(6(i0,a),es7.1,2a)') tally%runs, ' runs of motions that die out: ', tally%misses, &
-         ' missed by taylor and auto; ', tally%above_2, ' above twice what was said, ', tally%above_10, &
-         ' above ten times by dop853 and rk8; ', tally%failed, ' failed, ', tally%said_more, &
-         ' out of reach; worst ', tally%worst, ' ', trim(tally%first)
+      write (line, '(6(i0,a),es7.1,2a)') tally%runs, ' runs of motions that decay: ', tally%misses, &
+         ' missed by `taylor` and `auto`; ', tally%above_2, ' above twice the estimate, ', tally%above_10, &
+         ' above ten times by `dop853` and `rk8`; ', tally%failed, ' failed, ', tally%said_more, &
+         ' out of reach; largest ', tally%worst, ' ', trim(tally%first)
       text = trim(line)
    end function verdict
 

@@ -140,10 +140,11 @@ contains
       end do
       failures = count(.not. outcomes%error <= outcomes%estimate)
       if (from == to) return
-      print '(a20,a8,a10,a22,a22)', 'kind', 'cases', 'failures', 'error/estimate, most', 'estimate/error, median'
+      print '(a,/,a)', '| kind of body | runs | failures | largest error/estimate | median of estimate/error |', &
+         '|---|---|---|---|---|'
       do k = 1, size(kinds)
          some = pack(outcomes, [(kind_of(i) == k, i=from, to)])
-         if (size(some) > 0) print '(a20,i8,i10,f22.3,f22.1)', kinds(k), size(some), &
+         if (size(some) > 0) print '("| ",a,2(" | ",i0)," | ",f0.3," | ",f0.1," |")', trim(kinds(k)), size(some), &
             count(.not. some%error <= some%estimate), maxval(some%error/some%estimate), excess_of(some)
       end do
    end subroutine report_round_off

@@ -53,22 +53,21 @@ contains
 
    type(stability_case_t) function on_axis_case() result(item)
       item%name = 'box exactly on its intermediate axis'
-      item%guards = 'a scheme that pushes a body off an equilibrium, if an unstable one'
+      item%guards = 'the scheme itself pushes a body off an unstable equilibrium'
       item%selected = EVERY_WAY
       item%run => run_on_axis
    end function on_axis_case
 
    type(stability_case_t) function off_axis_case() result(item)
       item%name = 'box 1e-300, 1e-16 and 1e-8 off its intermediate axis'
-      item%guards = 'a rate of growth that is not the scheme''s own; noise in place of a small perturbation; '// &
-                    'products that underflow'
+      item%guards = 'a wrong growth rate; noise in place of a small perturbation; products that underflow'
       item%selected = EVERY_WAY
       item%run => run_off_axis
    end function off_axis_case
 
    type(stability_case_t) function separatrix_case() result(item)
       item%name = 'separatrix of the box'
-      item%guards = 'energy errors near the saddle, which would put the motion on the wrong side'
+      item%guards = 'energy errors near the saddle put the motion on the wrong side'
       item%selected = EVERY_WAY
       item%run => run_separatrix
    end function separatrix_case
@@ -82,7 +81,7 @@ contains
 
    type(stability_case_t) function needle_case() result(item)
       item%name = 'needle, J3/J1 = 1e-12'
-      item%guards = 'moments twelve decades apart: where p cannot hold the spin about the needle, a refusal'
+      item%guards = 'moments twelve decades apart; where p cannot resolve the spin about the needle, a rejection'
       item%selected = EVERY_WAY
       item%run => run_needle
    end function needle_case
@@ -156,10 +155,9 @@ contains
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_invariants(bound)
       if (meter%at_high < 0.0_wp) then
-         record%outcome = 'stayed within '//number_text(meter%most)//' rad'
+         call record%show('tilt, rad', meter%most)
       else
          call judge_rate(problem, meter, 10.0_wp, 0.01_wp, way, record)
-         record%outcome = 'left by round-off: '//record%outcome
       end if
    end subroutine run_on_axis
 
@@ -203,7 +201,7 @@ contains
       measured = log(meter%tilt_high/meter%tilt_low)/(meter%at_high - meter%at_low)
       expected = scheme_rate(problem%system%body%moments, omega, dt)
       if (way%order == 8) expected = scheme_rate(problem%system%body%moments, omega, 1e-6_wp)
-      write (record%outcome, '("growth rate ",f0.4," 1/s, of the linearised scheme ",f0.4)') measured, expected
+      call record%show('relative error of the growth rate', measured/expected - 1)
       call record%require_below(abs(measured/expected - 1), 2e-3_wp, 'error of the growth rate')
    end subroutine judge_rate
 

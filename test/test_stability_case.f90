@@ -53,8 +53,11 @@ module test_stability_case
       !> A run ended before its time; the code of its status.
       logical :: refused = .false.
       integer :: code = 0
-      !> What happened, in words for the table.
-      character(len=320) :: outcome = 'held'
+      !> Why a run was rejected; blank if none was.
+      character(len=320) :: outcome = ''
+      !> What else was measured, in a few words, and its value; blank if nothing.
+      character(len=40) :: measure = ''
+      real(wp) :: value = 0.0_wp
       logical :: passed = .true.
       !> The first requirement that was missed.
       character(len=240) :: message = ''
@@ -65,6 +68,8 @@ module test_stability_case
       procedure :: require_below
       !> Fails the case unless energy, momentum and norm are within a bound.
       procedure :: require_invariants
+      !> Sets what else was measured.
+      procedure :: show
       !> Takes over the errors of a part: the largest count; steps add up.
       procedure :: absorb
    end type record_t
@@ -152,6 +157,16 @@ contains
       call self%require_below(self%momentum, bound, 'momentum')
       call self%require_below(self%norm, bound, 'norm')
    end subroutine require_invariants
+
+   !> Sets what else was measured, and its value.
+   subroutine show(self, measure, value)
+      class(record_t), intent(inout) :: self
+      !> A few words, with the unit.
+      character(len=*), intent(in) :: measure
+      real(wp), intent(in) :: value
+      self%measure = measure
+      self%value = value
+   end subroutine show
 
    !> Takes over a part of the case: largest errors, sums of steps, refusal and failure.
    subroutine absorb(self, part)

@@ -46,29 +46,29 @@ contains
 
    type(stability_case_t) function box_case() result(item)
       item%name = 'box, Δt|Ω| from 1e-9 to 1e6'
-      item%guards = 'steps that freeze the state, wrong roots of long steps (they conserve everything), cuts '// &
-                    'that break an invariant, refusals without a reason'
+      item%guards = 'steps that freeze the state, wrong roots that conserve everything, subdivisions that break an '// &
+                    'invariant; steps of 1e6 rad must be rejected with a reason'
       item%selected = EVERY_WAY
       item%run => run_box
    end function box_case
 
    type(stability_case_t) function top_case() result(item)
       item%name = 'fast top, Δt|Ω| from 1e-9 to 1e6'
-      item%guards = 'the same where gravity belongs to the equations of the step'
+      item%guards = 'the same under gravity'
       item%selected = EVERY_WAY
       item%run => run_top
    end function top_case
 
    type(stability_case_t) function forced_case() result(item)
       item%name = 'forced body, Δt|Ω| from 1e-9 to 1e6'
-      item%guards = 'the same with a spring, damping, torque and rotor: the energy account with its work must close'
+      item%guards = 'the same with a spring, damping, torque and rotor: the energy balance must close'
       item%selected = EVERY_WAY
       item%run => run_forced
    end function forced_case
 
    type(stability_case_t) function effects_case() result(item)
       item%name = 'all effects, Δt|Ω| from 1e-9 to 1e6'
-      item%guards = 'the same with the scene of all effects, some of them twice, one with a window of time'
+      item%guards = 'the same with all effects, some of them twice, one with a time window'
       item%selected = EVERY_WAY
       item%run => run_effects
    end function effects_case
@@ -160,7 +160,8 @@ contains
                         any(trial%code == [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR]), &
                         'a hopeless step was not refused')
       call record%require(trial%passed, trim(trial%message))
-      record%outcome = 'held to Δt|Ω| = 100, first cut at '//number_text(first_cut)//'; at 1e6 '//trial%outcome
+      record%outcome = 'at 1e6 '//trial%outcome
+      call record%show('first subdivided at Δt|Ω|', first_cut)
    end subroutine run_all_lengths
 
    !> Steps short enough to follow the motion: near the solution of an explicit method of order 8, and not still.

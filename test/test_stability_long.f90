@@ -30,28 +30,28 @@ contains
 
    type(stability_case_t) function box_case() result(item)
       item%name = 'box, 1e7 steps'
-      item%guards = 'round-off that adds up: a drift of 1e-20 a step would show'
+      item%guards = 'round-off that accumulates in proportion to the number of steps instead of its root'
       item%selected = EVERY_WAY
       item%run => run_box
    end function box_case
 
    type(stability_case_t) function projected_case() result(item)
       item%name = 'box with conserve, 1e8 steps'
-      item%guards = 'round-off that adds up in spite of the projection onto the invariants'
+      item%guards = 'round-off that accumulates in spite of the projection onto the invariants'
       item%selected = EVERY_WAY
       item%run => run_projected
    end function projected_case
 
    type(stability_case_t) function spin_case() result(item)
       item%name = 'steady spin, 1e7 steps'
-      item%guards = 'rounding that is the same in every step, since the step is: it adds up in proportion'
+      item%guards = 'rounding that is the same in every step, because every step is the same'
       item%selected = EVERY_WAY
       item%run => run_spin
    end function spin_case
 
    type(stability_case_t) function top_case() result(item)
       item%name = 'fast top, 1e6 steps'
-      item%guards = 'the same with a potential: every digit that the discrete gradient loses'
+      item%guards = 'the same with a potential: digits lost by the discrete gradient'
       item%selected = EVERY_WAY
       item%run => run_top
    end function top_case
@@ -134,7 +134,7 @@ contains
       if (way%order > 2) steps = n/10
       call follow(problem, way, dt, steps, record, meter=meter, every=16_long)
       call record%require(.not. record%refused, trim(record%outcome))
-      write (record%outcome, '("errors grow with exponents ",f0.2,", ",f0.2,", ",f0.2)') meter%growth()
+      call record%show('growth exponent of errors', maxval(meter%growth()))
       call record%require_invariants(bound)
    end subroutine run_long
 

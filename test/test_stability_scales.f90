@@ -75,16 +75,16 @@ contains
 
    type(stability_case_t) function units_case() result(item)
       item%name = 'every effect in units of powers of two'
-      item%guards = 'length, mass and time in units from 2^-70 to 2^100: every digit, iteration and cut must stay; '// &
-                    'steps that suit, that must be cut, and that are controlled'
+      item%guards = 'length, mass and time in units from 2^-70 to 2^100: no bit may change, in short, subdivided '// &
+                    'and adaptive steps'
       item%selected = EVERY_WAY
       item%run => run_units
    end function units_case
 
    type(stability_case_t) function beyond_case() result(item)
       item%name = 'states, steps and effects out of their ranges'
-      item%guards = 'numbers next to overflow, denormal, not finite: an error before the first step, '// &
-                    'without an exception of floating point'
+      item%guards = 'numbers near overflow, denormal, not finite: an error before the first step, without a '// &
+                    'floating-point exception'
       item%selected = EVERY_WAY
       item%run => run_beyond
    end function beyond_case
@@ -167,7 +167,7 @@ contains
       else
          call record%require_below(distance, 1e-6_wp*n*turn**9 + 1e-13_wp*n, 'attitude')
       end if
-      record%outcome = 'free, attitude off by '//number_text(distance)//' rad'
+      call record%show('attitude error, rad', distance)
    end subroutine compare_free
 
    !> A body under every effect, twice of some kinds, in some units.
@@ -222,7 +222,7 @@ contains
          if (kind == LONG_STEPS) call record%require(expected%cut_steps > 0, 'the long steps were not cut')
       end do
       call record%require_below(max(record%energy, record%norm), 1e-11_wp, 'energy and norm')
-      record%outcome = 'bitwise equal in 6 units'
+      call record%show('units with identical bits', 6.0_wp)
    end subroutine run_units
 
    !> A run in some units.
@@ -292,7 +292,7 @@ contains
             call record%require(same_bits(before, problem%start), 'state touched: '//label)
          end if
       end do
-      record%outcome = '19 of 19 refused'
+      call record%show('of 19 inputs rejected', 19.0_wp)
    end subroutine run_beyond
 
    !> True if the states are the same to the last bit, numbers or not.

@@ -32,23 +32,23 @@ contains
 
    type(stability_case_t) function norm_case() result(item)
       item%name = 'norm of q 1 ± 1e-6'
-      item%guards = 'the 8×8 system must keep the norm that it is given, the reduced form must refuse it; neither '// &
-                    'may correct it in silence'
+      item%guards = 'the full form must keep the norm that it is given (norm: its change), the reduced form must '// &
+                    'reject it; neither may correct it silently'
       item%selected = EVERY_WAY
       item%run => run_norm
    end function norm_case
 
    type(stability_case_t) function product_case() result(item)
       item%name = 'q·p other than zero'
-      item%guards = 'the 8×8 system must keep q·p, and let the norm grow by its law where J0 is finite; the '// &
-                    'reduced form must refuse it'
+      item%guards = 'the full form must keep q·p, and let the norm grow as the equations say if J0 is finite; the '// &
+                    'reduced form must reject it'
       item%selected = EVERY_WAY
       item%run => run_product
    end function product_case
 
    type(stability_case_t) function restart_case() result(item)
       item%name = 'restart from a row of 17 digits'
-      item%guards = 'a history must hold all that the motion needs: the restarted run may depart by round-off only'
+      item%guards = 'a history must hold all that the motion needs: a restarted run may differ by round-off only'
       item%selected = EVERY_WAY
       item%run => run_restart
    end function restart_case
@@ -94,7 +94,6 @@ contains
          end if
       end do
       call record%require_invariants(1e-12_wp)
-      if (way%solver /= 'reduced') record%outcome = 'kept; under norm: how far it moved'
    end subroutine run_norm
 
    !> A run that was refused with the reason, before its first step.
@@ -106,6 +105,7 @@ contains
       call record%require(part%refused .and. part%code == NUTATE_BAD_ARGUMENT, 'the state was not refused')
       call record%require(all(state%q == problem%start%q) .and. all(state%p == problem%start%p), &
                           'the state was touched')
+      record%refused = .true.
       record%outcome = part%outcome
    end subroutine require_refusal
 
@@ -138,7 +138,7 @@ contains
       part%norm = 0.0_wp
       call record%absorb(part)
       call record%require_below(record%energy, 1e-11_wp, 'energy')
-      record%outcome = '|q|² grew by '//number_text(dot_product(state%q, state%q) - 1)
+      call record%show('growth of |q|²', dot_product(state%q, state%q) - 1)
    end subroutine run_product
 
    !> A run in one piece and one that goes on from the digits of its middle, of motions that double an error in their
@@ -179,7 +179,7 @@ contains
       call record%require_below(distance, bound, 'attitude')
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_invariants(1e-12_wp)
-      record%outcome = 'departed by '//number_text(distance)//' rad'
+      call record%show('departure, rad', distance)
    end subroutine run_restart
 
 end module test_stability_starts

@@ -59,15 +59,16 @@ contains
 
    type(stability_case_t) function meeting_case() result(item)
       item%name = 'spring of 1e12 N/m whose ends meet'
-      item%guards = 'no rest length, ends 1e-7 m apart: a length from squares of order one has no digits there'
+      item%guards = 'no rest length, ends 1e-7 m apart: a length computed from squares of order one has no digits'// &
+                    ' there'
       item%selected = EVERY_WAY
       item%run => run_meeting
    end function meeting_case
 
    type(stability_case_t) function rest_case() result(item)
       item%name = 'spring at rest length, and with both ends in one point'
-      item%guards = 'a force that vanishes, one whose direction is undefined, and a length known to 1e-16 only of '// &
-                    'which 1e-5 counts'
+      item%guards = 'a force that vanishes, a force without a direction, and a length known to 1e-16 of which '// &
+                    '1e-5 matters'
       item%selected = EVERY_WAY
       item%run => run_rest
    end function rest_case
@@ -75,7 +76,7 @@ contains
    type(stability_case_t) function damping_case() result(item)
       item%name = 'damping that overshoots'
       item%guards = 'damping by up to 1e10 of the momentum in a step: energy must fall in every step, and the '// &
-                    'account close'
+                    'balance must close'
       item%selected = EVERY_WAY
       item%run => run_damping
    end function damping_case
@@ -235,6 +236,7 @@ contains
       real(wp) :: energy
       integer :: i
       energy = 0.5_wp*dot_product(moments, omega**2)
+      call record%show('of 3 dampings rejected', 0.0_wp)
       do i = 1, size(coefficients, 2)
          problem = damped_body(coefficients(:, i), omega)
          meter = blank
@@ -247,6 +249,7 @@ contains
             call record%require(any(part%code == [NUTATE_OFF_BRANCH, NUTATE_NOT_CONVERGED]), &
                                 'a stage beyond its pole passed')
             record%outcome = 'damping by 1e10 of the momentum in a step: '//trim(part%outcome)
+            call record%show('of 3 dampings rejected', 1.0_wp)
             part = record_t()
          else
             call record%require(.not. part%refused, trim(part%outcome))

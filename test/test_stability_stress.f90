@@ -1,4 +1,5 @@
-!> The groups of stability cases by name, and the report of a group run at full length: a part of docs/stability.md.
+!> The groups of stability cases by name, and the report of a group run at full length: rows of
+!> docs/results/hard-cases.csv.
 module test_stability_stress
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use nutate_kinds, only: long
@@ -48,16 +49,24 @@ contains
              ]
    end function groups
 
-   !> Writes the names of the groups, a line for each.
+   !> Writes a line for each group, its name and title, and behind it one for each of its cases: nothing, its name, and
+   !> what it guards against. Tabs separate the fields.
    subroutine list_groups()
       type(group_t), allocatable :: list(:)
-      integer :: i
+      type(stability_case_t), allocatable :: cases(:)
+      integer :: i, k
       list = groups()
-      write (output_unit, '(a)') (trim(list(i)%name), i=1, size(list))
+      do i = 1, size(list)
+         write (output_unit, '(3a)') trim(list(i)%name), achar(9), trim(list(i)%title)
+         cases = list(i)%cases()
+         do k = 1, size(cases)
+            write (output_unit, '(4a)') achar(9), trim(cases(k)%name), achar(9), trim(cases(k)%guards)
+         end do
+      end do
    end subroutine list_groups
 
-   !> Runs all cases of a group at full length and writes its part of docs/stability.md; what is going on, and failures,
-   !> go to standard error.
+   !> Runs all cases of a group at full length and writes their rows of docs/results/hard-cases.csv; progress and
+   !> failures go to standard error.
    subroutine report_group(name, runs, failures)
       character(len=*), intent(in) :: name
       !> Cases times ways; 0: there is no such group.
@@ -72,20 +81,16 @@ contains
       do i = 1, size(list)
          if (list(i)%name /= name) cycle
          cases = list(i)%cases()
-         write (output_unit, '("### ",a,/)') trim(list(i)%title)
          do k = 1, size(cases)
-            write (output_unit, '("- **",a,"**: ",a)') trim(cases(k)%name), trim(cases(k)%guards)
-         end do
-         write (output_unit, '(/,a)') '| case | solver | steps | energy | momentum | norm | cut steps | outcome |'
-         write (output_unit, '(a)') '|---|---|---|---|---|---|---|---|'
-         do k = 1, size(cases)
-            call report_case(cases(k), runs, failures)
+            call report_case(name, cases(k), runs, failures)
          end do
       end do
    end subroutine report_group
 
-   !> The rows of one case.
-   subroutine report_case(item, runs, failures)
+   !> The rows of one case: group, case, formulation and order, steps, subdivided steps, errors of energy, momentum and
+   !> norm, what else was measured with its value, 1 if the case was rejected, and why.
+   subroutine report_case(group, item, runs, failures)
+      character(len=*), intent(in) :: group
       type(stability_case_t), intent(in) :: item
       integer, intent(inout) :: runs, failures
       type(record_t) :: record
@@ -99,25 +104,28 @@ contains
             failures = failures + 1
             record%outcome = 'FAILED: '//record%message
          end if
-         write (error_unit, '(a," (",a,"): ",a)') trim(item%name), way_label(ways(i)), trim(record%outcome)
-         write (output_unit, '(*(a))') '| ', cell(item%name), ' | ', way_label(ways(i)), ' | ', &
-            count_text(record%steps), ' | ', number_text(record%energy), ' | ', number_text(record%momentum), ' | ', &
-            number_text(record%norm), ' | ', count_text(record%cut_steps), ' | ', cell(record%outcome), ' |'
+         write (error_unit, '(*(a))') trim(item%name), ' (', way_label(ways(i)), '): ', &
+            merge('passed', 'FAILED', record%passed), ' ', trim(record%outcome)
+         write (output_unit, '(*(a))') group, ',', quoted(item%name), ',', quoted(way_label(ways(i))), ',', &
+            count_text(record%steps), ',', count_text(record%cut_steps), ',', number_text(record%energy), ',', &
+            number_text(record%momentum), ',', number_text(record%norm), ',', quoted(record%measure), ',', &
+            number_text(record%value), ',', merge('1', '0', record%refused), ',', quoted(record%outcome)
          flush (output_unit)
       end do
    end subroutine report_case
 
-   !> A text as a cell of a table, in which | ends a cell.
-   pure function cell(text)
+   !> A text as a field of a CSV file.
+   pure function quoted(text)
       character(len=*), intent(in) :: text
-      character(len=:), allocatable :: cell
+      character(len=:), allocatable :: quoted
       integer :: i
-      cell = ''
+      quoted = '"'
       do i = 1, len_trim(text)
-         if (text(i:i) == '|') cell = cell//achar(92)
-         cell = cell//text(i:i)
+         if (text(i:i) == '"') quoted = quoted//'"'
+         quoted = quoted//text(i:i)
       end do
-   end function cell
+      quoted = quoted//'"'
+   end function quoted
 
    !> Digits of a count.
    pure function count_text(count) result(text)

@@ -51,30 +51,30 @@ contains
 
    type(stability_case_t) function back_case() result(item)
       item%name = 'forth and back'
-      item%guards = 'a step that is not its own inverse: the top, and a damped and driven body, must come back to '// &
-                    'the start, its energy too'
+      item%guards = 'a step that is not its own inverse: a top, and a damped and driven body, must return to the '// &
+                    'start, with its energy'
       item%selected = EVERY_WAY
       item%run => run_back
    end function back_case
 
    type(stability_case_t) function end_case() result(item)
       item%name = 'end times that are no multiple of the step'
-      item%guards = 'a last step too many or too few, or an end missed by a rounding'
+      item%guards = 'a last step too many or too few, or an end missed by a rounding error'
       item%selected = EVERY_WAY
       item%run => run_end
    end function end_case
 
    type(stability_case_t) function later_case() result(item)
       item%name = 't = 1e9 steps and later'
-      item%guards = 'a time that drifts, or steps whose length is what rounding of t leaves: the motion from '// &
-                    '1e9 Δt on has the digits of that from 0 on'
+      item%guards = 'a time that drifts, or steps as long as rounding of t leaves them: the motion from 1e9 Δt on '// &
+                    'must have the digits of that from 0 on'
       item%selected = EVERY_WAY
       item%run => run_later
    end function later_case
 
    type(stability_case_t) function rows_case() result(item)
       item%name = 'rows at every step, at some, once'
-      item%guards = 'looking changes nothing: common rows are equal to the last bit'
+      item%guards = 'output must not change the motion: common rows have identical bits'
       item%selected = EVERY_WAY
       item%run => run_rows
    end function rows_case
@@ -136,7 +136,7 @@ contains
       end do
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_invariants(1e-11_wp)
-      record%outcome = 'came back to '//number_text(worst)
+      call record%show('distance from the start', worst)
    end subroutine run_back
 
    !> Ends in fractions of a step around whole numbers; each run ends on its time after the right number of steps.

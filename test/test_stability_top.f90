@@ -69,8 +69,8 @@ contains
 
    type(stability_case_t) function sleeping_case() result(item)
       item%name = 'sleeping top, exactly upright'
-      item%guards = 'an unstable equilibrium left by round-off of the step, or a stable one that is shaken; a '// &
-                    'tilt of 1e-300 that is lost'
+      item%guards = 'an unstable equilibrium left because of round-off, a stable one that is disturbed; a tilt of '// &
+                    '1e-300 that is lost'
       item%selected = EVERY_WAY
       item%run => run_sleeping
    end function sleeping_case
@@ -84,38 +84,39 @@ contains
 
    type(stability_case_t) function poles_case() result(item)
       item%name = 'top through both poles'
-      item%guards = 'the axis swings exactly through up and down, with spin past them: Euler columns finite, θ '// &
-                    'and what else is defined continuous'
+      item%guards = 'the axis swings exactly through both poles: Euler angles must stay finite, those that are '// &
+                    'defined continuous'
       item%selected = EVERY_WAY
       item%run => run_poles
    end function poles_case
 
    type(stability_case_t) function separatrix_case() result(item)
       item%name = 'pendulum at its separatrix'
-      item%guards = 'a hanging top without spin thrown 1e-3 too slowly must turn back, 1e-3 too fast go over; '// &
-                    'exactly at the limit it must not stay upright for ever'
+      item%guards = 'a pendulum thrown 1e-3 too slowly must turn back, 1e-3 too fast go over; exactly at the '// &
+                    'limit it must not stay upright for ever'
       item%selected = EVERY_WAY
       item%run => run_separatrix
    end function separatrix_case
 
    type(stability_case_t) function rest_case() result(item)
       item%name = 'top at rest'
-      item%guards = 'no angular velocity: exactly upright or hanging it stays, tilted by 1e-300 or 1 rad it falls; '// &
-                    'momentum from nothing through 300 decades'
+      item%guards = 'exactly upright or hanging it stays, tilted by 1e-300 or 1 rad it falls; momentum grows '// &
+                    'through 300 decades'
       item%selected = EVERY_WAY
       item%run => run_rest
    end function rest_case
 
    type(stability_case_t) function spin_case() result(item)
       item%name = 'top at 1e6 rad/s'
-      item%guards = 'a nutation of 1e-10 rad beside a spin of 1 rad a step, and steps of 1000 rad, which must be cut'
+      item%guards = 'a nutation of 1e-10 rad with a spin of 1 rad per step; steps of 1000 rad, which must be '// &
+                    'subdivided'
       item%selected = EVERY_WAY
       item%run => run_spin
    end function spin_case
 
    type(stability_case_t) function gravity_case() result(item)
       item%name = 'top without gravity, under negative gravity, under 1e6 g'
-      item%guards = 'a sign or a scale of the potential: the motion is that of the closed solution'
+      item%guards = 'a wrong sign or scale of the potential: the motion must be that of the closed solution'
       item%selected = EVERY_WAY
       item%run => run_gravity
    end function gravity_case
@@ -274,7 +275,7 @@ contains
       call record%require_below(meter%most, 1.1_wp*tilt*above/sqrt(above**2 - 1), 'tilt above the critical spin')
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_invariants(1e-12_wp)
-      record%outcome = 'growth rate off by '//number_text(error(1))//' /s of 1.88 /s'
+      call record%show('error of the growth rate, 1/s', error(1))
    end subroutine run_rate
 
    subroutine run_poles(way, whole, record)
@@ -297,7 +298,7 @@ contains
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_below(jump, 1.0_wp + 1e-6_wp, 'jump of the Euler angles over what the rotation allows')
       call record%require_invariants(1e-12_wp)
-      record%outcome = 'largest jump of what is defined: '//number_text(jump)//' of what the rotation allows'
+      call record%show('jump over what the rotation allows', jump)
    end subroutine run_poles
 
    subroutine run_separatrix(way, whole, record)
@@ -321,8 +322,7 @@ contains
       end do
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_invariants(1e-12_wp)
-      write (record%outcome, '(3(i0,a))') crossings(1), ' passages of the horizontal turning back, ', crossings(2), &
-         ' going over, ', crossings(3), ' at the limit'
+      call record%show('passages of the horizontal at the limit', real(crossings(3), wp))
    end subroutine run_separatrix
 
    subroutine run_rest(way, whole, record)
@@ -357,7 +357,7 @@ contains
       if (whole) call record%require(meter%crossings > 10, 'the top did not fall from 1e-300 rad')
       call record%require(.not. record%refused, trim(record%outcome))
       call record%require_invariants(1e-12_wp)
-      record%outcome = 'rate of the fall from 1e-300 rad off by '//number_text(rate - fall_rate)//' /s of 3.13 /s'
+      call record%show('error of the rate of the fall, 1/s', rate - fall_rate)
    end subroutine run_rest
 
    !> The axis of a fast top stays within 2 m g l J₁ sin θ/(J₃Ω₃)² of its tilt.
@@ -413,7 +413,7 @@ contains
                   merge(1000_long, 10_long, whole), record)
       call record%require(record%cut_steps > cuts .and. .not. record%refused, trim(record%outcome))
       call record%require_invariants(3e-12_wp)
-      record%outcome = 'attitude off by '//number_text(worst)//' rad after 400 steps'
+      call record%show('attitude error, rad', worst)
    end subroutine run_gravity
 
    !> Distance from the closed solution after n steps of some units of time.

@@ -1,6 +1,6 @@
 !> What a run chooses where its settings leave it open: method and order, and why. Every interface chooses here.
 !>
-!> The rules are those of the tables in docs/accuracy.md, which `bench_choice` measures.
+!> The rules rest on the tables of docs/results/accuracy-costs.md, which `bench_choice` measures.
 module nutate_method_choice
    use nutate_axial_frame, only: axial_frame_t
    use nutate_body, only: body_t
@@ -35,11 +35,11 @@ module nutate_method_choice
    !> Turn from start to end that makes a motion long, rad: the series wins at 140 to 400 rad, not at 50.
    real(wp), parameter :: long_turn = 100.0_wp
    !> An explicit step is at most some 6 times the time in which damping stops the body; steps of order 2 number about
-   !> 60 over the root of the accuracy, and cost as much as 8 explicit ones (docs/accuracy.md). Damping is strong where
+   !> 60 over the root of the accuracy, and cost as much as 8 explicit ones (`nutate cost`). Damping is strong where
    !> its rate times the time of the run exceeds 6·8·60 over that root.
    real(wp), parameter :: strong_damping = 3e3_wp
 
-   !> Accuracies from which on orders 8, 6 and 4 of the implicit step cost less than lower ones, rad (docs/accuracy.md).
+   !> Accuracies from which on orders 8, 6 and 4 of the implicit step cost less than lower ones, rad (`nutate cost`).
    real(wp), parameter :: order_8_pays = 1e-5_wp, order_6_pays = 1e-3_wp, order_4_pays = 1e-1_wp
 
 contains

@@ -8,8 +8,8 @@
 !> earlier run is heard.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
-!> table in docs/accuracy.md. They belong to the error behaviour of the methods, and are to be measured anew where that
-!> changes.
+!> tables in docs/results/accuracy-costs.md. They belong to the error behaviour of the methods, and are to be measured
+!> anew where that changes.
 module nutate_accuracy
    use nutate_disturbance, only: disturb_problem
    use nutate_equal_steps, only: equal_steps_t

@@ -21,8 +21,8 @@ module nutate_work_precision
 
    !> Share of the time that the reference may take: most scenes need less, and without one there are no errors.
    real(wp), parameter :: reference_share = 0.3_wp
-   !> Turn in the longest step, rad: the conserving step has its limit there (docs/theory.md), explicit ones before; of
-   !> `rk8` in variables of its own, by their rate.
+   !> Turn in the longest step, rad: the conserving step has its limit there (docs/explanation/scheme.md), explicit
+   !> ones before; of `rk8` in variables of its own, by their rate.
    real(wp), parameter :: longest_turn = 4.0_wp
    !> Largest error of the steps that a method chooses, rad: with larger ones such a method takes its longest step.
    real(wp), parameter :: loosest = 1e-2_wp

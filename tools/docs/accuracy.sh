@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Runs random scenes against the oracle of the tests, all of them, and puts the table that came out into docs/accuracy.md,
-# between its markers; or one run again, or those from one to another (2001:4000). Then random free bodies against their
-# closed solution; or one of them; then motions that die out. Fails if the accuracy was not kept, or an error of the closed
-# solution exceeds its estimate.
+# Runs random scenes against the oracle of the tests, all of them, and puts the tables that came out into
+# docs/results/accuracy-costs.md, between its markers; or one run again, or those from one to another (2001:4000). Then random
+# free bodies against their closed solution; or one of them; then motions that decay. Fails if the accuracy was not kept, or an
+# error of the closed solution exceeds its estimate.
 #    tools/docs/accuracy.sh [CASE[:CASE]]
 #    tools/docs/accuracy.sh exact [CASE]
 #    tools/docs/accuracy.sh dying [CASE[:CASE]]
 set -u
 . "$(dirname "$0")/../environment.sh"
 
-document=docs/accuracy.md
+document=docs/results/accuracy-costs.md
 parts=build/accuracy
 
 quietly build-accuracy build build-accuracy --tests || exit 1
@@ -19,10 +19,12 @@ path=$(fpm_path test unit)
 [ $# -eq 0 ] || exec "$path" --accuracy "$@"
 
 mkdir -p "$parts"
-"$path" --accuracy >"$parts/kept.md"
-status=$?
-cat "$parts/kept.md"
-[ -s "$parts/kept.md" ] && insert_part accuracy "$document" kept "$parts"
-"$path" --exact || status=1
-"$path" --dying || status=1
+status=0
+"$path" --accuracy >"$parts/kept.md" || status=1
+"$path" --exact >"$parts/exact.md" || status=1
+"$path" --dying >"$parts/dying.md" || status=1
+for part in kept exact dying; do
+   cat "$parts/$part.md"
+   [ -s "$parts/$part.md" ] && insert_part accuracy "$document" "$part" "$parts"
+done
 exit $status

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Tries to make the steppers accept another root than that of the true motion: 100 000 stages drawn at random, each judged by
-# an oracle of the tests. Without arguments the table goes into docs/stability.md. Fails if a wrong root counts as certified.
+# an oracle of the tests. Without arguments the results go into docs/results/hard-cases.md. Fails if a wrong root counts as
+# certified.
 # Then looks for events that are missed, or made up, in 100 000 motions drawn at random, and in 20 000 more with levels,
 # turning angles and torques that jump.
 #    tools/tests/attack.sh [--seed S] [--stages N | --case K]      K repeats one case of a seed, stage by stage
@@ -40,7 +41,10 @@ parts=build/attack
 mkdir -p "$parts"
 status=0
 "$path" --attack "$seed" "$stages" >"$parts/attack.md" || status=1
-[ -s "$parts/attack.md" ] && insert_part attack docs/stability.md attack "$parts"
-"$path" --attack-events "$seed" 100000 || status=1
-"$path" --attack-paths "$seed" 20000 || status=1
+"$path" --attack-events "$seed" 100000 >"$parts/events.md" || status=1
+"$path" --attack-paths "$seed" 20000 >"$parts/paths.md" || status=1
+for part in attack events paths; do
+   cat "$parts/$part.md"
+   [ -s "$parts/$part.md" ] && insert_part attack docs/results/hard-cases.md "$part" "$parts"
+done
 exit $status

@@ -1,24 +1,27 @@
 #!/usr/bin/env bash
-# Runs the stability cases at full length, all groups or those named, and puts what came out into docs/stability.md,
-# between the markers of each group. Fails if a case misses its bound.
+# Runs the stability cases at full length, all groups or those named, puts their rows into docs/results/hard-cases.csv and the
+# tables made of them into docs/results/hard-cases.md. Fails if a case misses its bound.
 #    tools/tests/stress.sh [GROUP]...
 set -u
 . "$(dirname "$0")/../environment.sh"
 
-document=docs/stability.md
+rows=docs/results/hard-cases.csv
 parts=build/stress
 
 quietly build-stress build build-stress --tests || exit 1
 path=$(fpm_path test unit)
 mkdir -p "$parts"
+"$path" --stress >"$parts/cases.txt" || exit 1
 # shellcheck disable=SC2046
-[ $# -gt 0 ] || set -- $("$path" --stress)
-for group; do rm -f "$parts/$group.md"; done
+[ $# -gt 0 ] || set -- $(sed -n 's/^\([a-z_]*\)\t.*/\1/p' "$parts/cases.txt")
+for group; do rm -f "$parts/$group.csv"; done
 
 # One process for each group, as many at a time as there are cores.
 status=0
-printf '%s\n' "$@" | xargs -P "$(nproc)" -I '{}' sh -c '"$0" --stress "$1" >"$2/$1.md"' "$path" '{}' "$parts" || status=1
+printf '%s\n' "$@" | xargs -P "$(nproc)" -I '{}' sh -c '"$0" --stress "$1" >"$2/$1.csv"' "$path" '{}' "$parts" || status=1
 for group; do
-   [ -s "$parts/$group.md" ] && insert_part stress "$document" "$group" "$parts"
+   [ -s "$parts/$group.csv" ] || continue
+   { grep -v "^$group," "$rows"; cat "$parts/$group.csv"; } >"$parts/rows.csv" && cat "$parts/rows.csv" >"$rows"
 done
+python3 tools/docs/hard_cases.py "$parts/cases.txt" "$rows" docs/results/hard-cases.md || status=1
 exit $status

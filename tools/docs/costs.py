@@ -1,0 +1,211 @@
+"""Measures what steps, runs to an accuracy and members of sweeps cost on this machine, and writes it into the pages of docs/results/
+between their markers. What was measured stays in build/costs/.
+
+    python3 tools/docs/costs.py PROGRAM FOLDER [PART]...
+
+FOLDER holds the benchmarks. A part is the name of a pair of markers: step, methods, frames (cost-of-a-step.md), heavy_top, box,
+choice, series, explicit (accuracy-costs.md), lanes, drift, members (sweeps.md); all of them unless some are named.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+DATA = "build/costs"
+RESULTS = "docs/results"
+
+
+def table(header, rows):
+    """Returns a table."""
+    return "".join("| " + " | ".join(row) + " |\n" + ("|---"*len(row) + "|\n" if row is header else "") for row in [header, *rows])
+
+
+def output(name, command):
+    """Runs a command, keeps what it prints in DATA and returns it."""
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, encoding="utf-8")
+    with open(f"{DATA}/{name}.txt", "w", encoding="utf-8") as file:
+        file.write(done.stdout)
+    return done.stdout
+
+
+def step_part(bench):
+    """Returns the cost of the implicit step by effect, from bench_step."""
+    text = bench("step")
+    rows = []
+    for line in text.splitlines():
+        found = re.match(r"(\S.*?)\s{2,}([\d.]+)\s+([\d.]+)\s+(\S+)\s+(\d+)\. \(([\d.]+)\)\s+(\d+)\. \(([\d.]+)\)", line)
+        if found:
+            name, full, reduced, _, full_time, _, reduced_time, _ = found.groups()
+            rows.append([name, full_time, reduced_time, full, reduced])
+    yardstick = re.search(r"takes\s+(\d+)\. ns", text)[1]
+    return f"One `dgesv` of an 8×8 system takes {yardstick} ns here.\n\n" + table(
+        ["case", "full, ns", "reduced, ns", "full, dgesv", "reduced, dgesv"], rows)
+
+
+# Names of the methods and what they need in &integrator.
+METHODS = {
+    "full, order 2": {"method": "nielsen_krenk"},
+    "reduced, order 2": {"method": "nielsen_krenk", "linear_solver": "reduced"},
+    "reduced, order 8": {"method": "nielsen_krenk", "linear_solver": "reduced", "order": 8},
+    "rk4": {"method": "rk4"},
+    "rk4, projected": {"method": "rk4", "conserve": True},
+    "dop853": {"method": "dop853"},
+    "dop853, projected": {"method": "dop853", "conserve": True},
+    "rk8": {"method": "rk8", "conserve": False},
+    "rk8, projected": {"method": "rk8"},
+    "taylor, order 16": {"method": "taylor", "conserve": False},
+    "taylor, projected": {"method": "taylor"},
+}
+
+
+def instructions(program, scene, step, settings, lines=""):
+    """Returns the instructions of a step, from runs of two lengths by callgrind, so that start and end cancel."""
+    counts = []
+    short, long = 300, 1300
+    for steps in (short, long):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(f"scenes/{scene}.nml", encoding="utf-8") as file:
+                text = file.read()
+            with open(f"{folder}/scene.nml", "w", encoding="utf-8") as file:
+                file.write(text + lines)
+            chosen = {"method": "'nielsen_krenk'", "time_step": step, "end_time": steps*step}
+            for key, value in settings.items():
+                chosen[key] = f"'{value}'" if isinstance(value, str) else str(value)[0] if value in (True, False) else value
+            command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/counts", program, "run",
+                       f"{folder}/scene.nml", "--quiet", "--output", f"{folder}/rows.csv", "--set", f"output.every={steps}"]
+            for key, value in chosen.items():
+                command += ["--set", f"integrator.{key}={value}"]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            with open(f"{folder}/counts", encoding="utf-8") as file:
+                counts.append(int(re.findall(r"^(?:summary|totals): (\d+)", file.read(), re.MULTILINE)[-1]))
+    return (counts[1] - counts[0])/(long - short)
+
+
+SCENES = {"box": 0.01, "heavy_top": 0.001, "all_effects": 0.01}
+
+
+def methods_part(program):
+    """Returns the instructions of a step of each method."""
+    rows = [[name, *(f"{instructions(program, scene, step, settings):.0f}" for scene, step in SCENES.items())]
+            for name, settings in METHODS.items()]
+    return table(["method", "box", "heavy top", "all effects"], rows)
+
+
+FRAMES = (("box", "0.0, 0.0, 0.1"), ("heavy_top", "0.0, 0.0, 0.1"), ("heavy_top", "0.1, 0.0, 0.1"))
+
+
+def frames_part(program):
+    """Returns what a rotating frame adds to the instructions of a step."""
+    rows = []
+    for name in ("full, order 2", "reduced, order 2", "reduced, order 8", "rk4", "dop853", "rk8, projected", "taylor, projected"):
+        cells = []
+        for scene, rate in FRAMES:
+            plain = instructions(program, scene, SCENES[scene], METHODS[name])
+            turned = instructions(program, scene, SCENES[scene], METHODS[name],
+                                  f"\n&rotating_frame angular_velocity = {rate} /\n")
+            cells.append(f"{100*(turned/plain - 1):.0f} %")
+        rows.append([name, *cells])
+    return table(["method", "box", "top, rate along the field", "top, inclined rate"], rows)
+
+
+def ranking_part(program, scene):
+    """Returns what `nutate cost` says about a scene, cheapest first."""
+    text = output(f"cost_{scene}", [program, "cost", f"scenes/{scene}.nml"])
+    return "```text\n" + text[text.index("\naccuracy ") + 1:].rstrip() + "\n```\n"
+
+
+# Columns of bench_choice and the method that `auto` names.
+CHOICE = {1e-2: 1, 1e-4: 3, 1e-6: 4, 1e-8: 5, 1e-10: 6}
+ROWS = {"taylor": "taylor", "dop853": "dop853+conserve", "rk8": "rk8"}
+
+
+def choice_part(bench):
+    """Returns what a run to an accuracy costs with the method that `auto` chooses."""
+    text = bench("choice")
+    rows = []
+    for block in re.split(r"\n\n+", text)[1:]:
+        lines = block.strip("\n").splitlines()
+        times = {line[2:44].strip(): re.findall(r"[\d.]+[! ]|\*+", line[43:] + " ") for line in lines[1:-1]}
+        chosen = lines[-1].split("auto takes")[1].split()
+        cells = []
+        for column in list(CHOICE.values())[1:]:
+            method = chosen[column]
+            cells.append(f"{method} {times[ROWS[method]][column].strip()}" if method in ROWS else method)
+        rows.append([lines[0].split(",")[0].replace("_", " "), *cells])
+    return table(["scene", *(f"{accuracy:.0e}".replace("e-0", "e-") for accuracy in list(CHOICE)[1:])], rows)
+
+
+def series_part(bench):
+    """Returns the time of the best projected method over plain dop853."""
+    rows = []
+    for block in re.split(r"\n(?=\S[^\n]*attitude known to)", bench("series")):
+        ratios = re.search(r"best of ours over fixed steps dop853\s+(.*)", block)
+        if ratios:
+            rows.append([block.split(" (attitude")[0].strip(), *ratios[1].split()[:4]])
+    return table(["motion", "1e-4", "1e-6", "1e-8", "1e-10"], rows)
+
+
+def explicit_part(bench):
+    """Returns the time of the best method that conserves over the better bare one."""
+    rows = []
+    for block in re.split(r"\n(?=[^\n]*\nattitude known to)", bench("explicit")):
+        title = block.strip().splitlines()[0]
+        for label, words in (("", "best of ours over the better bare"), (", by steps", "best of our steps over the bare")):
+            ratios = re.search(words + r"\s+(.*)", block)
+            if ratios:
+                rows.append([title + label, *ratios[1].split()])
+    return table(["motion", "1e-4", "1e-6", "1e-8", "1e-12"], rows)
+
+
+def lanes_parts(bench):
+    """Returns steps and errors in SIMD lanes, and members of a sweep."""
+    text = bench("ensemble")
+    steps = re.findall(r"^ {3}(\S.*), order (\d+) +([\d.]+) +([\d.]+) +([\d.]+)$", text, re.MULTILINE)
+    errors = re.findall(r"^ {3}(\S.*?) +(\S+E\S+) +(\S+E\S+)$", text.split("1e6 steps of order 16")[1].split("us a member")[0],
+                        re.MULTILINE)
+    members = re.findall(r"^ +(\d+) +1 +([\d.]+) +([\d.]+)$", text, re.MULTILINE)
+    return {"lanes": table(["body", "order", "scalar, ns", "batch, ns", "ratio"], [list(row) for row in steps]),
+            "drift": table(["body", "energy", "momentum"], [list(row) for row in errors]),
+            "members": table(["members", "scalar, µs", "batch, µs"], [list(row) for row in members])}
+
+
+def insert(page, name, part):
+    """Puts a part between its markers."""
+    path = f"{RESULTS}/{page}.md"
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->\n"
+    if begin not in text or end not in text:
+        sys.exit(f"costs: {path} lacks the markers of '{name}'")
+    head, rest = text.split(begin, 1)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(head + begin + part + end + rest.split(end, 1)[1])
+    print(f"Written: {path}, {name}", flush=True)
+
+
+def main(program, folder, *names):
+    os.makedirs(DATA, exist_ok=True)
+
+    def bench(name):
+        return output(name, [f"{folder}/bench_{name}"])
+
+    parts = {"step": ("cost-of-a-step", lambda: step_part(bench)),
+             "methods": ("cost-of-a-step", lambda: methods_part(program)),
+             "frames": ("cost-of-a-step", lambda: frames_part(program)),
+             "heavy_top": ("accuracy-costs", lambda: ranking_part(program, "heavy_top")),
+             "box": ("accuracy-costs", lambda: ranking_part(program, "box")),
+             "choice": ("accuracy-costs", lambda: choice_part(bench)),
+             "series": ("accuracy-costs", lambda: series_part(bench)),
+             "explicit": ("accuracy-costs", lambda: explicit_part(bench))}
+    for name, (page, make) in parts.items():
+        if not names or name in names:
+            insert(page, name, make())
+    if not names or {"lanes", "drift", "members"} & set(names):
+        for name, part in lanes_parts(bench).items():
+            insert("sweeps", name, part)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
