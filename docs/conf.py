@@ -28,6 +28,8 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 default_role = "code"
+smartquotes = False
+autodoc_type_aliases = {"npt.ArrayLike": "ArrayLike", "Array": "Array", "Textual": "Textual"}
 # What the pages name and no page of this site describes.
 nitpick_ignore_regex = [("py:.*", r"(np|npt|numpy|ctypes|collections|os|typing|plotly|pandas|xarray|pathlib|_ctypes)\..*"),
                         ("py:.*", r"(Any|Optional|Union|Sequence|Mapping|Iterable|Iterator|Callable|Array|Textual|ArrayLike|.*Callback)"),

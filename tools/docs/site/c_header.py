@@ -108,7 +108,8 @@ def markdown(name):
             elif position > 0:
                 comment = plain(part)
     flush()
-    return "\n".join(result)
+    # What stands before the first heading would be lost.
+    return "\n".join(result if result[0].startswith("###") else ["### Types\n", *result])
 
 
 class CHeader(SphinxDirective):
