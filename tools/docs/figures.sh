@@ -38,9 +38,8 @@ quietly figure-tennis_racket python3 tools/docs/figures/tennis_racket.py "$data/
    docs/figures/tennis_racket.svg || exit 1
 say "Drawn: docs/figures/tennis_racket.svg"
 
-simulate box_short scenes/box.nml integrator.time_step=0.01
-simulate box_long scenes/box.nml integrator.time_step=0.1
-draw box_omega
+# The figures of the paper: box_attitudes, box_omega, period_error, top_angles.
+python3 tools/docs/paper.py "$program" || exit 1
 
 # Events: the flips of the box, and bang-bang control.
 simulate intermediate_axis scenes/intermediate_axis.nml
@@ -86,27 +85,6 @@ for start in 0,0.55 0,0.6 0,0.72 0,2.31 0,2.33 0,2.66 0,2.75 0,2.9 0,3.2 0,3.35 
    perigees "island_$start" "$start" 100
 done
 draw hyperion
-
-# The box at eight times.
-simulate box_attitudes scenes/box.nml integrator.end_time=2.8 output.every=40 "output.columns='quaternion'"
-awk -f tools/docs/figures/box_edges.awk "$data/box_attitudes.csv" >"$data/box_edges.dat" || exit 1
-draw box_attitudes
-
-# period_error TOP OMEGA3 RATE: error of the period of precession over steps from ΩΔt = 0.014 to 0.8; RATE is exact.
-period_error() {
-   local top=$1 omega3=$2 rate=$3 k step mean
-   for k in 0 1 2 3 4 5 6 7 8 9 10; do
-      step=$(awk -v o="$omega3" -v k="$k" 'BEGIN {print 8/int(8*o/(0.0141*1.5^k))}')
-      simulate "$top" "scenes/$top.nml" "integrator.time_step=$step" integrator.end_time=8 "output.columns='euler'" \
-         "integrator.linear_solver='reduced'"
-      mean=$(awk -f tools/docs/figures/mean_precession.awk "$data/$top.csv") || exit 1
-      awk -v o="$omega3" -v s="$step" -v m="$mean" -v r="$rate" \
-         'BEGIN {e = r/m - 1; print o*s, e < 0 ? -e : e}'
-   done >"$data/period_$top.dat"
-}
-period_error precessing_top 140.6 10
-period_error fast_top 200 4.998774
-draw period_error
 
 # The picture of a history that the program draws by itself.
 simulate compass scenes/compass.nml output.every=5
