@@ -64,7 +64,7 @@ class Form(unittest.TestCase):
                 self.assertIn(len(path.read_text(encoding="utf-8").split()), range(300, 801))
 
     def test_tables_are_narrow(self):
-        for path in pages():
+        for path in (ROOT / "README.md", *(ROOT / "docs").glob("**/*.md")):
             for line in path.read_text(encoding="utf-8").splitlines():
                 if line.startswith("|"):
                     with self.subTest(page=path.name, line=line):
