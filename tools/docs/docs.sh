@@ -18,6 +18,6 @@ quietly docs-offline "$python" tools/docs/site/ford_offline.py "$modules/fortran
 
 # Pages of an earlier build that are no longer there must not stay.
 rm -rf "$pages"
-NUTATE_FORD=$modules NUTATE_LIBRARY=$cmake_folder/libnutate.so MPLBACKEND=Agg PYTHONPATH=$top/python \
+NUTATE_FORD=$modules NUTATE_LIBRARY=$cmake_folder/libnutate.so PYTHONPATH=$top/python \
    quietly docs "$python" -m sphinx -W --keep-going -n -q -b html -d build/doctrees docs "$pages" || exit 1
 say "Documentation: build/docs/index.html"
