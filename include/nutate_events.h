@@ -1,7 +1,8 @@
 /* nutate_events.h: events and tables of programs; nutate.h includes it, and says what its marks mean.
  *
  * Events are moments at which a quantity of the motion crosses a value, or has an extremum. They are found inside the
- * steps of nutate_stepper_run and nutate_stepper_run_to, as docs/scenes.md says of scenes; steps by hand look for none.
+ * steps of nutate_stepper_run and nutate_stepper_run_to, as docs/reference/scenes/event.md says of scenes; steps by hand
+ * look for none.
  * Runs in a row are one: their steps, rows and events are those of a single run, to the last bit. One that an event ends
  * leaves the state there, and the next one goes on behind it, its nominal steps counted from there: counts of events go on
  * too, and effects stay as they were switched, until a state is set. Its rows end with one at the event, for which

@@ -1,6 +1,6 @@
 /* nutate: satellites. Frames that turn, orbits, the Earth's field, forces, wheels and regulators, added to a system or
- * read from a stepper. Included by nutate.h, which says what the words and arrows mean; docs/scenes.md has the formulas,
- * under the groups named here.
+ * read from a stepper. Included by nutate.h, which says what the words and arrows mean; docs/reference/scenes/ has the
+ * formulas, under the groups named here.
  *
  *    nutate_system_add_wheel(system, axis, 0.05, 0.0, 0.0, INFINITY, INFINITY);
  *    nutate_stepper_create(system, &stepper, NULL, 0);

@@ -23,8 +23,8 @@ int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **step
 int nutate_stepper_destroy(nutate_stepper **stepper); /* frees it   <=>  stepper */
 /* Sets what the group &integrator of a scene would say: method, order, linear_solver, time_step (or accuracy, or
  * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
- * needs accuracy or local_tolerance and is their default (docs/scenes.md); each run to a time chooses anew. What is set takes
- * effect with the next step, which reports errors that only show in combination, unless nutate_stepper_prepare did.
+ * needs accuracy or local_tolerance and is their default (docs/reference/scenes/integrator.md); each run to a time chooses
+ * anew. What is set takes effect with the next step, which reports errors that only show in combination, unless nutate_stepper_prepare did.
  *   ==>  key      name, such as "method"         ==>  value    text, such as "dop853", "4", "1e-3", ".false." */
 int nutate_stepper_set(nutate_stepper *stepper, const char *key, const char *value);
 

@@ -179,7 +179,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
 
     accuracy   error of the attitude that is not to be exceeded at the end, rad; pilot runs find the steps for it. Or give
                local_tolerance=, the error of each step, or time_step=; these and other `settings` are the keys of &integrator
-    method     "auto" chooses by the accuracy; see docs/scenes.md
+    method     "auto" chooses by the accuracy; see docs/reference/scenes/integrator.md
     t_eval     times of the rows, s, in the order of the run; otherwise the ends of the steps
     events     event(t, q, omega), or several: smooth functions that are 0 where they happen, of their arguments alone. As in SciPy
                they may have attributes: direction (1: only where it grows, -1: only where it falls) and terminal (True: the motion

@@ -20,4 +20,5 @@ quietly docs-offline "$python" tools/docs/site/ford_offline.py "$modules/fortran
 rm -rf "$pages"
 NUTATE_FORD=$modules NUTATE_LIBRARY=$cmake_folder/libnutate.so PYTHONPATH=$top/python \
    quietly docs "$python" -m sphinx -W --keep-going -n -q -b html -d build/doctrees docs "$pages" || exit 1
+quietly docs-network "$python" tools/docs/site/check_offline.py "$pages" || exit 1
 say "Documentation: build/docs/index.html"

@@ -13,7 +13,8 @@ from sphinx.util.docutils import SphinxDirective
 INCLUDE = pathlib.Path(__file__).resolve().parent.parent.parent.parent / "include"
 ARROW = re.compile(r"==>|<==|<=>")
 # A comment, a line of the preprocessor, a declaration up to its semicolon.
-PART = re.compile(r"/\*(?P<comment>.*?)\*/|#[^\n]*|extern \"C\" \{|\}(?!\s*;)|(?P<declaration>(?:typedef|enum|int|void|size_t|double)\b[^;{]*(?:\{[^}]*\})?)\s*;",
+PART = re.compile(r"/\*(?P<comment>.*?)\*/|#[^\n]*|extern \"C\" \{|\}(?!\s*;)"
+                  r"|(?P<declaration>(?:typedef|enum|int|void|size_t|double)\b[^;{]*(?:\{[^}]*\})?)\s*;",
                   re.DOTALL)
 
 

@@ -17,7 +17,7 @@ def as_blocks(lines):
         following = lines[position + 1] if position + 1 < len(lines) else ""
         indented = line.startswith(" ") or (inside and not line and following.startswith(" "))
         if argument:
-            result += ([] if listed else [""]) + [f":{argument[1]}: {plain(argument[2])}"]
+            result += ([] if listed else [""]) + [f"``{argument[1]}``", "   " + plain(argument[2])]
         elif listed and line.startswith(" "):
             result.append("   " + plain(line.strip()))
         else:
