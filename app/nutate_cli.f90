@@ -56,8 +56,11 @@ module nutate_cli
                'override a value of the scene; may be given several times'), &
       option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep', &
                'take a key out of the scene; may be given several times'), &
-      option_t('--plot', 'FILE.svg|png', 'run,cost', &
+      option_t('--plot', 'FILE.svg|png|pdf', 'run,cost', &
                'draw with gnuplot: of run the history, of cost errors against time'), &
+      option_t('--columns', 'NAME,...', 'plot', &
+               'columns to draw, or sets of them, such as energy,omega3; all unless given'), &
+      option_t('--title', 'TEXT', 'plot', 'what stands above the picture; the name of the history unless given'), &
       option_t('--all', '', 'cost', 'draw every method with --plot, not six of them'), &
       option_t('--csv', 'FILE', 'cost,sweep', 'write one row for each run, or member, as CSV; - is standard output'), &
       option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
@@ -94,6 +97,8 @@ module nutate_cli
       real(wp) :: every_seconds = 60.0_wp
       !> Where to draw and to write the runs of a work-precision study; not allocated where not wanted.
       character(len=:), allocatable :: plot, csv
+      !> Columns to draw, comma separated, and the title of the picture; not allocated where not given.
+      character(len=:), allocatable :: columns, title
       !> The picture of a work-precision study has every method.
       logical :: draws_all = .false.
       !> Time for a work-precision study, s.
@@ -238,7 +243,12 @@ contains
       case ('--plot')
          command%plot = value
          if (.not. is_picture(value)) &
-            command%error = '--plot '//quoted(value)//' is no picture (expected the name of a file in .svg or .png)'
+            command%error = '--plot '//quoted(value)//' is no picture (expected the name of a file in .svg, .png or .pdf)'
+      case ('--columns')
+         command%columns = value
+         if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
+      case ('--title')
+         command%title = value
       case ('--seconds')
          call take_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
       case ('--checkpoint')

@@ -24,8 +24,8 @@ module nutate_gnuplot
    !> A picture under way: its file and the script that draws it, both under partial names.
    type :: picture_t
       type(output_file_t), private :: picture, script
-      !> The picture is an SVG, not a PNG.
-      logical, private :: is_svg = .true.
+      !> The end of its name: svg, png or pdf.
+      character(len=3), private :: format = 'svg'
       !> What the first line that could not be written came to.
       type(status_t), private :: status
    contains
@@ -54,7 +54,7 @@ contains
    pure logical function is_picture(name)
       character(len=*), intent(in) :: name
       is_picture = .false.
-      if (len(name) > 4) is_picture = name(len(name) - 3:) == '.svg' .or. name(len(name) - 3:) == '.png'
+      if (len(name) > 4) is_picture = any(name(len(name) - 3:) == ['.svg', '.png', '.pdf'])
    end function is_picture
 
    !> Claims the files. Errors: `NUTATE_IO`.
@@ -63,7 +63,7 @@ contains
       !> `is_picture`.
       character(len=*), intent(in) :: name
       type(status_t), intent(out) :: status
-      self%is_svg = name(len(name) - 3:) == '.svg'
+      self%format = name(len(name) - 2:)
       call self%picture%open(name, status)
       if (.not. status%ok()) return
       ! As long as the picture's name, which may be as long as names can be.
@@ -74,12 +74,15 @@ contains
    !> Says how large the picture is and begins the script.
    subroutine begin(self, width, height)
       class(picture_t), intent(inout) :: self
-      !> Of an SVG; a PNG has half as many pixels again.
+      !> Of an SVG; a PNG has half as many pixels again, a PDF an inch for 100 of them.
       integer, intent(in) :: width, height
       integer :: i
-      if (self%is_svg) then
+      if (self%format == 'svg') then
          call self%put('set terminal svg size '//size_text(width, height)//' fixed name ''nutate'' font '// &
                        '''Helvetica,Arial,sans-serif,15'' background ''#ffffff''')
+      else if (self%format == 'pdf') then
+         call self%put('set terminal pdfcairo size '//count_text(int(width, long))//'/100., '// &
+                       count_text(int(height, long))//'/100. font ''Helvetica,11''')
       else
          call self%put('if (strstrt(GPVAL_TERMINALS, ''pngcairo'') > 0) { set terminal pngcairo size '// &
                        size_text(3*width/2, 3*height/2)//' fontscale 1.4 } else { set terminal png size '// &

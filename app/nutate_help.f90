@@ -111,10 +111,9 @@ contains
    subroutine add_plot_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
-      call page%line('A panel for each of these that the history has: angular velocity (omega1.., omega_x..),')
-      call page%line('Euler angles less whole turns (phi.., or from q0..), energy and its residual over the largest')
-      call page%line('T + |V|, norm error, angular momentum (L1.., l_x..). The picture is HISTORY.svg unless --output')
-      call page%line('names another .svg or .png.')
+      call page%line('Draws a panel for each quantity in the history, with its unit: all columns of nutate, or those')
+      call page%line('that --columns names, by their own name (omega3) or that of their set (angular_velocity).')
+      call page%line('The picture is HISTORY.svg unless --output names another .svg, .png or .pdf.')
       call add_exit_codes(page)
    end subroutine add_plot_notes
 

@@ -6,98 +6,99 @@ module nutate_history_reading
    use nutate_number_text, only: read_real
    use nutate_printable, only: printable_path, quoted
    use nutate_scene_table, only: next_field
-   use nutate_spelling, only: split_list
    implicit none
    private
 
-   public :: recorded_t, read_history
+   public :: recorded_t, read_history, read_names, name_length
 
-   !> Longest line of a history.
-   integer, parameter :: line_length = 4096
+   !> Longest line of a history, and longest name of a column.
+   integer, parameter :: line_length = 16384, name_length = 48
 
    !> Columns of a history.
    type :: recorded_t
       !> Their names, `t` first; shape (number of columns).
-      character(len=24), allocatable :: names(:)
+      character(len=name_length), allocatable :: names(:)
       !> Shape (rows, columns).
       real(wp), allocatable :: values(:, :)
-   contains
-      !> True if there are columns of all these names.
-      procedure :: has
-      !> The values of a column that is there.
-      procedure :: column
    end type recorded_t
 
 contains
 
-   pure logical function has(self, names)
-      class(recorded_t), intent(in) :: self
-      !> Comma separated.
-      character(len=*), intent(in) :: names
-      integer :: i
-      associate (wanted => split_list(names))
-         has = all([(any(self%names == wanted(i)), i=1, size(wanted))])
-      end associate
-   end function has
+   !> Reads the names of all columns.
+   subroutine read_names(path, names, problem)
+      character(len=*), intent(in) :: path
+      !> `t` first; not allocated where something is wrong.
+      character(len=name_length), allocatable, intent(out) :: names(:)
+      !> What is wrong, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
+      character(len=:), allocatable, intent(out) :: problem
+      character(len=line_length) :: line
+      integer, allocatable :: places(:)
+      integer :: unit, fields
+      call open_history(path, unit, line, problem)
+      if (problem /= '') return
+      close (unit)
+      call read_header(trim(line), names, places, fields)
+      if (size(places) == 0) problem = printable_path(path)//':1: this is no history (expected a first line t,...)'
+   end subroutine read_names
 
-   pure function column(self, name) result(values)
-      class(recorded_t), intent(in) :: self
-      character(len=*), intent(in) :: name
-      real(wp), allocatable :: values(:)
-      values = self%values(:, findloc(self%names == name, .true., dim=1))
-   end function column
+   !> Opens a history and reads its first line.
+   subroutine open_history(path, unit, line, problem)
+      character(len=*), intent(in) :: path
+      !> Open on success.
+      integer, intent(out) :: unit
+      character(len=*), intent(out) :: line
+      character(len=:), allocatable, intent(out) :: problem
+      character(len=200) :: why
+      integer :: iostat
+      problem = ''
+      why = 'there is no such file'
+      open (newunit=unit, file=path, status='old', action='read', iostat=iostat, iomsg=why)
+      if (iostat == 0) read (unit, '(a)', iostat=iostat, iomsg=why) line
+      if (iostat == 0) return
+      if (did_you_mean(path, '.csv') /= '') why = 'there is no such file; '//did_you_mean(path, '.csv')
+      problem = printable_path(path)//': cannot be read ('//trim(why)//')'
+   end subroutine open_history
 
-   !> Reads `t` and those of the wanted columns that are there.
+   !> Reads `t` and the wanted columns.
    subroutine read_history(path, wanted, history, problem)
       character(len=*), intent(in) :: path
-      !> Names of columns.
+      !> Names of columns that `read_names` found.
       character(len=*), intent(in) :: wanted(:)
       type(recorded_t), intent(out) :: history
       !> What is wrong, one printable line, `FILE: ...` or `FILE:LINE: ...`; empty on success.
       character(len=:), allocatable, intent(out) :: problem
       character(len=line_length) :: line
-      character(len=200) :: why
       integer, allocatable :: places(:)
       integer(long) :: rows
       integer :: unit, iostat, fields
 
-      problem = ''
-      why = 'there is no such file'
-      open (newunit=unit, file=path, status='old', action='read', iostat=iostat, iomsg=why)
-      if (iostat == 0) read (unit, '(a)', iostat=iostat, iomsg=why) line
-      if (iostat /= 0) then
-         if (did_you_mean(path, '.csv') /= '') why = 'there is no such file; '//did_you_mean(path, '.csv')
-         problem = printable_path(path)//': cannot be read ('//trim(why)//')'
-         return
-      end if
-      call read_header(trim(line), wanted, history%names, places, fields)
-      if (size(places) == 0) then
-         problem = printable_path(path)//':1: this is no history (expected a first line t,...)'
-      else
-         rows = 0
-         do
-            read (unit, '(a)', iostat=iostat) line
-            if (iostat /= 0) exit
-            rows = rows + 1
-         end do
-         rewind (unit)
-         read (unit, '(a)')
-         allocate (history%values(rows, size(places)))
-         call read_rows(unit, path, places, fields, history%values, problem)
-      end if
+      call open_history(path, unit, line, problem)
+      if (problem /= '') return
+      call read_header(trim(line), history%names, places, fields, wanted)
+      rows = 0
+      do
+         read (unit, '(a)', iostat=iostat) line
+         if (iostat /= 0) exit
+         rows = rows + 1
+      end do
+      rewind (unit)
+      read (unit, '(a)')
+      allocate (history%values(rows, size(places)))
+      call read_rows(unit, path, places, fields, history%values, problem)
       close (unit)
    end subroutine read_history
 
    !> Finds `t` and the wanted columns in the first line; none where it is not that of a history.
-   pure subroutine read_header(line, wanted, names, places, fields)
+   pure subroutine read_header(line, names, places, fields, wanted)
       character(len=*), intent(in) :: line
-      character(len=*), intent(in) :: wanted(:)
-      character(len=24), allocatable, intent(out) :: names(:)
+      character(len=name_length), allocatable, intent(out) :: names(:)
       !> Fields of a row that are read; shape (number of names).
       integer, allocatable, intent(out) :: places(:)
       !> How many fields a row has.
       integer, intent(out) :: fields
-      character(len=24) :: name
+      !> Default: all.
+      character(len=*), intent(in), optional :: wanted(:)
+      character(len=name_length) :: name
       character(len=:), allocatable :: problem
       integer :: position, first, last
       logical :: ends
@@ -111,7 +112,9 @@ contains
          fields = fields + 1
          name = line(first:last)
          if (problem /= '' .or. (fields == 1 .and. (name /= 't' .or. ends))) return
-         if (fields > 1 .and. .not. any(wanted == name)) cycle
+         if (fields > 1 .and. present(wanted)) then
+            if (.not. any(wanted == name)) cycle
+         end if
          names = [names, name]
          places = [places, fields]
       end do

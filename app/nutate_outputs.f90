@@ -18,7 +18,7 @@ module nutate_outputs
 
    !> What a command writes: places in `kinds`.
    integer, parameter :: EVENTS = 1, HISTORY = 2, ROWS = 3, ROWS_AS_CSV = 4, MEANS = 5, COSTS = 6, PAGE = 7, SVG = 8, &
-                         PNG = 10, CHECKPOINT = 11, LISTING = 13
+                         PNG = 10, CHECKPOINT = 11, LISTING = 13, PDF = 14
    !> Bytes by which a file is recognised.
    integer, parameter :: longest_start = 24
 
@@ -34,7 +34,7 @@ module nutate_outputs
 
    !> All kinds. Of two that begin alike the longer beginning comes first; those with the same words are one kind, such
    !> as the means of a sweep and its sums while it runs.
-   type(kind_t), parameter :: kinds(13) = [ &
+   type(kind_t), parameter :: kinds(14) = [ &
       kind_t('a file of events', 'events go', 't,event,', .true.), &
       kind_t('a history', 'rows go', 't,', .true.), &
       kind_t('a NumPy file of rows', 'rows go', char(147)//'numpy'), &
@@ -47,7 +47,8 @@ module nutate_outputs
       kind_t('a PNG picture', 'picture goes', char(137)//'png'), &
       kind_t('a checkpoint', 'checkpoint goes', 'nutate checkpoint'), &
       kind_t('a CSV file of means', 'means go', 'nutate sweep sums'), &
-      kind_t('a listing of fields', 'listing of fields goes', 'nutate')]
+      kind_t('a listing of fields', 'listing of fields goes', 'nutate'), &
+      kind_t('a PDF picture', 'picture goes', '%pdf-')]
 
    !> One file.
    type :: item_t
@@ -154,7 +155,7 @@ contains
    pure integer function picture_kind(name) result(kind)
       !> `is_picture`.
       character(len=*), intent(in) :: name
-      kind = merge(SVG, PNG, name(len(name) - 3:) == '.svg')
+      kind = merge(SVG, merge(PDF, PNG, name(len(name) - 3:) == '.pdf'), name(len(name) - 3:) == '.svg')
    end function picture_kind
 
    !> What is wrong with the end of a name; empty if nothing is.

@@ -3,11 +3,13 @@ module nutate_plot_command
    use nutate_cli, only: command_t
    use nutate_console, only: say_error, EXIT_INPUT, EXIT_SUCCESS
    use nutate_gnuplot, only: picture_t, is_picture
-   use nutate_history_plot, only: can_draw, draw_history, drawn_columns
-   use nutate_history_reading, only: recorded_t, read_history
+   use nutate_history_plot, only: draw_history
+   use nutate_history_reading, only: name_length, read_history, read_names, recorded_t
    use nutate_outputs, only: outputs_t, picture_kind
    use nutate_picture_opening, only: open_picture, report_file
-   use nutate_printable, only: printable_path
+   use nutate_plot_panels, only: columns_named, known_columns
+   use nutate_printable, only: printable_path, quoted
+   use nutate_spelling, only: nearest_name, split_list
    use nutate_status, only: status_t
    implicit none
    private
@@ -22,14 +24,14 @@ contains
       integer, intent(out) :: exit_code
       type(outputs_t) :: files
       type(picture_t) :: picture
-      character(len=:), allocatable :: name
+      character(len=:), allocatable :: name, title, columns
 
       name = without_csv(command%scene)//'.svg'
       if (allocated(command%output)) name = command%output
       exit_code = EXIT_SUCCESS
       if (.not. is_picture(name)) then
          call say_error('nutate: '//printable_path(name)// &
-                        ' is no picture (expected the name of a file in .svg or .png)')
+                        ' is no picture (expected the name of a file in .svg, .png or .pdf)')
          exit_code = EXIT_INPUT
          return
       end if
@@ -37,7 +39,11 @@ contains
       call files%add(name, picture_kind(name))
       call files%report(exit_code)
       if (exit_code == EXIT_SUCCESS) call open_picture(name, picture, exit_code)
-      if (exit_code == EXIT_SUCCESS) call draw_file(command%scene, name, picture, exit_code)
+      title = ''
+      if (allocated(command%title)) title = command%title
+      columns = ''
+      if (allocated(command%columns)) columns = command%columns
+      if (exit_code == EXIT_SUCCESS) call draw_file(command%scene, name, title, columns, picture, exit_code)
    end subroutine plot_command
 
    !> A name without `.csv` at its end.
@@ -50,24 +56,28 @@ contains
    end function without_csv
 
    !> Reads a history and draws it.
-   subroutine draw_file(file, name, picture, exit_code)
-      !> The history, and the picture.
-      character(len=*), intent(in) :: file, name
+   subroutine draw_file(file, name, title, columns, picture, exit_code)
+      !> The history, the picture, and what stands above it: the name of the history where this is blank.
+      character(len=*), intent(in) :: file, name, title
+      !> Names of columns and of sets, comma separated; empty: all columns of nutate.
+      character(len=*), intent(in) :: columns
       !> Open; complete or given up on return.
       type(picture_t), intent(inout) :: picture
       !> Changed on failure.
       integer, intent(inout) :: exit_code
       type(recorded_t) :: history
       type(status_t) :: status
+      character(len=name_length), allocatable :: names(:), wanted(:)
       character(len=:), allocatable :: problem
-      call read_history(file, drawn_columns(), history, problem)
+      call read_names(file, names, problem)
+      if (problem == '') call choose_columns(names, columns, wanted, problem)
       if (problem == '') then
-         if (size(history%values, 1) < 2) then
-            problem = printable_path(file)//': there are no rows to draw'
-         else if (.not. can_draw(history)) then
-            problem = printable_path(file)//': none of its columns is drawn (expected omega1,omega2,omega3 or '// &
-                      'others, see nutate help plot)'
-         end if
+         call read_history(file, wanted, history, problem)
+      else if (allocated(names)) then
+         problem = printable_path(file)//problem
+      end if
+      if (problem == '') then
+         if (size(history%values, 1) < 2) problem = printable_path(file)//': there are no rows to draw'
       end if
       if (problem /= '') then
          call picture%discard()
@@ -75,8 +85,50 @@ contains
          exit_code = EXIT_INPUT
          return
       end if
-      call draw_history(picture, printable_path(file), history, status)
+      if (title == '') then
+         call draw_history(picture, printable_path(file), history, status)
+      else
+         call draw_history(picture, title, history, status)
+      end if
       call report_file(name, status, exit_code)
    end subroutine draw_file
+
+   !> Chooses the columns that are drawn.
+   pure subroutine choose_columns(names, columns, wanted, problem)
+      !> Of all columns of the history, `t` first.
+      character(len=*), intent(in) :: names(:)
+      !> Names of columns and of sets, comma separated; empty: all columns of nutate.
+      character(len=*), intent(in) :: columns
+      character(len=name_length), allocatable, intent(out) :: wanted(:)
+      !> What is wrong, to be written after the name of the file; empty on success.
+      character(len=:), allocatable, intent(inout) :: problem
+      logical :: chosen(size(names)), found(size(names))
+      integer :: i
+      chosen = .false.
+      if (columns == '') then
+         chosen = known_columns(names)
+         if (.not. any(chosen)) problem = ': none of its columns is one of nutate (expected --columns NAME,...)'
+      else
+         associate (words => split_list(columns))
+            do i = 1, size(words)
+               found = columns_named(trim(adjustl(words(i))), names)
+               if (.not. any(found)) problem = ': there is no column '//quoted(trim(adjustl(words(i))))// &
+                                               hint(nearest_name(trim(adjustl(words(i))), names))
+               if (problem /= '') exit
+               chosen = chosen .or. found
+            end do
+         end associate
+      end if
+      wanted = pack(names, chosen)
+   end subroutine choose_columns
+
+   !> What to write in the place of an unknown name.
+   pure function hint(nearest) result(text)
+      !> Blank if there is none.
+      character(len=*), intent(in) :: nearest
+      character(len=:), allocatable :: text
+      text = ''
+      if (nearest /= '') text = ' (nearest: '//trim(nearest)//')'
+   end function hint
 
 end module nutate_plot_command

@@ -65,7 +65,7 @@ contains
       call run_scene(command, scene, archive, exit_code)
       if (.not. allocated(command%plot)) return
       if (exit_code == EXIT_SUCCESS) then
-         call draw_file(scene%output%file, command%plot, picture, exit_code)
+         call draw_file(scene%output%file, command%plot, scene%title, '', picture, exit_code)
       else
          call picture%discard()
       end if

@@ -247,7 +247,7 @@ class Refusals(CommandLineTest):
         self.assertEqual(self.names(), ["bin", "box.nml", "top.nml"])
 
     def test_options(self):
-        for arguments, words in ((("--plot", "a.pdf"), "a.pdf"), (("--plot", ".svg"), ".svg"), (("--csv", ""), "--csv"),
+        for arguments, words in ((("--plot", "a.gif"), "a.gif"), (("--plot", ".svg"), ".svg"), (("--csv", ""), "--csv"),
                                  (("--seconds", "0"), "--seconds '0'"), (("--seconds", "soon"), "soon"),
                                  (("--seconds", "nan"), "nan"), (("--seconds",), "needs a value"),
                                  (("--seconds", "1", "--seconds", "2"), "given twice"),

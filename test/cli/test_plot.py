@@ -1,17 +1,27 @@
 """nutate plot HISTORY.csv, and nutate run --plot: pictures of histories."""
 import os
+import re
 import shutil
 import stat
 import unittest
 
-from support import CommandLineTest, all_columns
+from support import COLUMNS, CommandLineTest, all_columns
 
 
 def legend(svg):
-    """The names in the legends of a picture."""
-    names = ("omega1", "omega_x", "phi", "theta", "kinetic", "total", "residual", "norm_error", "L1", "l_x",
-             "commanded1", "applied1", "error1", "B1")
-    return [name for name in names if f">{name}<" in svg]
+    """The curves of a picture, by their names in the legends."""
+    return re.findall(r"<title>([^<]+)</title>\s*<g fill", svg)
+
+
+def labels(svg):
+    """All text of a picture."""
+    return [text.strip() for text in re.findall(r"<(?:tspan|text)[^>]*>([^<]*)</", svg)]
+
+
+def colour(svg, curve):
+    """The colour of a curve."""
+    part = svg[svg.index(f"<title>{curve}</title>"):]
+    return re.search(r"<path stroke='rgb\(([ \d,]+)\)'", part)[1].replace(" ", "")
 
 
 class Pictures(CommandLineTest):
@@ -25,29 +35,79 @@ class Pictures(CommandLineTest):
         self.assertEqual(self.succeed("plot", "box.csv").stdout, "")
         picture = self.read("box.svg")
         self.assertTrue(picture.rstrip().endswith("</svg>"))
-        self.assertEqual(legend(picture), ["omega1", "phi", "theta", "kinetic", "total", "residual", "norm_error"])
-        self.assertIn("box.csv", picture)
+        self.assertEqual(legend(picture)[:8], ["omega1", "omega2", "omega3", "q0", "q1", "q2", "q3", "kinetic"])
+        self.assertIn("box.csv", labels(picture))
         self.assertEqual(self.names(), ["box.csv", "box.nml", "box.svg", "top.nml"])
 
-    def test_what_is_drawn_is_what_the_history_has(self):
+    def test_every_column_can_be_drawn(self):
         self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=" + all_columns(), "--plot", "it's all.svg")
-        self.assertEqual(len(legend(self.read("it's all.svg"))), 10)
+        picture = self.read("it's all.svg")
+        self.assertEqual(sorted(legend(picture)), sorted(sum(COLUMNS.values(), [])))
+        self.assertIn("energy (J)", labels(picture))
         self.succeed("run", "top.nml", "--quiet", "--set", "output.columns=angular_momentum_space", "--plot", "top.svg")
-        self.assertEqual(legend(self.read("top.svg")), ["l_x"])
+        self.assertEqual(legend(self.read("top.svg")), ["l_x", "l_y", "l_z"])
+        for name in ("x", "y", "z"):
+            self.assertEqual(colour(picture, f"l_{name}"), colour(self.read("top.svg"), f"l_{name}"))
+            self.assertEqual(colour(picture, f"l_{name}"), colour(picture, f"omega_{name}"))
+        self.assertNotEqual(colour(picture, "l_x"), colour(picture, "l_y"))
+
+    def test_degrees_are_drawn(self):
+        self.succeed("run", "box.nml", "--quiet", "--set", "output.degrees=.true.", "--set",
+                     "output.columns='angular_velocity','euler'", "--plot", "box.svg")
+        picture = self.read("box.svg")
+        self.assertEqual(legend(picture), ["omega1_deg", "omega2_deg", "omega3_deg", "phi_deg", "psi_deg", "theta_deg"])
+        self.assertIn("Ω (°/s)", labels(picture))
+        self.assertFalse([label for label in labels(picture) if "rad" in label])
+
+    def test_orbits_and_wheels_are_drawn(self):
+        self.write("orbit.nml", "&body inertia = 90.0, 100.0, 40.0 /\n&orbit altitude = 500e3 /\n&wheel axis = 0, 1, 0, "
+                   "inertia = 0.1, speed = 10 /\n&initial angular_velocity = 0, 0, 0, rate_from = 'lvlh' /\n"
+                   "&integrator time_step = 20, end_time = 200 /\n")
+        for columns, curves in (("'lvlh_attitude'", ["lvlh_q0", "lvlh_q1", "lvlh_q2", "lvlh_q3", "roll", "pitch", "yaw"]),
+                                ("'wheel1'", ["wheel1_speed", "wheel1_momentum", "wheel1_motor_work", "wheel1_friction_work"]),
+                                ("'orbit'", ["orbit_x", "orbit_y", "orbit_z", "orbit_radius", "true_anomaly"])):
+            self.succeed("run", "orbit.nml", "--quiet", "--set", f"output.columns={columns}", "--plot", "orbit.svg")
+            self.assertEqual(legend(self.read("orbit.svg")), curves)
+
+    def test_the_title_is_that_of_the_scene(self):
+        self.succeed("run", "box.nml", "--quiet", "--plot", "box.svg")
+        self.assertIn("Free box", labels(self.read("box.svg")))
+        self.assertNotIn("box.csv", labels(self.read("box.svg")))
+        self.succeed("plot", "box.csv", "--title", "Its 2nd_flip")
+        self.assertIn("Its 2nd_flip", labels(self.read("box.svg")))
+
+    def test_columns_are_chosen(self):
+        self.succeed("run", "box.nml", "--quiet")
+        self.succeed("plot", "box.csv", "--columns", "total,omega3")
+        self.assertEqual(legend(self.read("box.svg")), ["omega3", "total"])
+        self.succeed("plot", "box.csv", "--columns=energy, omega1")
+        self.assertEqual(legend(self.read("box.svg")), ["omega1", "kinetic", "potential", "total", "work", "energy_residual"])
+        self.fail_with(2, "plot", "box.csv", "--columns", "omega4", says=("box.csv: there is no column 'omega4'", "nearest: omega"))
+        self.fail_with(2, "plot", "box.csv", "--columns", "", says=("--columns",))
+        self.write("other.csv", "t,omega1,depth of water\n0,1,2\n1,2,3\n")
+        self.succeed("plot", "other.csv", "--columns", "depth of water")
+        self.assertEqual(legend(self.read("other.svg")), ["depth of water"])
+
+    def test_pdf(self):
+        self.succeed("run", "box.nml", "--quiet", "--plot", "box.pdf")
+        with open(self.path("box.pdf"), "rb") as file:
+            self.assertEqual(file.read(5), b"%PDF-")
+        self.succeed("plot", "box.csv", "--output", "box.pdf")
 
     def test_controllers_and_their_field_are_drawn(self):
         self.write("point.nml", "&body inertia = 5.0, 20.0, 17.0 /\n&initial angular_velocity = 0.1, 0.0, 1.0 /\n"
-                   "&integrator time_step = 0.1, end_time = 1.0 /\n&regulator law = 'quaternion', by = 'magnets', "
+                   "&integrator time_step = 0.1, end_time = 1.0 /\n&controller law = 'quaternion', by = 'magnetorquers', "
                    "field = 1, 0, 0, attitude_gain = 1, rate_gain = 1, sample = 0.5 /\n"
-                   "&output columns = 'regulator1', 'pointing_error1', 'magnetic_field' /\n")
+                   "&output columns = 'controller1', 'pointing_error1', 'magnetic_field' /\n")
         self.succeed("run", "point.nml", "--quiet", "--plot", "point.svg")
         drawn = legend(self.read("point.svg"))
-        self.assertEqual(drawn, ["commanded1", "applied1", "error1", "B1"])
+        self.assertEqual(sorted(drawn), sorted([f"controller1_{kind}{k}" for kind in ("commanded", "applied") for k in (1, 2, 3)]
+                                               + ["controller1_saturations", "pointing_error1", "B1", "B2", "B3"]))
 
     def test_names_in_quotes_may_hold_commas(self):
         self.write("sheet.csv", '"t","x, seen from above","omega1","omega2",omega3\r\n0,"1",2,3,4\r\n1,"1",3,"3",5\r\n')
         self.succeed("plot", "sheet.csv")
-        self.assertEqual(legend(self.read("sheet.svg")), ["omega1"])
+        self.assertEqual(legend(self.read("sheet.svg")), ["omega1", "omega2", "omega3"])
 
     def test_png_under_another_name(self):
         self.succeed("run", "box.nml", "--quiet", "--output", "<box>.csv")
@@ -81,7 +141,7 @@ class Pictures(CommandLineTest):
                "short.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2\n", "short.csv:3: 2 fields (expected 4)"),
                "wide.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2,3,4,5\n", "wide.csv:3: more than 4 fields"),
                "row.csv": ("t,L1,L2,L3\n0,1,2,3\n", "no rows to draw"),
-               "else.csv": ("t,iterations\n0,1\n1,1\n", "none of its columns is drawn")}
+               "else.csv": ("t,depth\n0,1\n1,1\n", "else.csv: none of its columns is one of nutate (expected --columns NAME")}
         for name, (text, says) in bad.items():
             self.write(name, text)
             self.fail_with(2, "plot", name, says=(says,))
@@ -91,7 +151,7 @@ class Pictures(CommandLineTest):
 
 class Refusals(CommandLineTest):
     def test_before_the_run(self):
-        for arguments, says in ((("--plot", "a.pdf"), "a.pdf"), (("--plot", "a.svg", "--output", "-"), "--plot needs rows"),
+        for arguments, says in ((("--plot", "a.gif"), "a.gif"), (("--plot", "a.svg", "--output", "-"), "--plot needs rows"),
                                 (("--plot", "a.svg", "--output", "/dev/null"), "--plot needs rows")):
             self.fail_with(2, "run", "box.nml", *arguments, says=(says,))
         self.fail_with(2, "check", "box.nml", "--plot", "a.svg", says=("has no option --plot",))
@@ -103,7 +163,7 @@ class Refusals(CommandLineTest):
     def test_of_plot(self):
         self.fail_with(2, "plot", says=("there is no history (expected nutate plot HISTORY.csv)",))
         self.fail_with(2, "plot", "a.csv", "b.csv", says=("unexpected argument 'b.csv' (expected one history)",))
-        self.fail_with(2, "plot", "a.csv", "--output", "a.pdf", says=("a.pdf is no picture",))
+        self.fail_with(2, "plot", "a.csv", "--output", "a.gif", says=("a.gif is no picture",))
         self.fail_with(2, "plot", "a.csv", "--quiet", says=("nutate plot has no option --quiet",))
         self.succeed("run", "box.nml", "--quiet")
         os.rename(self.path("box.csv"), self.path("box.svg"))
@@ -111,7 +171,7 @@ class Refusals(CommandLineTest):
 
     def test_help(self):
         text = self.succeed("help", "plot").stdout
-        for words in ("nutate plot HISTORY.csv [options]", "--output FILE", "--help", "norm error"):
+        for words in ("nutate plot HISTORY.csv [options]", "--output FILE", "--columns", "--title", "--help"):
             self.assertIn(words, text)
         self.assertTrue(all(len(line) <= 110 for line in text.splitlines()))
 
