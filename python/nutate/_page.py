@@ -1,53 +1,69 @@
-"""A motion as a web page: the body that turns, its axes, the polhode and curves with a moving cursor. Drawn by plotly, the extra
-`view` of the package; the page holds all that it needs."""
+"""A motion as a web page: the body that turns, the path of its axis or of its centre of mass, the polhode, and curves with a moving
+cursor. The page holds all that it needs."""
 
 from __future__ import annotations
 
+import base64
 import html
-import importlib
 import json
 import os
 import re
 import tempfile
 import webbrowser
-from typing import Any, Mapping, Optional, Union
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._library import Array, Textual, refusal
+from ._library import Array, NutateValueError, Textual, refusal
+from .events import History
 from .scenes import Scene
-from .shapes import Surface, surface_of
+from .shapes import Surface, surface_of, wheel_axes
 from .solutions import Solution, stacked
 from .systems import System
 
-FRAMES, POINTS, LOOP = 1500, 4000, 12.0
-# Turn between two frames that the eye follows, rad.
-FRAME_TURN = 0.15
-COLUMNS = "output.columns='quaternion','angular_velocity','angular_momentum_space','energy'"
-COLOURS = {"axis 3": "#333333", "ω": "#d55e00", "l": "#009e73", "path": "#0b3c5d"}
-CURVE_COLOURS = ("#0b3c5d", "#d55e00", "#009e73", "#e69f00", "#56b4e9")
+# Turn between two frames, rad: the one that is aimed at, and the largest; and how many frames there are.
+FRAME_TURN, LARGEST_TURN = 0.2, 0.3
+LEAST_FRAMES, MOST_FRAMES, OVERVIEW = 240, 8000, 2000
+# Rates that the eye follows, rad/s, and how long it likes to look, s: a motion in these bounds is shown in real time.
+SLOWEST, FASTEST, LONGEST, PLEASANT = 0.3, 12.0, 120.0, 4.0
+COLUMNS = ("quaternion", "angular_velocity", "angular_momentum_space", "energy")
+COMPONENTS = ("#d55e00", "#009e73", "#0b3c5d")
+ENERGIES = {"kinetic": "#3c9fd6", "potential": "#e69f00", "total": "#000000", "work": "#cc79a7"}
 
 PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
 <link rel="icon" href="data:,">
 <style>
 html, body {{ height: 100%; margin: 0; font: 15px Helvetica, Arial, sans-serif; color: #222; background: #fff; }}
 body {{ display: grid; grid-template: auto minmax(0, 3fr) minmax(0, 2fr) / 3fr 2fr; }}
-header {{ grid-column: 1 / 3; display: flex; gap: 1em; align-items: center; padding: 0.5em 1em; flex-wrap: wrap; }}
+header {{ grid-column: 1 / -1; display: flex; gap: 0.4em 1em; align-items: center; padding: 0.5em 1em; flex-wrap: wrap; }}
 h1 {{ font-size: 1.1em; margin: 0; }}
-#nutate-slider {{ flex: 1; min-width: 10em; }}
-#nutate-time {{ min-width: 9em; font-variant-numeric: tabular-nums; }}
-#nutate-curves {{ grid-column: 1 / 3; }}
+p {{ margin: 0; flex-basis: 100%; font-size: 0.85em; color: #7a3b00; }}
+button, select {{ font: inherit; }}
+#nutate-slider {{ flex: 1; min-width: 8em; }}
+#nutate-time {{ min-width: 8em; font-variant-numeric: tabular-nums; }}
+#nutate-body, #nutate-polhode, #nutate-curves > div {{ position: relative; overflow: hidden; }}
+#nutate-body, #nutate-polhode {{ background: #f7f8f9; margin: 0 4px; }}
+#nutate-curves {{ grid-column: 1 / -1; display: flex; }}
+#nutate-curves > div {{ flex: 1; }}
+canvas {{ position: absolute; width: 100%; height: 100%; }}
+@media (max-width: 700px) {{
+  html, body {{ height: auto; }}
+  body {{ display: block; }}
+  #nutate-body {{ height: 92vw; }}
+  #nutate-polhode {{ height: 75vw; }}
+  #nutate-curves {{ display: block; }}
+  #nutate-curves > div {{ height: 60vw; }}
+}}
 </style></head>
 <body><header><h1>{title}</h1>
 <button id="nutate-play" type="button">Play</button>
-<label>speed <select id="nutate-speed">
-<option value="0.1">0.1</option><option value="0.3">0.3</option><option value="1" selected>1</option>
-<option value="3">3</option></select></label>
-<input id="nutate-slider" type="range" min="0" value="0" aria-label="time"><span id="nutate-time"></span></header>
+<select id="nutate-speed" aria-label="speed of the playback"></select>
+<input id="nutate-slider" type="range" min="0" value="0" aria-label="time"><span id="nutate-time"></span>
+{notes}</header>
 <div id="nutate-body"></div><div id="nutate-polhode"></div><div id="nutate-curves"></div>
-<script>{plotly}</script>
-<script>const motion = {motion}, figures = {figures};
+<script>const motion = {motion};
 {script}</script>
 </body></html>
 """
@@ -83,175 +99,206 @@ class Page:
 
 def view(motion: Union[Solution, Scene, Mapping[str, Array], Textual], system: Optional[System] = None, *overrides: str,
          title: Optional[str] = None, play: bool = False, begin: float = 0.0) -> Page:
-    """A web page with the body turning in three dimensions (its shape, or the box of its inertia), the paths of its axis 3, of the
-    angular velocity and of the angular momentum, the polhode on the inertia ellipsoid, and curves with a moving cursor.
+    """Makes a web page with the body turning in three dimensions (its shape, or the box of its inertia), the path of its symmetry
+    axis or of its centre of mass, angular velocity and momentum, the polhode on the inertia ellipsoid, and curves with a moving
+    cursor, events, reaction wheels and the LVLH frame of an orbit.
 
     motion    a Solution of nutate.solve; a Scene, or the path of one with `overrides`, which is run; or the columns of a run
               with the sets quaternion and angular_velocity, together with the System that moved
     play      whether it moves at once; begin: where it starts, 0 to 1
 
-    page.save(path) writes it, page.show() opens it, and the last line of a notebook cell shows it."""
-    scene = None
+    Between two frames a body turns by less than 0.3 rad, however few rows its scene writes; of a motion of more than 8000 frames
+    the first ones are animated. Columns of a run are shown as they are. page.save(path) writes the page, page.show() opens it, and
+    the last line of a notebook cell shows it."""
+    scene: Optional[Scene] = None
+    events: Sequence[tuple[str, float]] = ()
     if isinstance(motion, (str, bytes, os.PathLike)):
         motion = Scene(motion, *overrides)
     if isinstance(motion, Scene):
         scene, title = motion, title or motion.title
-        columns: Mapping[str, Array] = shown_columns(motion)
         system = System(scene=motion)
+        first = scene_rows(motion, None)
+        events = [(event.name, event.t) for event in first.events]
+        rows, overview = frames_of(lambda times: scene_rows(scene, times), first)
     elif isinstance(motion, Solution):
-        columns, system = frames_of(motion), system or motion.system
+        system = system or motion.system
+        events = [(f"event {i}", float(t)) for i, found in enumerate(motion.t_events) for t in found]
+        columns = motion.columns
+        if motion.sol is not None and len(motion.t) > 1:
+            rows, overview = frames_of(motion.sol.rows, motion.sol.rows(np.linspace(motion.t[0], motion.t[-1], OVERVIEW + 1)))
+        else:
+            rows, overview = columns, columns
     else:
-        columns = motion
+        rows, overview = motion, motion
+        events = [(event.name, event.t) for event in getattr(motion, "events", ())]
     if system is None:
         raise refusal("the System that moved is needed to draw it (expected view(columns, system))")
-    if "q0" not in columns or "omega1" not in columns or len(columns["t"]) < 2:
+    if "q0" not in rows or "omega1" not in rows or len(rows["t"]) < 2:
         raise refusal("there is nothing to show (expected two rows of quaternion and angular_velocity)")
-    return Page(page_of(columns, system, surface_of(system, scene), title or "nutate", play, begin))
+    return Page(page_of(rows, overview, events, system, surface_of(system, scene), scene, title or "nutate", play, begin))
 
 
-def shown_columns(scene: Scene) -> dict[str, Array]:
-    """The rows of a scene, with the columns that are shown."""
+def scene_rows(scene: Scene, times: Optional[Array]) -> History:
+    """The rows of a scene at some times, or at many even ones, with all columns that are shown."""
     _, *overrides = scene._given[0]
     facts = scene._given[1]
-    again = Scene(None, *overrides, COLUMNS, "output.degrees=.false.", text=facts["text"], name=facts["name"])
-    for name, arguments in scene._additions:
-        getattr(again, name)(*arguments)
-    with again:
-        return again.run()
+    end = scene.plan[1]
+    times = np.linspace(0.0, end, OVERVIEW + 1) if times is None else times
+    with tempfile.NamedTemporaryFile("w", suffix=".csv", prefix="nutate-", delete=False) as file:
+        file.write("t (s)\n" + "".join(f"{t!r}\n" for t in times.tolist()))
+    output = ["-output.every", "-output.interval", "-output.times", "-output.precision", "output.degrees=.false.",
+              "output.times_file='" + file.name.replace("'", "''") + "'"]
+    try:
+        for columns in column_choices(scene):
+            listed = ",".join(f"'{name}'" for name in columns)
+            try:
+                again = Scene(None, *overrides, *output, f"output.columns={listed}", text=facts["text"], name=facts["name"])
+            except NutateValueError:
+                if columns == COLUMNS:
+                    raise
+                continue
+            for name, arguments in scene._additions:
+                getattr(again, name)(*arguments)
+            with again:
+                return again.run()
+    finally:
+        os.unlink(file.name)
+    raise AssertionError
 
 
-def frames_of(solution: Solution) -> Mapping[str, Array]:
-    """Rows at even times, near enough for the eye, where the motion between the rows is known."""
-    if solution.sol is None or len(solution.t) < 2:
-        return solution
-    turn = np.linalg.norm(solution.omega, axis=1).max() * abs(solution.t[-1] - solution.t[0])
-    count = int(min(FRAMES, max(200.0, turn / FRAME_TURN)))
-    return solution.sol.rows(np.linspace(solution.t[0], solution.t[-1], count))
+def column_choices(scene: Scene) -> list[tuple[str, ...]]:
+    """Sets of columns that a scene may have, most of them first."""
+    wheels = tuple(f"wheel{i + 1}" for i in range(len(wheel_axes(System(scene=scene), scene))))
+    return [COLUMNS + wheels + ("lvlh_attitude",), COLUMNS + wheels, COLUMNS]
 
 
-def thinned(count: int, most: int) -> Any:
-    """Places of at most so many rows, the first and the last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+def frames_of(run: Callable[[Array], Mapping[str, Array]], overview: Mapping[str, Array]) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+    """Rows so near each other that the eye follows the motion, and rows over all of it. `run` gives the rows at some times."""
+    if len(overview["t"]) < 2:
+        return overview, overview
+    rows = overview
+    for _ in range(4):
+        rows = run(times_by_turn(rows["t"], stacked(dict(rows), "omega", range(1, 4))))
+        if largest_turn(rows) < LARGEST_TURN:
+            break
+    return rows, overview
 
 
-def page_of(columns: Mapping[str, Array], system: System, surface: Surface, title: str, play: bool, begin: float) -> str:
-    """The text of the page."""
-    plotly = importlib.import_module("plotly.offline")
-    chosen = thinned(len(columns["t"]), FRAMES)
-    rows = {name: np.asarray(values)[chosen] for name, values in columns.items()}
-    frames = Frames(rows, system, surface)
-    points = thinned(len(columns["t"]), POINTS)
-    curves, cursors = curves_of({name: np.asarray(values)[points] for name, values in columns.items()})
+def rate_of(rows: Mapping[str, Array]) -> Array:
+    """Magnitude of the angular velocity, rad/s."""
+    return np.asarray(np.linalg.norm(stacked(dict(rows), "omega", range(1, 4)), axis=1))
+
+
+def times_by_turn(t: Array, omega: Array) -> Array:
+    """Times of frames: one for each FRAME_TURN that the body turns, or its angular velocity in the body, and so many more that a slow
+    motion is smooth."""
+    steps = np.abs(np.diff(t))
+    # The greater rate of two rows, as the motion between them may be either.
+    rate = np.linalg.norm(omega, axis=1)
+    rate = np.maximum(rate[1:], rate[:-1])
+    swing = np.linalg.norm(np.diff(omega, axis=0), axis=1) / np.maximum(rate, max(0.05 * rate.max(), 1e-300))
+    frames = np.maximum(rate * steps, swing) / FRAME_TURN + LEAST_FRAMES * steps / abs(t[-1] - t[0])
+    passed = np.concatenate([[0.0], np.cumsum(frames)])
+    count = int(np.ceil(passed[-1]))
+    if count > MOST_FRAMES:
+        return np.asarray(np.interp(np.arange(MOST_FRAMES + 1.0), passed, t))
+    return np.asarray(np.interp(np.linspace(0.0, passed[-1], count + 1), passed, t))
+
+
+def largest_turn(rows: Mapping[str, Array]) -> float:
+    """The largest angle between the attitudes of two rows, rad, or what the angular velocity makes of it."""
+    q = stacked(dict(rows), "q", range(4))
+    q = q / np.linalg.norm(q, axis=1)[:, None]
+    angles = 2 * np.arccos(np.minimum(1.0, np.abs(np.sum(q[1:] * q[:-1], axis=1))))
+    rate = rate_of(rows)
+    turns = np.minimum(rate[1:], rate[:-1]) * np.abs(np.diff(rows["t"]))
+    return float(np.max(np.maximum(angles, turns)))
+
+
+def factors_of(rows: Mapping[str, Array]) -> tuple[float, list[float]]:
+    """How fast it is shown, 1: real time, and what can be chosen."""
+    rate = float(np.max(rate_of(rows)))
     span = abs(float(rows["t"][-1] - rows["t"][0]))
-    motion = {"t": rows["t"], "q": frames.q, "axis": frames.axis, "omega": frames.omega, "momentum": frames.momentum,
-              "polhode": frames.polhode, "mesh": surface.points.T, "edges": surface.edges.T, "cursors": cursors,
-              "rate": span / LOOP, "begin": begin, "play": play}
-    figures = {"body": body_figure(frames, surface), "polhode": polhode_figure(frames, system.inertia), "curves": curves}
+    factor = 1.0
+    if not (SLOWEST <= rate <= FASTEST and span <= LONGEST):
+        factor = nice(min(PLEASANT / rate, span / 4) if rate > 0 else span / 12)
+    return factor, sorted({factor * step for step in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)} | {1.0})
+
+
+def nice(number: float) -> float:
+    """1, 2 or 5 times a power of ten, at most the number."""
+    power = 10.0 ** np.floor(np.log10(number))
+    best = max(step for step in (1, 2, 5) if step * power <= number * (1 + 1e-9))
+    return float(f"{best * power:.3g}")
+
+
+def path_of(system: System) -> dict[str, Any]:
+    """What is followed: the centre of mass where it moves, else the axis of symmetry, else the body axis that is nearest to the
+    angular velocity, which the caller puts in its place."""
+    if np.linalg.norm(system.center_of_mass) > 0:
+        return {"name": "the centre of mass", "point": system.center_of_mass}
+    moments, axes = np.linalg.eigh(system.inertia)
+    first, second = np.isclose(moments[0], moments[1], rtol=1e-9), np.isclose(moments[1], moments[2], rtol=1e-9)
+    if first != second:
+        return {"name": "the symmetry axis", "point": axes[:, 2] if first else axes[:, 0]}
+    return {"name": "", "point": None}
+
+
+def page_of(rows: Mapping[str, Array], overview: Mapping[str, Array], events: Sequence[tuple[str, float]], system: System,
+            surface: Surface, scene: Optional[Scene], title: str, play: bool, begin: float) -> str:
+    """The text of the page."""
+    rows = with_momentum(rows, system)
+    path = path_of(system)
+    if path["point"] is None:
+        axis = int(np.argmax(np.abs([rows[f"omega{i}"][0] for i in (1, 2, 3)])))
+        path = {"name": f"axis {axis + 1}", "point": np.eye(3)[axis]}
+    factor, factors = factors_of(rows)
+    notes = []
+    whole, shown = (abs(float(each["t"][-1] - each["t"][0])) for each in (overview, rows))
+    if shown < whole * (1 - 1e-9):
+        notes.append(f"The first {shown:.4g} s of {whole:.4g} s are animated.")
+    if largest_turn(rows) >= LARGEST_TURN:
+        notes.append(f"The rows are up to {largest_turn(rows):.2g} rad apart: how the body turns between them is not known.")
+    panels = panels_of(rows)
+    kept = {"t", *(f"{name}{i}" for name, numbers in (("q", range(4)), ("omega", range(1, 4))) for i in numbers), "l_x", "l_y",
+            "l_z", *(f"lvlh_q{i}" for i in range(4)), *(curve[0] for panel in panels for curve in panel["curves"])}
+    motion = {"rows": packed(rows, kept), "overview": packed(overview, kept) if shown < whole * (1 - 1e-9) else None,
+              "events": [{"name": name, "t": t} for name, t in events], "points": surface.points, "corners": surface.corners,
+              "colours": surface.colours, "edges": surface.edges, "center": system.center_of_mass, "inertia": system.inertia,
+              "path": path, "wheels": wheel_axes(system, scene), "panels": panels, "factor": factor, "factors": factors,
+              "begin": begin, "play": play}
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page.js")
     with open(script, encoding="utf-8") as file:
-        return PAGE.format(title=html.escape(title), plotly=plotly.get_plotlyjs(), motion=in_json(motion),
-                           figures=in_json(figures), script=file.read())
+        return PAGE.format(title=html.escape(title), motion=in_json(motion), script=file.read(),
+                           notes="".join(f"<p>{html.escape(note)}</p>" for note in notes))
 
 
-class Frames:
-    """What moves: attitudes, arrows in space and the point of the polhode, frame by frame; arrows are as long as suits the
-    picture."""
-
-    def __init__(self, rows: Mapping[str, Array], system: System, surface: Surface) -> None:
-        self.q = stacked(dict(rows), "q", range(4))
-        a, v = self.q[:, :1], self.q[:, 1:]
-
-        def to_space(u: Array) -> Array:
-            return np.asarray(u + 2 * np.cross(v, np.cross(v, u) + a * u))
-
-        omega = stacked(dict(rows), "omega", range(1, 4))
-        inertia = system.inertia
-        momentum = to_space(omega @ inertia.T)
-        if "l_x" in rows:
-            momentum = np.stack([rows[name] for name in ("l_x", "l_y", "l_z")], axis=-1)
-        self.reach = 1.6 * surface.size
-        self.axis = self.reach * to_space(np.broadcast_to([0.0, 0.0, 1.0], omega.shape))
-        self.omega = self._scaled(to_space(omega))
-        self.momentum = self._scaled(momentum)
-        # On the ellipsoid x.Jx = 1, whatever becomes of the energy.
-        length = np.sqrt(np.einsum("ni,ij,nj->n", omega, inertia, omega))
-        self.polhode = omega / np.where(length > 0, length, 1.0)[:, None]
-
-    def _scaled(self, vectors: Array) -> Array:
-        longest = float(np.linalg.norm(vectors, axis=1).max())
-        return vectors * (self.reach / longest if longest > 0 else 1.0)
+def with_momentum(rows: Mapping[str, Array], system: System) -> Mapping[str, Array]:
+    """The rows with the angular momentum, space axes."""
+    if "l_x" in rows:
+        return rows
+    q, omega = stacked(dict(rows), "q", range(4)), stacked(dict(rows), "omega", range(1, 4))
+    u, a, v = omega @ system.inertia.T, q[:, :1], q[:, 1:]
+    momentum = u + 2 * np.cross(v, np.cross(v, u) + a * u)
+    return {**rows, **dict(zip(("l_x", "l_y", "l_z"), momentum.T))}
 
 
-def axes3d(reach: float, names: tuple[str, str, str]) -> dict[str, Any]:
-    """The axes of a picture in three dimensions."""
-    ranges = {"range": [-reach, reach], "showspikes": False, "backgroundcolor": "#f6f6f6", "gridcolor": "#dddddd",
-              "showticklabels": False}
-    return {**{f"{axis}axis": {**ranges, "title": {"text": name}} for axis, name in zip("xyz", names)}, "aspectmode": "cube",
-            "camera": {"eye": {"x": 1.0, "y": 0.85, "z": 0.6}}}
+def panels_of(rows: Mapping[str, Array]) -> list[dict[str, Any]]:
+    """Curves: what stands over a panel, and column, colour and name of each."""
+    wheels = [name for name in rows if re.fullmatch(r"wheel\d_speed", name)]
+    panels: list[dict[str, Any]] = [
+        {"label": "Ω (rad/s)", "curves": [(f"omega{i}", COMPONENTS[i - 1], f"Ω{'₁₂₃'[i - 1]}") for i in (1, 2, 3)]},
+        {"label": "energy (J)", "curves": [(name, colour, name) for name, colour in ENERGIES.items()]},
+        {"label": "LVLH angles (rad)", "wraps": True,
+         "curves": [(name, colour, name) for name, colour in zip(("roll", "pitch", "yaw"), COMPONENTS)]},
+        {"label": "wheel speed (rad/s)", "curves": [(name, COMPONENTS[i % 3], f"wheel {name[5]}") for i, name in enumerate(wheels)]}]
+    return [panel for panel in panels if any(curve[0] in rows for curve in panel["curves"])]
 
 
-def line3d(points: Array, name: str, colour: str, width: float, **more: Any) -> dict[str, Any]:
-    """A line in three dimensions."""
-    return {"type": "scatter3d", "mode": "lines", "name": name, "x": points[:, 0], "y": points[:, 1], "z": points[:, 2],
-            "line": {"color": colour, "width": width}, "hoverinfo": "name", **more}
-
-
-def body_figure(frames: Frames, surface: Surface) -> dict[str, Any]:
-    """The body, its arrows, and the paths of their tips. The first five are moved by page.js."""
-    corners = surface.corners
-    arrows = (("axis 3", frames.axis), ("ω", frames.omega), ("l", frames.momentum))
-    body = {"type": "mesh3d", "name": "body", "x": surface.points[:, 0], "y": surface.points[:, 1], "z": surface.points[:, 2],
-            "i": corners[:, 0], "j": corners[:, 1], "k": corners[:, 2], "facecolor": surface.colours, "flatshading": True,
-            "hoverinfo": "skip", "lighting": {"ambient": 0.65, "diffuse": 0.6, "specular": 0.1}}
-    edges = surface.edges if len(surface.edges) else np.full((1, 3), np.nan)
-    data = [body, line3d(edges, "edges", "#111111", 3, showlegend=False, connectgaps=False, hoverinfo="skip")]
-    data += [line3d(np.array([np.zeros(3), tips[0]]), name, COLOURS[name], 7) for name, tips in arrows]
-    data += [line3d(tips, f"path of {name}", COLOURS[name], 2, opacity=0.45, showlegend=False) for name, tips in arrows]
-    layout = {"scene": axes3d(1.1 * frames.reach, ("x", "y", "z")), "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-              "legend": {"x": 0.02, "y": 0.98}, "uirevision": "kept"}
-    return {"data": data, "layout": layout}
-
-
-def polhode_figure(frames: Frames, inertia: Array) -> dict[str, Any]:
-    """The ellipsoid x.Jx = 1 in body axes, and the path of the angular velocity on it. The first is moved by page.js."""
-    moments, axes = np.linalg.eigh(inertia)
-    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 49), np.linspace(0, np.pi, 25))
-    unit = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
-    x, y, z = np.moveaxis((unit / np.sqrt(moments)) @ axes.T, -1, 0)
-    point = {**line3d(frames.polhode[:1], "ω/√(2T)", COLOURS["ω"], 1), "mode": "markers",
-             "marker": {"size": 4, "color": COLOURS["ω"]}}
-    surface = {"type": "surface", "name": "inertia ellipsoid", "x": x, "y": y, "z": z, "showscale": False, "opacity": 0.55,
-               "colorscale": [[0, "#9ecae1"], [1, "#9ecae1"]], "hoverinfo": "skip", "showlegend": True}
-    # A little outside, so that the surface does not hide it.
-    # Where the body stands still for a moment, the path goes on from the other side.
-    reach = 1.1 / np.sqrt(moments.min())
-    jumps = 1 + np.flatnonzero(np.linalg.norm(np.diff(frames.polhode, axis=0), axis=1) > 0.5 * reach)
-    path = line3d(1.01 * np.insert(frames.polhode, jumps, np.nan, axis=0), "polhode", COLOURS["path"], 5)
-    layout = {"scene": axes3d(float(reach), ("1", "2", "3")), "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-              "legend": {"x": 0.02, "y": 0.98}, "uirevision": "kept"}
-    return {"data": [point, surface, path], "layout": layout}
-
-
-def curves_of(rows: Mapping[str, Array]) -> tuple[dict[str, Any], list[int]]:
-    """Angular velocity and energy over time, and which shapes are cursors."""
-    panels = [("rad/s", ("omega1", "omega2", "omega3")), ("J", ("kinetic", "potential", "total", "work"))]
-    shown = [(unit, [name for name in names if name in rows]) for unit, names in panels]
-    shown = [(unit, names) for unit, names in shown if names]
-    data: list[dict[str, Any]] = []
-    layout: dict[str, Any] = {"margin": {"l": 60, "r": 20, "t": 30, "b": 40}, "shapes": [], "uirevision": "kept"}
-    for i, (unit, names) in enumerate(shown):
-        axis = "" if i == 0 else str(i + 1)
-        left, width = i / len(shown), 1 / len(shown)
-        left += 0.06 if i else 0
-        layout[f"legend{axis}"] = {"orientation": "h", "x": left, "y": 1.02, "yanchor": "bottom"}
-        layout[f"xaxis{axis}"] = {"domain": [left, (i + 1) * width - 0.01], "title": {"text": "t (s)"}, "anchor": f"y{axis}"}
-        layout[f"yaxis{axis}"] = {"title": {"text": unit}, "anchor": f"x{axis}"}
-        data += [{"type": "scatter", "mode": "lines", "name": name, "x": rows["t"], "y": rows[name], "xaxis": f"x{axis}",
-                  "yaxis": f"y{axis}", "legend": f"legend{axis}", "line": {"color": CURVE_COLOURS[k % len(CURVE_COLOURS)], "width": 1.5}}
-                 for k, name in enumerate(names)]
-        layout["shapes"].append({"type": "line", "xref": f"x{axis}", "yref": f"y{axis} domain", "x0": rows["t"][0],
-                                 "x1": rows["t"][0], "y0": 0, "y1": 1, "line": {"color": "#999999", "width": 1.5}})
-    return {"data": data, "layout": layout}, list(range(len(shown)))
+def packed(rows: Mapping[str, Array], names: set[str]) -> dict[str, str]:
+    """Columns as numbers of four bytes, enough for the eye, in base 64."""
+    return {name: base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode() for name, values in rows.items()
+            if name in names}
 
 
 def in_json(value: Any) -> str:

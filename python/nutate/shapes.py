@@ -117,16 +117,33 @@ def surface_of(system: System, scene: Optional[Scene] = None) -> Surface:
     return inertia_box(system)
 
 
+def plain_text(system: System, scene: Optional[Scene]) -> str:
+    """What a body and its effects were made of, as scenes say it, without comments."""
+    scene = scene or system._given[1].get("scene")
+    texts = [system._given[1].get("text")] if scene is None else [*scene._given[0][1:], scene._given[1]["text"]]
+    texts += [arguments[1] for name, arguments in system._additions if name == "_add_group"]
+    words = [text if isinstance(text, str) else os.fsdecode(text) for text in texts if text is not None]
+    # Comments may speak of shapes, too.
+    return "\n".join(re.sub(r"!.*", "", text) for text in words)
+
+
+def wheel_axes(system: System, scene: Optional[Scene] = None) -> list[Array]:
+    """The axes of all reaction wheels, body axes, of any length."""
+    axes = [arguments[0][0] for name, arguments in system._additions if name == "_add_wheel"]
+    number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?"
+    for group in re.findall(r"&wheel\b(.*?)(?=&|\Z)", plain_text(system, scene), re.DOTALL):
+        found = re.search(rf"\baxis\s*=\s*({number})[\s,]+({number})[\s,]+({number})", group)
+        if found:
+            axes.append(np.array([float(text.lower().replace("d", "e")) for text in found.groups()]))
+    return axes
+
+
 def candidates(system: System, scene: Optional[Scene]) -> list[tuple[str, Any]]:
     """Shapes that the body may have, from what it was made of."""
     given = system._given[1]
     if given.get("shape") is not None:
         return [(given["shape"], given["size"])]
-    scene = scene or given.get("scene")
-    texts = [given.get("text")] if scene is None else [*scene._given[0][1:], scene._given[1]["text"]]
-    words = [text if isinstance(text, str) else os.fsdecode(text) for text in texts if text is not None]
-    # Comments may speak of shapes, too.
-    plain = "\n".join(re.sub(r"!.*", "", text) for text in words)
+    plain = plain_text(system, scene)
     shapes = re.findall(r"\bshape\s*=\s*['\"]?(\w+)", plain)
     sizes = [np.array([float(number) for number in re.split(r"[\s,]+", found.lower().replace("d", "e").strip(" ,\n"))])
              for found in re.findall(r"\bsize\s*=((?:[\s,]*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?)+)", plain)]
