@@ -240,15 +240,8 @@ contains
       case ('--csv')
          command%csv = value
          if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
-      case ('--plot')
-         command%plot = value
-         if (.not. is_picture(value)) &
-            command%error = '--plot '//quoted(value)//' is no picture (expected the name of a file in .svg, .png or .pdf)'
-      case ('--columns')
-         command%columns = value
-         if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
-      case ('--title')
-         command%title = value
+      case ('--plot', '--columns', '--title')
+         call take_drawing(name, value, command)
       case ('--seconds')
          call take_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
       case ('--checkpoint')
@@ -283,6 +276,24 @@ contains
          continue
       end select
    end subroutine take_value
+
+   !> Notes what is drawn, and where.
+   subroutine take_drawing(name, value, command)
+      !> The option and its value.
+      character(len=*), intent(in) :: name, value
+      type(command_t), intent(inout) :: command
+      select case (name)
+      case ('--plot')
+         command%plot = value
+         if (.not. is_picture(value)) command%error = '--plot '//quoted(value)//' is no picture (expected the name '// &
+                                                      'of a file in .svg, .png or .pdf)'
+      case ('--columns')
+         command%columns = value
+         if (value == '') command%error = '--columns needs names of columns (--columns energy,omega3)'
+      case default
+         command%title = value
+      end select
+   end subroutine take_drawing
 
    !> Notes a number of something.
    subroutine take_count(name, value, meaning, count, error)

@@ -111,8 +111,8 @@ contains
    subroutine add_plot_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
-      call page%line('Draws a panel for each quantity in the history, with its unit: all columns of nutate, or those')
-      call page%line('that --columns names, by their own name (omega3) or that of their set (angular_velocity).')
+      call page%line('Draws a panel for each quantity in the history, with its unit: all columns of nutate, or')
+      call page%line('those that --columns names, by their own name (omega3) or that of their set (energy).')
       call page%line('The picture is HISTORY.svg unless --output names another .svg, .png or .pdf.')
       call add_exit_codes(page)
    end subroutine add_plot_notes
@@ -134,11 +134,12 @@ contains
    subroutine add_view_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
-      call page%line('The page shows the body (its shape, or the box of its inertia), the paths of its axis 3, of the')
-      call page%line('angular velocity and of the angular momentum, the polhode on the inertia ellipsoid, and curves')
-      call page%line('with a moving cursor. It needs no network. It is SCENE.html unless --output names another file.')
-      call page%line('python3 writes it, with the Python package of nutate and plotly (pip install ".[view]" in a')
-      call page%line('checkout); in Python nutate.view(result) shows one in a notebook.')
+      call page%line('The page shows the body (its shape, or the box of its inertia), the path of its symmetry')
+      call page%line('axis or of its centre of mass, angular velocity and momentum, reaction wheels, the LVLH frame,')
+      call page%line('the polhode on the inertia ellipsoid, and curves with events and a moving cursor. The body')
+      call page%line('turns by less than 0.3 rad from frame to frame, however few rows the scene writes. The page is')
+      call page%line('SCENE.html unless --output names another file; it needs no network. python3 writes it, with')
+      call page%line('the Python package of nutate; in Python nutate.view(result) shows one in a notebook.')
       call add_exit_codes(page)
    end subroutine add_view_notes
 

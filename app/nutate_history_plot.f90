@@ -32,9 +32,9 @@ contains
       panels = panels_of(history%names)
       height = real(top + bottom + panel_height*size(panels), wp)
       call picture%begin(900, nint(height))
-      call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.77; set key at graph 1.02, 1 left top Left '// &
-                       'reverse samplen 1.5 font '',12'' noenhanced; set tics font '',12''; set format y ''%.6g''; set xrange ['// &
-                       extent(history%values(:, 1))//']')
+      call picture%put('set lmargin at screen 0.11; set rmargin at screen 0.77; set tics font '',12''')
+      call picture%put('set key at graph 1.02, 1 left top Left reverse samplen 1.5 font '',12'' noenhanced')
+      call picture%put('set format y ''%.6g''; set xrange ['//extent(history%values(:, 1))//']')
       call picture%put('set multiplot title '//gnuplot_quoted(title)//' noenhanced')
       do i = 1, size(panels)
          call add_data(picture, history, panels(i))
@@ -45,7 +45,8 @@ contains
          if (i < size(panels)) call picture%put('set format x ''''')
          call picture%put('set ytics '//rounded_text(tick(history%values(:, panels(i)%columns)), 2))
          ! Above its panel, where no number of the axis is.
-         call picture%put('set label 1 '//gnuplot_quoted(trim(panels(i)%label))//' at graph 0, 1 left offset 0, 0.7 noenhanced')
+         call picture%put('set label 1 '//gnuplot_quoted(trim(panels(i)%label))// &
+                          ' at graph 0, 1 left offset 0, 0.7 noenhanced')
          call picture%put('plot '//curves_text(panels(i), history%names))
       end do
       call picture%put('unset multiplot')

@@ -22,8 +22,7 @@ contains
       exit_code = EXIT_OUTPUT
       if (.not. python_is_ready()) then
          call say_error('nutate: cannot show '//printable_path(command%scene)// &
-                        ': python3 has not both nutate and plotly '// &
-                        '(expected python3 -m pip install ".[view]" in a checkout)')
+                        ': python3 has no module nutate (expected python3 -m pip install . in a checkout)')
          return
       end if
       call check_names(command, exit_code)
@@ -71,7 +70,7 @@ contains
    !> True if Python can be started and has what it takes.
    logical function python_is_ready()
       integer :: exit_status, command_status
-      call execute_command_line('python3 -c "import nutate, plotly" >/dev/null 2>&1', exitstat=exit_status, &
+      call execute_command_line('python3 -c "import nutate" >/dev/null 2>&1', exitstat=exit_status, &
                                 cmdstat=command_status)
       python_is_ready = exit_status == 0 .and. command_status == 0
    end function python_is_ready

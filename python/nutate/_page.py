@@ -26,6 +26,7 @@ FRAME_TURN, LARGEST_TURN = 0.2, 0.3
 LEAST_FRAMES, MOST_FRAMES, OVERVIEW = 240, 8000, 2000
 # Rates that the eye follows, rad/s, and how long it likes to look, s: a motion in these bounds is shown in real time.
 SLOWEST, FASTEST, LONGEST, PLEASANT = 0.3, 12.0, 120.0, 4.0
+Rows = Mapping[str, Array]
 COLUMNS = ("quaternion", "angular_velocity", "angular_momentum_space", "energy")
 COMPONENTS = ("#d55e00", "#009e73", "#0b3c5d")
 ENERGIES = {"kinetic": "#3c9fd6", "potential": "#e69f00", "total": "#000000", "work": "#cc79a7"}
@@ -97,7 +98,7 @@ class Page:
         webbrowser.open(f"file://{path}")
 
 
-def view(motion: Union[Solution, Scene, Mapping[str, Array], Textual], system: Optional[System] = None, *overrides: str,
+def view(motion: Union[Solution, Scene, Rows, Textual], system: Optional[System] = None, *overrides: str,
          title: Optional[str] = None, play: bool = False, begin: float = 0.0) -> Page:
     """Makes a web page with the body turning in three dimensions (its shape, or the box of its inertia), the path of its symmetry
     axis or of its centre of mass, angular velocity and momentum, the polhode on the inertia ellipsoid, and curves with a moving
@@ -172,7 +173,7 @@ def column_choices(scene: Scene) -> list[tuple[str, ...]]:
     return [COLUMNS + wheels + ("lvlh_attitude",), COLUMNS + wheels, COLUMNS]
 
 
-def frames_of(run: Callable[[Array], Mapping[str, Array]], overview: Mapping[str, Array]) -> tuple[Mapping[str, Array], Mapping[str, Array]]:
+def frames_of(run: Callable[[Array], Rows], overview: Rows) -> tuple[Rows, Rows]:
     """Rows so near each other that the eye follows the motion, and rows over all of it. `run` gives the rows at some times."""
     if len(overview["t"]) < 2:
         return overview, overview
@@ -184,14 +185,14 @@ def frames_of(run: Callable[[Array], Mapping[str, Array]], overview: Mapping[str
     return rows, overview
 
 
-def rate_of(rows: Mapping[str, Array]) -> Array:
+def rate_of(rows: Rows) -> Array:
     """Magnitude of the angular velocity, rad/s."""
     return np.asarray(np.linalg.norm(stacked(dict(rows), "omega", range(1, 4)), axis=1))
 
 
 def times_by_turn(t: Array, omega: Array) -> Array:
-    """Times of frames: one for each FRAME_TURN that the body turns, or its angular velocity in the body, and so many more that a slow
-    motion is smooth."""
+    """Times of frames: one for each FRAME_TURN that the body turns, or its angular velocity in the body, and so many more that a
+    slow motion is smooth."""
     steps = np.abs(np.diff(t))
     # The greater rate of two rows, as the motion between them may be either.
     rate = np.linalg.norm(omega, axis=1)
@@ -205,7 +206,7 @@ def times_by_turn(t: Array, omega: Array) -> Array:
     return np.asarray(np.interp(np.linspace(0.0, passed[-1], count + 1), passed, t))
 
 
-def largest_turn(rows: Mapping[str, Array]) -> float:
+def largest_turn(rows: Rows) -> float:
     """The largest angle between the attitudes of two rows, rad, or what the angular velocity makes of it."""
     q = stacked(dict(rows), "q", range(4))
     q = q / np.linalg.norm(q, axis=1)[:, None]
@@ -215,7 +216,7 @@ def largest_turn(rows: Mapping[str, Array]) -> float:
     return float(np.max(np.maximum(angles, turns)))
 
 
-def factors_of(rows: Mapping[str, Array]) -> tuple[float, list[float]]:
+def factors_of(rows: Rows) -> tuple[float, list[float]]:
     """How fast it is shown, 1: real time, and what can be chosen."""
     rate = float(np.max(rate_of(rows)))
     span = abs(float(rows["t"][-1] - rows["t"][0]))
@@ -244,7 +245,7 @@ def path_of(system: System) -> dict[str, Any]:
     return {"name": "", "point": None}
 
 
-def page_of(rows: Mapping[str, Array], overview: Mapping[str, Array], events: Sequence[tuple[str, float]], system: System,
+def page_of(rows: Rows, overview: Rows, events: Sequence[tuple[str, float]], system: System,
             surface: Surface, scene: Optional[Scene], title: str, play: bool, begin: float) -> str:
     """The text of the page."""
     rows = with_momentum(rows, system)
@@ -273,7 +274,7 @@ def page_of(rows: Mapping[str, Array], overview: Mapping[str, Array], events: Se
                            notes="".join(f"<p>{html.escape(note)}</p>" for note in notes))
 
 
-def with_momentum(rows: Mapping[str, Array], system: System) -> Mapping[str, Array]:
+def with_momentum(rows: Rows, system: System) -> Rows:
     """The rows with the angular momentum, space axes."""
     if "l_x" in rows:
         return rows
@@ -283,7 +284,7 @@ def with_momentum(rows: Mapping[str, Array], system: System) -> Mapping[str, Arr
     return {**rows, **dict(zip(("l_x", "l_y", "l_z"), momentum.T))}
 
 
-def panels_of(rows: Mapping[str, Array]) -> list[dict[str, Any]]:
+def panels_of(rows: Rows) -> list[dict[str, Any]]:
     """Curves: what stands over a panel, and column, colour and name of each."""
     wheels = [name for name in rows if re.fullmatch(r"wheel\d_speed", name)]
     panels: list[dict[str, Any]] = [
@@ -291,11 +292,12 @@ def panels_of(rows: Mapping[str, Array]) -> list[dict[str, Any]]:
         {"label": "energy (J)", "curves": [(name, colour, name) for name, colour in ENERGIES.items()]},
         {"label": "LVLH angles (rad)", "wraps": True,
          "curves": [(name, colour, name) for name, colour in zip(("roll", "pitch", "yaw"), COMPONENTS)]},
-        {"label": "wheel speed (rad/s)", "curves": [(name, COMPONENTS[i % 3], f"wheel {name[5]}") for i, name in enumerate(wheels)]}]
+        {"label": "wheel speed (rad/s)",
+         "curves": [(name, COMPONENTS[i % 3], f"wheel {name[5]}") for i, name in enumerate(wheels)]}]
     return [panel for panel in panels if any(curve[0] in rows for curve in panel["curves"])]
 
 
-def packed(rows: Mapping[str, Array], names: set[str]) -> dict[str, str]:
+def packed(rows: Rows, names: set[str]) -> dict[str, str]:
     """Columns as numbers of four bytes, enough for the eye, in base 64."""
     return {name: base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode() for name, values in rows.items()
             if name in names}

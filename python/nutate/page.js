@@ -94,7 +94,8 @@
         canvas.setPointerCapture(event.pointerId);
         this.fingers.set(event.pointerId, [event.clientX, event.clientY]);
       });
-      for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => this.fingers.delete(event.pointerId));
+      for (const end of ["pointerup", "pointercancel"])
+        canvas.addEventListener(end, (event) => this.fingers.delete(event.pointerId));
       canvas.addEventListener("pointermove", (event) => this.drag(event));
       canvas.addEventListener("wheel", (event) => {
         event.preventDefault();
@@ -107,7 +108,10 @@
     drag(event) {
       const from = this.fingers.get(event.pointerId);
       if (!from) return;
-      const spread = () => { const [a, b] = [...this.fingers.values()]; return b && Math.hypot(a[0] - b[0], a[1] - b[1]); };
+      const spread = () => {
+        const [a, b] = [...this.fingers.values()];
+        return b && Math.hypot(a[0] - b[0], a[1] - b[1]);
+      };
       const wide = spread();
       this.fingers.set(event.pointerId, [event.clientX, event.clientY]);
       if (wide) {
@@ -120,7 +124,8 @@
     }
 
     begin() {
-      const ca = Math.cos(this.azimuth), sa = Math.sin(this.azimuth), ce = Math.cos(this.elevation), se = Math.sin(this.elevation);
+      const [ca, sa] = [Math.cos(this.azimuth), Math.sin(this.azimuth)];
+      const [ce, se] = [Math.cos(this.elevation), Math.sin(this.elevation)];
       this.right = [-sa, ca, 0];
       this.up = [-se * ca, -se * sa, ce];
       this.ahead = [ce * ca, ce * sa, se];
@@ -232,7 +237,7 @@
   const follow = motion.path.point, onPath = places.map((p, k) => hangs ? p
     : toSpace(matrix(three(rows, Q, k)), times(follow, 1.15 * size)));
   const thin = Math.max(1, Math.ceil(onPath.length / 4000));
-  const longest = (names) => { let most = 0; for (let k = 0; k <= last; k++) most = Math.max(most, norm(three(rows, names, k))); return most; };
+  const longest = (names) => Array.from(t, (_, k) => norm(three(rows, names, k))).reduce((a, b) => Math.max(a, b), 0);
   const mostRate = longest(RATE), mostMomentum = longest(L), arrow = 1.25 * size;
   const extent = [0, 1, 2].map((i) => Math.max(...points.map((p) => Math.abs(p[i] - com[i]))));
 
@@ -240,12 +245,14 @@
     const base = toSpace(r, com), found = [];
     for (let i = 0; i < 3; i++) {
       const axis = [0, 1, 2].map((j) => Number(i === j));
-      found.push({from: base, to: toSpace(r, add(com, axis, Math.max(extent[i], 0.3 * size) + 0.22 * size)), colour: COMPONENTS[i], width: 2, name: String(i + 1)});
+      const tip = add(com, axis, Math.max(extent[i], 0.3 * size) + 0.22 * size);
+      found.push({from: base, to: toSpace(r, tip), colour: COMPONENTS[i], width: 2, name: String(i + 1)});
     }
     if (hangs) found.push({from: [0, 0, 0], to: base, colour: INK, width: 2.5, plain: true});
     const rate = toSpace(r, valuesAt(RATE, at)), momentum = valuesAt(L, at);
-    if (mostMomentum) found.push({from: base, to: add(base, momentum, arrow / mostMomentum), colour: MOMENTUM, width: 3.5, name: "l"});
-    if (mostRate) found.push({from: base, to: add(base, rate, arrow / mostRate), colour: OMEGA, width: 3.5, name: "ω"});
+    const arrows = [[momentum, mostMomentum, MOMENTUM, "l"], [rate, mostRate, OMEGA, "ω"]];
+    for (const [vector, most, colour, name] of arrows)
+      if (most) found.push({from: base, to: add(base, vector, arrow / most), colour, width: 3.5, name});
     if (rows.lvlh_q0) {
       const own = matrix(valuesAt(LVLH, at));
       // Columns of R(q) R(lvlh)ᵀ are the axes of the LVLH frame.
@@ -279,7 +286,8 @@
     const space = body, r = matrix(valuesAt(Q, at)), context = space.view.context;
     space.begin();
     if (hangs) drawPivot(space);
-    const parts = lines(r, at).flatMap((line) => parted(space, r, line.from, line.to).map((part) => ({...line, ...part, whole: line})));
+    const parts = lines(r, at).flatMap((line) => parted(space, r, line.from, line.to)
+      .map((part) => ({...line, ...part, whole: line})));
     const drawLine = (part) => {
       space.line([part.from, part.to], part.colour, part.width, part.dash);
       if (!part.plain && !part.dash && part.to === part.whole.to && norm(add(part.to, part.whole.from, -1)) > 0.12 * size)
@@ -290,7 +298,8 @@
     const turned = points.map((p) => toSpace(r, p));
     for (const face of faces) {
       const normal = toSpace(r, face.normal);
-      if (space.faces(turned[face.corner[0]], normal)) space.polygon(face.corner.map((k) => turned[k]), space.shaded(face.colour, normal));
+      if (space.faces(turned[face.corner[0]], normal))
+        space.polygon(face.corner.map((k) => turned[k]), space.shaded(face.colour, normal));
     }
     for (const edge of edges) {
       const ends = edge.ends.map((p) => toSpace(r, p));
@@ -312,7 +321,8 @@
 
   function drawPivot(space) {
     const radius = 0.3 * reach;
-    space.line(Array.from({length: 41}, (_, i) => [radius * Math.cos(Math.PI * i / 20), radius * Math.sin(Math.PI * i / 20), 0]), "#cccccc", 1);
+    const around = Array.from({length: 41}, (_, i) => Math.PI * i / 20);
+    space.line(around.map((angle) => [radius * Math.cos(angle), radius * Math.sin(angle), 0]), "#cccccc", 1);
     const [x, y] = space.point([0, 0, 0]), context = space.view.context;
     context.beginPath();
     context.arc(x, y, 3.5, 0, 2 * Math.PI);
@@ -322,14 +332,17 @@
 
   // A ring about the axis of a reaction wheel, outside of the body, with its speed.
   function drawWheel(space, r, axis, i, at) {
-    const along = unit(axis), aside = unit(cross(along, Math.abs(along[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0])), other = cross(along, aside);
-    const out = Math.max(...points.map((p) => dot(along, add(p, com, -1)))) + 0.04 * size, base = add(com, along, -out);
-    const ring = Array.from({length: 33}, (_, k) => toSpace(r, add(add(base, aside, 0.2 * size * Math.cos(Math.PI * k / 16)), other, 0.2 * size * Math.sin(Math.PI * k / 16))));
+    const along = unit(axis), aside = unit(cross(along, Math.abs(along[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0]));
+    const other = cross(along, aside), radius = 0.2 * size;
+    // On the side where the arrow of a body axis does not leave the body.
+    const out = Math.max(...points.map((p) => -dot(along, add(p, com, -1)))) + 0.04 * size, base = add(com, along, -out);
+    const ring = Array.from({length: 33}, (_, k) => Math.PI * k / 16).map((angle) =>
+      toSpace(r, add(add(base, aside, radius * Math.cos(angle)), other, radius * Math.sin(angle))));
     const seen = space.faces(toSpace(r, base), toSpace(r, times(along, -1)));
     if (seen) space.polygon(ring, "rgba(120, 120, 120, 0.35)");
     space.line(ring, seen ? INK : "rgba(34, 34, 34, 0.25)", 1.5);
     const column = `wheel${i + 1}_speed`;
-    if (!rows[column]) return;
+    if (!seen || !rows[column]) return;
     const [x, y] = space.point(toSpace(r, base));
     label(space.view.context, `wheel ${i + 1}: ${short(valuesAt([column], at)[0])} rad/s`, x, y + 4, "#444444", "center");
   }
@@ -349,14 +362,19 @@
   }
 
   function drawCaption(space, at) {
-    const near = 0.8 * Number(speed.value), event = motion.events.filter((e) => (at - e.t) * Math.sign(span) >= 0 && Math.abs(at - e.t) < near).pop();
+    const passed = (event) => (at - event.t) * Math.sign(span), near = 0.8 * Number(speed.value);
+    const event = motion.events.filter((each) => passed(each) >= 0 && passed(each) < near).pop();
     const text = [`path of ${motion.path.name}`, ...(larger > 1 ? [`body drawn ${short(larger)} × larger`] : [])];
     text.forEach((line, i) => label(space.view.context, line, 12, 20 + 18 * i, i ? "#555555" : "#9a6a00"));
     if (event) label(space.view.context, event.name, space.view.width - 12, 20, "#b03a00", "right");
   }
 
   // The ellipsoid x.Jx = 1 in body axes, and on it the path of ω/√(2T).
-  const inertia = motion.inertia, onEllipsoid = (w) => { const s = Math.sqrt(dot(w, inertia.map((row) => dot(row, w)))); return s > 0 ? times(w, 1 / s) : w; };
+  const inertia = motion.inertia;
+  function onEllipsoid(w) {
+    const length = Math.sqrt(dot(w, inertia.map((row) => dot(row, w))));
+    return length > 0 ? times(w, 1 / length) : w;
+  }
   const polhode = Array.from(t, (_, k) => onEllipsoid(three(rows, RATE, k)));
   const shell = [];
   for (let i = 0; i < 16; i++) for (let k = 0; k < 32; k++)
@@ -371,8 +389,13 @@
     const space = ellipsoid, context = space.view.context;
     space.begin();
     const most = space.reach / 1.45;
+    // Where an axis leaves the ellipsoid, and where its line ends.
+    const tipOf = (i) => {
+      const foot = onEllipsoid([0, 1, 2].map((j) => Number(i === j)));
+      return [foot, times(foot, 1 + 0.22 * most / norm(foot))];
+    };
     [0, 1, 2].forEach((i) => {
-      const axis = [0, 1, 2].map((j) => Number(i === j)), tip = times(onEllipsoid(axis), 1 + 0.22 * most / norm(onEllipsoid(axis)));
+      const tip = tipOf(i)[1];
       space.line([times(tip, -1), tip], COMPONENTS[i], 1.5);
     });
     const across = (behind) => {
@@ -394,8 +417,10 @@
       if (space.faces(patch[0], normal)) space.polygon(patch, space.shaded("#b9d3e8", normal));
     }
     [0, 1, 2].forEach((i) => {
-      const axis = [0, 1, 2].map((j) => Number(i === j)), foot = onEllipsoid(axis), tip = times(foot, 1 + 0.22 * most / norm(foot));
-      for (const sign of [1, -1]) if (space.faces(times(foot, sign), times(outward(foot), sign))) space.line([times(foot, sign), times(tip, sign)], COMPONENTS[i], 1.5);
+      const [foot, tip] = tipOf(i);
+      for (const sign of [1, -1])
+        if (space.faces(times(foot, sign), times(outward(foot), sign)))
+          space.line([times(foot, sign), times(tip, sign)], COMPONENTS[i], 1.5);
       const [x, y] = space.point(times(tip, 1.06));
       label(context, String(i + 1), x, y + 4, COMPONENTS[i], "center");
     });
@@ -411,8 +436,8 @@
   }
 
   // Curves: panels side by side where there is room.
-  const panels = motion.panels.map((panel) => ({...panel, curves: panel.curves.filter(([name]) => drawn[name])})).filter((panel) => panel.curves.length);
-  const plots = panels.map((panel) => {
+  const plots = motion.panels.map((panel) => {
+    panel.curves = panel.curves.filter(([name]) => drawn[name]);
     const parent = document.createElement("div");
     element("curves").appendChild(parent);
     const plot = {panel, view: surface(parent), still: document.createElement("canvas")};
@@ -427,10 +452,36 @@
   function short(value) { return Number(value.toPrecision(Math.abs(value) >= 100 ? 4 : 3)).toString(); }
 
   function ticks(low, high, count) {
-    const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough)), step = power * [1, 2, 5, 10].find((s) => s * power >= rough);
-    const found = [];
+    const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough)), found = [];
+    const step = power * [1, 2, 5, 10].find((s) => s * power >= rough);
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(12)));
     return found;
+  }
+
+  // What an axis reaches over: the values, and a little more.
+  function rangeOf(columns) {
+    let [low, high] = [Infinity, -Infinity];
+    for (const values of columns)
+      for (const value of values)
+        if (isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)];
+    const span = high - low, least = 1e-6 * Math.max(Math.abs(low), Math.abs(high));
+    const pad = span > least ? 0.05 * span : Math.abs(high) * 0.01 || 1;
+    return [low - pad, high + pad];
+  }
+
+  function stroke(context, from, to, style) {
+    context.save();
+    Object.assign(context, {lineWidth: 1, ...style});
+    context.setLineDash(style.dash || []);
+    context.beginPath();
+    context.moveTo(...from);
+    context.lineTo(...to);
+    context.stroke();
+    context.restore();
+  }
+
+  function number(value) {
+    return Math.abs(value) >= 1e5 || (value && Math.abs(value) < 1e-3) ? value.toExponential() : String(value);
   }
 
   // What does not change: axes, curves, events.
@@ -447,34 +498,29 @@
       label(context, name, x, y, colour);
       x += wide;
     }
-    let low = Infinity, high = -Infinity;
-    for (const [name] of panel.curves) for (const value of drawn[name]) if (isFinite(value)) { low = Math.min(low, value); high = Math.max(high, value); }
-    if (!(high - low > 1e-6 * Math.max(Math.abs(low), Math.abs(high)))) { const pad = Math.abs(high) * 0.01 || 1; low -= pad; high += pad; }
-    const margin = 0.05 * (high - low), box = plot.box = {left: 58, top: y + 10, width: view.width - 70, height: view.height - y - 46};
-    [low, high] = [low - margin, high + margin];
-    const across = plot.across = (value) => box.left + box.width * (value - drawn.t[0]) / wholeSpan, down = (value) => box.top + box.height * (high - value) / (high - low);
-    Object.assign(context, {lineWidth: 1, strokeStyle: "#e2e2e2"});
+    const box = plot.box = {left: 58, top: y + 10, width: view.width - 70, height: view.height - y - 46};
+    const [low, high] = rangeOf(panel.curves.map(([name]) => drawn[name]));
+    const across = plot.across = (value) => box.left + box.width * (value - drawn.t[0]) / wholeSpan;
+    const down = (value) => box.top + box.height * (high - value) / (high - low);
+    const under = box.top + box.height;
     for (const value of ticks(low, high, Math.max(2, box.height / 40))) {
-      context.beginPath(); context.moveTo(box.left, down(value)); context.lineTo(box.left + box.width, down(value));
-      Object.assign(context, {lineWidth: 1, strokeStyle: "#e2e2e2"}); context.stroke();
-      label(context, Math.abs(value) >= 1e5 || (value && Math.abs(value) < 1e-3) ? value.toExponential() : String(value), box.left - 6, down(value) + 4, "#555555", "right");
+      stroke(context, [box.left, down(value)], [box.left + box.width, down(value)], {strokeStyle: "#e2e2e2"});
+      label(context, number(value), box.left - 6, down(value) + 4, "#555555", "right");
     }
-    const [begin, end] = [Math.min(drawn.t[0], drawn.t[0] + wholeSpan), Math.max(drawn.t[0], drawn.t[0] + wholeSpan)];
-    for (const value of ticks(begin, end, Math.max(2, box.width / 90))) label(context, String(value), across(value), box.top + box.height + 17, "#555555", "center");
-    label(context, "t (s)", box.left + box.width, box.top + box.height + 33, "#555555", "right");
-    for (const event of motion.events) {
-      context.beginPath(); context.moveTo(across(event.t), box.top); context.lineTo(across(event.t), box.top + box.height);
-      Object.assign(context, {lineWidth: 1, strokeStyle: "#d55e00", globalAlpha: motion.events.length > 60 ? 0.12 : 0.4});
-      context.setLineDash([3, 3]); context.stroke(); context.setLineDash([]); context.globalAlpha = 1;
-    }
+    const ends = [drawn.t[0], drawn.t[0] + wholeSpan].sort((a, b) => a - b);
+    for (const value of ticks(...ends, Math.max(2, box.width / 90)))
+      label(context, number(value), across(value), under + 17, "#555555", "center");
+    label(context, "t (s)", box.left + box.width, under + 33, "#555555", "right");
+    const mark = {strokeStyle: "#d55e00", globalAlpha: motion.events.length > 60 ? 0.12 : 0.4, dash: [3, 3]};
+    for (const event of motion.events)
+      stroke(context, [across(event.t), box.top], [across(event.t), under], mark);
     for (const [name, colour] of panel.curves) {
       context.beginPath();
       let open = false;
       drawn[name].forEach((value, k) => {
-        const jumps = panel.wraps && k && Math.abs(value - drawn[name][k - 1]) > 4;
-        if (!isFinite(value)) { open = false; return; }
-        if (open && !jumps) context.lineTo(across(drawn.t[k]), down(value)); else context.moveTo(across(drawn.t[k]), down(value));
-        open = true;
+        const at = [across(drawn.t[k]), down(value)];
+        if (open && !(panel.wraps && Math.abs(value - drawn[name][k - 1]) > 4)) context.lineTo(...at); else context.moveTo(...at);
+        open = isFinite(value);
       });
       Object.assign(context, {strokeStyle: colour, lineWidth: 1.6, lineJoin: "round"});
       context.stroke();
@@ -536,8 +582,8 @@
   }
 
   for (const factor of motion.factors) {
-    const text = factor === 1 ? "real time" : factor < 1 ? `${short(1 / factor)} × slower than real time` : `${short(factor)} × faster than real time`;
-    speed.add(new Option(text, factor, factor === motion.factor, factor === motion.factor));
+    const how = factor < 1 ? `${short(1 / factor)} × slower than ` : factor > 1 ? `${short(factor)} × faster than ` : "";
+    speed.add(new Option(how + "real time", factor, factor === motion.factor, factor === motion.factor));
   }
   slider.max = 1000;
   slider.addEventListener("input", () => { start(false); goTo(t[0] + span * slider.value / 1000); });

@@ -37,8 +37,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return complain(str(error), 2)
     except NutateError as error:
         return complain(str(error), 2 if isinstance(error, ValueError) else 3)
-    except ImportError as error:
-        return complain(f"nutate: {error} (expected pip install 'nutate[view]')", 4)
     try:
         page.save(output)
     except OSError as error:

@@ -21,7 +21,7 @@ def environment_of(prefix, folder):
     venv = os.path.join(folder, "venv")
     subprocess.run([sys.executable, "-m", "venv", venv], check=True)
     subprocess.run([os.path.join(venv, "bin", "pip"), "install", "--quiet", "--disable-pip-version-check",
-                    f"{prefix}/share/nutate/python[plot,view]"], check=True)
+                    f"{prefix}/share/nutate/python[plot]"], check=True)
     return dict(os.environ, PREFIX=prefix, LD_LIBRARY_PATH=f"{prefix}/lib", PKG_CONFIG_PATH=f"{prefix}/lib/pkgconfig",
                 PATH=os.pathsep.join((f"{venv}/bin", f"{prefix}/bin", os.environ["PATH"])), MPLBACKEND="Agg",
                 VIRTUAL_ENV=venv, NUTATE_SOURCE=str(ROOT))

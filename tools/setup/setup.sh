@@ -80,7 +80,7 @@ need_wheel() {
 # Python and a browser without a window, for the pages of nutate view.
 need_view() {
    works chromium || packages+=(chromium)
-   "$venv/bin/python" -c 'import numpy, plotly' >/dev/null 2>&1 || { need_pip numpy && need_pip plotly; }
+   "$venv/bin/python" -c 'import numpy' >/dev/null 2>&1 || need_pip numpy
 }
 # OpenMPI, with the module mpi_f08 of gfortran.
 need_mpi() {

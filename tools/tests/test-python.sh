@@ -12,5 +12,5 @@ quietly python-venv python3 -m venv "$scratch/venv" || exit 1
 package=$prefix/share/nutate/python
 # What the package can do without is tested where it is to be had, by all modules.
 install() { quietly python-pip "$scratch/venv/bin/pip" install --disable-pip-version-check "$1"; }
-{ [ $# -eq 0 ] && install "$package[view,tables,rotation]"; } || install "$package" || exit 1
+{ [ $# -eq 0 ] && install "$package[tables,rotation]"; } || install "$package" || exit 1
 NUTATE=$prefix/bin/nutate "$scratch/venv/bin/python" tools/tests/run_python_tests.py python/tests "$@"
