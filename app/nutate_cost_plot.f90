@@ -20,8 +20,8 @@ module nutate_cost_plot
    character(len=*), parameter :: head(*) = [character(len=96) :: &
       'set logscale xy', &
       'set format ''10^{%T}''', &
-      'set lmargin at screen 0.12', &
-      'set rmargin at screen 0.66']
+      'set lmargin at screen 0.11', &
+      'set rmargin at screen 0.65']
 
 contains
 
@@ -105,20 +105,28 @@ contains
       end do
    end function best_order
 
-   !> The number of points up to the minimum of a curve: behind it round-off grows.
-   pure integer function useful(points, floor_of_errors) result(n)
-      !> Of one method, longest step first.
+   !> The points that no other one beats in time and error, cheapest first: behind the least error round-off grows, and steps
+   !> so long that they must be subdivided cost more than shorter ones, so that a curve through all would turn back.
+   pure function unbeaten(points, floor_of_errors) result(kept)
+      !> Of one method.
       type(work_point_t), intent(in) :: points(:)
       !> What the attitude is known to, rad.
       real(wp), intent(in) :: floor_of_errors
-      n = size(points)
-      if (n == 0) return
-      if (all(points%attitude_error >= 0.0_wp)) then
-         n = minloc(max(points%attitude_error, floor_of_errors, lowest), dim=1)
-      else if (.not. methods(points(1)%method)%conserving) then
-         n = minloc(max(points%energy_error, lowest), dim=1)
-      end if
-   end function useful
+      type(work_point_t), allocatable :: kept(:)
+      real(wp) :: errors(size(points))
+      logical :: waits(size(points))
+      integer :: i
+      allocate (kept(0))
+      errors = max(points%attitude_error, floor_of_errors, lowest)
+      if (any(points%attitude_error < 0.0_wp)) errors = max(points%energy_error, lowest)
+      if (any(points%attitude_error < 0.0_wp) .and. all(methods(points%method)%conserving)) errors = lowest/points%seconds
+      waits = .true.
+      do while (any(waits))
+         i = minloc(points%seconds, dim=1, mask=waits)
+         waits(i) = .false.
+         if (.not. any(points%seconds < points(i)%seconds .and. errors <= errors(i))) kept = [kept, points(i)]
+      end do
+   end function unbeaten
 
    !> A block of data for each method: time (ms), attitude error, energy residual.
    subroutine add_data(picture, study)
@@ -129,8 +137,8 @@ contains
       integer :: m, i
       do m = 1, size(methods)
          call picture%put('$m'//count_text(int(m, long))//' << EOD')
-         points = study%points_of(m)
-         do i = 1, useful(points, study%reference%uncertainty)
+         points = unbeaten(study%points_of(m), study%reference%uncertainty)
+         do i = 1, size(points)
             attitude = 'NaN'
             if (points(i)%attitude_error >= 0.0_wp .and. points(i)%attitude_error <= hopeless) &
                attitude = rounded_text(max(points(i)%attitude_error, study%reference%uncertainty, lowest), 6)
@@ -150,7 +158,7 @@ contains
       character(len=*), intent(in) :: what
       logical, intent(in) :: has_legend
       if (has_legend) then
-         call picture%put('set key at screen 0.67, screen 0.94 left top Left reverse samplen 2.5 noenhanced')
+         call picture%put('set key at screen 0.66, screen 0.94 left top Left reverse samplen 2 font '',13'' noenhanced')
       else
          call picture%put('unset key')
       end if

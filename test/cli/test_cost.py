@@ -218,6 +218,15 @@ class Plot(CommandLineTest):
                      env={**os.environ, "PATH": self.path("bin") + os.pathsep + os.environ["PATH"]})
         return self.read("kept.gp")
 
+    def test_no_curve_turns_back(self):
+        lines = self.script("--all").splitlines()
+        curves = [lines[i + 1:lines.index("EOD", i)] for i, line in enumerate(lines) if line.endswith("<< EOD")]
+        self.assertGreater(sum(map(bool, curves)), 5)
+        for curve in curves:
+            times, errors, _ = zip(*[map(float, line.split()) for line in curve if "NaN" not in line] or [(0, 0, 0)])
+            self.assertEqual(list(times), sorted(times))
+            self.assertEqual(list(errors), sorted(errors, reverse=True))
+
     def test_no_two_curves_look_alike(self):
         for options, least, most in (((), 6, 6), (("--all",), 13, 20)):
             panels = [line for line in self.script(*options).splitlines() if line.startswith("plot ")]
