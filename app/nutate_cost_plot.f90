@@ -105,8 +105,8 @@ contains
       end do
    end function best_order
 
-   !> The points that no other one beats in time and error, cheapest first: behind the least error round-off grows, and steps
-   !> so long that they must be subdivided cost more than shorter ones, so that a curve through all would turn back.
+   !> The points that no other one beats in time and error, cheapest first: behind the least error round-off grows, and
+   !> steps so long that they must be subdivided cost more than shorter ones, a curve through all would turn back.
    pure function unbeaten(points, floor_of_errors) result(kept)
       !> Of one method.
       type(work_point_t), intent(in) :: points(:)
@@ -119,7 +119,8 @@ contains
       allocate (kept(0))
       errors = max(points%attitude_error, floor_of_errors, lowest)
       if (any(points%attitude_error < 0.0_wp)) errors = max(points%energy_error, lowest)
-      if (any(points%attitude_error < 0.0_wp) .and. all(methods(points%method)%conserving)) errors = lowest/points%seconds
+      if (any(points%attitude_error < 0.0_wp) .and. all(methods(points%method)%conserving)) &
+         errors = lowest/points%seconds
       waits = .true.
       do while (any(waits))
          i = minloc(points%seconds, dim=1, mask=waits)

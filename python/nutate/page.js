@@ -295,6 +295,7 @@
     };
     drawPath(space, r, false, at);
     parts.filter((part) => !part.after).forEach(drawLine);
+    parts.filter((part) => !part.after && part.to === part.whole.to).forEach((part) => drawName(space, part.whole));
     const turned = points.map((p) => toSpace(r, p));
     for (const face of faces) {
       const normal = toSpace(r, face.normal);
@@ -308,15 +309,16 @@
     motion.wheels.forEach((axis, i) => drawWheel(space, r, axis, i, at));
     parts.filter((part) => part.after).forEach(drawLine);
     drawPath(space, r, true, at);
-    for (const line of lines(r, at)) {
-      if (!line.name || norm(add(line.to, line.from, -1)) < 0.12 * size) continue;
-      const [x, y] = space.point(add(line.to, unit(add(line.to, line.from, -1)), 0.09 * size));
-      // Angular velocity and momentum often have one direction.
-      const aside = {"ω": 12, l: -12}[line.name] || 0;
-      label(context, line.name, x + aside, y + 4, line.colour, "center");
-    }
+    parts.filter((part) => part.after && part.to === part.whole.to).forEach((part) => drawName(space, part.whole));
     drawCorner(space);
     drawCaption(space, at);
+  }
+
+  function drawName(space, line) {
+    if (!line.name || norm(add(line.to, line.from, -1)) < 0.12 * size) return;
+    const [x, y] = space.point(add(line.to, unit(add(line.to, line.from, -1)), 0.09 * size));
+    // Angular velocity and momentum often have one direction.
+    label(space.view.context, line.name, x + ({"ω": 12, l: -12}[line.name] || 0), y + 4, line.colour, "center");
   }
 
   function drawPivot(space) {

@@ -50,7 +50,7 @@ draw bang_bang
 # Control: magnets and wheels, and the motor of one wheel.
 simulate detumbling scenes/detumbling.nml
 draw detumbling
-simulate dual_spin scenes/dual_spin.nml
+simulate dual_spin scenes/dual_spin.nml output.every=4
 draw dual_spin
 
 # A gyrocompass on the turning Earth.
@@ -72,24 +72,19 @@ draw thrown_book
 simulate earth_pointing scenes/earth_pointing.nml
 draw earth_pointing
 
-# Hyperion at the perigee: from ANGLE,RATE (degrees, mean motions) over REVOLUTIONS.
-perigees() {
+# Hyperion at the periapsis: from ANGLE,RATE (degrees, mean motions) over REVOLUTIONS.
+periapses() {
    local name=$1 start=$2 revolutions=$3 end rate
    end=$(awk -v n="$revolutions" 'BEGIN {printf "%.6f", 6.283186*n}')
    rate=$(awk -v r="${start#*,}" 'BEGIN {printf "%.15g", 57.29577951308232*r}')
    simulate "hyperion_$name" scenes/hyperion.nml "integrator.end_time=$end" output.every=1000000 initial.degrees=T \
       "initial.roll_pitch_yaw=0,0,${start%,*}" "initial.angular_velocity=0,0,$rate"
 }
-perigees sea 0,1 1000
+periapses sea 0,1 1000
 for start in 0,0.55 0,0.6 0,0.72 0,2.31 0,2.33 0,2.66 0,2.75 0,2.9 0,3.2 0,3.35 90,0.865 90,0.875; do
-   perigees "island_$start" "$start" 100
+   periapses "island_$start" "$start" 100
 done
 draw hyperion
-
-# The picture of a history that the program draws by itself.
-simulate compass scenes/compass.nml output.every=5
-quietly figure-plot "$program" plot "$data/compass.csv" --output docs/figures/plot_compass.svg || exit 1
-say "Drawn: docs/figures/plot_compass.svg"
 
 # A page of nutate view in a browser without a window, if they are to be had.
 if bash tools/setup/setup.sh view; then
@@ -97,9 +92,8 @@ if bash tools/setup/setup.sh view; then
    quietly figure-library bash tools/setup/build.sh nutate && PYTHONPATH=python NUTATE_LIBRARY=$cmake_folder/libnutate.so \
       quietly figure-page "$venv/bin/python" -c \
       "import nutate; nutate.view('scenes/box.nml', begin=0.055).save('$page')" || exit 1
-   quietly figure-view chromium --headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
-      --hide-scrollbars --window-size=1200,750 --virtual-time-budget=20000 --screenshot=docs/figures/view_box.png \
-      "file://$page" || exit 1
+   quietly figure-view chromium --headless --no-sandbox --hide-scrollbars --window-size=1000,640 --virtual-time-budget=5000 \
+      --screenshot=docs/figures/view_box.png "file://$page" || exit 1
    say "Drawn: docs/figures/view_box.png"
 fi
 

@@ -20,7 +20,9 @@ ROW = re.compile(r"^\| `((?:src|app|mpi)[\w/.]*)` \| (.*?) \| ?(.*?) ?\|$", re.M
 USE = re.compile(r"^\s*use\b\s*(?:,[^:]*::|::)?\s*(\w+)", re.IGNORECASE | re.MULTILINE)
 
 # Of the picture: sizes of boxes and of the space between them.
-WIDTH, HEIGHT, ACROSS, DOWN, MARGIN = 264, 58, 36, 26, 12
+WIDTH, HEIGHT, ACROSS, DOWN, MARGIN = 264, 84, 126, 26, 12
+# Between arrows side by side.
+LANE = 9
 FONT = "font-family='Helvetica, Arial, sans-serif'"
 
 
@@ -96,7 +98,7 @@ class Drawing:
     """Where each layer has its box: rows by how many layers are below it, the longest chain in the first column."""
 
     def __init__(self, layers, direct):
-        self.layers, self.direct = layers, direct
+        self.layers, self.direct, self.arrows = layers, direct, {}
         self.rows = {}
         for layer in layers:
             self.rows[layer] = 1 + max((self.rows[below] for below in direct[layer]), default=-1)
@@ -127,23 +129,44 @@ class Drawing:
 
     def box(self, layer):
         x, y = self.corner(layer)
-        lines = textwrap.wrap(self.layers[layer], 44)[:2]
+        lines = textwrap.wrap(self.layers[layer].replace("`", ""), 40)
         return [f"<rect x='{x}' y='{y}' width='{WIDTH}' height='{HEIGHT}' rx='5' fill='#eef3fa' stroke='#4a6a94'/>",
                 f"<text x='{x + 10}' y='{y + 19}' font-size='14' font-weight='bold'>{escape(short(layer))}</text>"] + [
                 f"<text x='{x + 10}' y='{y + 35 + 14 * i}' font-size='11'>{escape(line)}</text>"
                 for i, line in enumerate(lines)]
 
+    def next_of(self, place, spread=False):
+        """How far the next arrow is from the first one at a place; on both sides of the middle where they spread."""
+        count = self.arrows[place] = self.arrows.get(place, -1) + 1
+        return LANE * ((count + 1) // 2) * (1 if count % 2 else -1) if spread else LANE * count
+
+    def side(self, layer, shift=0):
+        """Where the next arrow meets the right side of a box; shifted, the left one."""
+        return self.corner(layer)[1] + HEIGHT // 2 + shift + self.next_of((layer, shift), True)
+
+    def lane(self, column):
+        """The next way down to the right of a column."""
+        return MARGIN + column * (WIDTH + ACROSS) + WIDTH + 16 + self.next_of(column)
+
     def arrow(self, layer, below):
-        """From a layer to one that it uses: straight down, or down and across into its side."""
+        """From a layer to one that it uses: straight down, or by a lane of its own between two columns."""
         (x, y), (x_below, y_below) = self.corner(layer), self.corner(below)
-        middle = x + WIDTH // 2
-        if x == x_below:
-            points = f"M{middle} {y + HEIGHT} V{y_below}"
-        elif x > x_below:
-            # Beside the middle, where an arrow straight down may start.
-            points = f"M{middle + 20} {y + HEIGHT} V{y_below + HEIGHT // 2} H{x_below + WIDTH}"
+        column, column_below = self.columns[layer], self.columns[below]
+        between = any(self.columns[other] == column and self.rows[below] < self.rows[other] < self.rows[layer]
+                      for other in self.layers)
+        if column == column_below and not between:
+            points = f"M{x + WIDTH // 2} {y + HEIGHT} V{y_below}"
+        elif column == column_below:
+            points = f"M{x + WIDTH} {self.side(layer)} H{self.lane(column)} V{self.side(below)} H{x + WIDTH}"
+        elif column == column_below + 1:
+            points = f"M{x} {self.side(layer, 5)} H{self.lane(column_below)} V{self.side(below)} H{x_below + WIDTH}"
+        elif column > column_below:
+            # Below its own row, over the boxes of the next one.
+            gap = y + HEIGHT + 9 + self.next_of(("gap", self.rows[layer]))
+            points = f"M{x + WIDTH // 2} {y + HEIGHT} V{gap} H{self.lane(column_below)} V{self.side(below)} H{x_below + WIDTH}"
         else:
-            points = f"M{x + WIDTH} {y + HEIGHT // 2} H{x_below + WIDTH // 2} V{y_below}"
+            gap = y_below - 16 + self.next_of(("gap", self.rows[below] + 1))
+            points = f"M{x + WIDTH} {self.side(layer)} H{self.lane(column)} V{gap} H{x_below + WIDTH // 2} V{y_below}"
         return f"<path d='{points}' fill='none' stroke='#333' marker-end='url(#tip)'/>"
 
     def text(self):

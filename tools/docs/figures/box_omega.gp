@@ -1,20 +1,12 @@
 # The three components of the box's angular velocity in body axes, at two time steps.
 #    gnuplot -e "data = 'build/figures'; figure = 'docs/figures/box_omega.svg'" tools/docs/figures/box_omega.gp
 
-set encoding utf8
-set terminal svg size 840,560 fixed name 'box_omega' font 'Helvetica,Arial,sans-serif,15' background '#ffffff'
-set output figure
-set datafile separator comma
+width = 840
+height = 560
+load 'tools/docs/figures/style.gp'
+set style line 1 linecolor rgb case_colour[1] linewidth 1.6
+set style line 2 linecolor rgb case_colour[3] linewidth 1 pointtype 7 pointsize 0.32
 
-# Two colours that differ for every kind of colour vision, and in lightness.
-short = '#0b3c5d'
-long = '#d55e00'
-set style line 1 linecolor rgb short linewidth 1.6
-set style line 2 linecolor rgb long linewidth 1 pointtype 7 pointsize 0.32
-
-set border 3 linecolor rgb '#444444'
-set tics nomirror out scale 0.6
-set grid ytics linecolor rgb '#dddddd' linewidth 1 linetype 1
 set ytics 4
 set xrange [0:20]
 set xtics 0, 2, 20
@@ -33,9 +25,9 @@ do for [k = 0:2] {
    set tmargin at screen top(k)
    set bmargin at screen bottom(k)
    name = sprintf('omega%d', k + 1)
-   set ylabel sprintf('Ω_%d  (rad/s)', k + 1) offset 0.5, 0
+   set ylabel sprintf('Ω_%d  (rad/s)', k + 1)
    if (k == 0) { set key at screen 0.97, 0.985 right top horizontal samplen 2.5 } else { unset key }
-   if (k == 2) { set format x '%g'; set xlabel 't  (s)' offset 0, 0.3 }
+   if (k == 2) { set format x '%g'; set xlabel 't  (s)' }
    set yrange [least[k + 1]:most[k + 1]]
    plot data.'/box_short.csv' using 't':name every 4 with lines linestyle 1 title 'Δt = 0.01 s', \
         data.'/box_long.csv' using 't':name with linespoints linestyle 2 title 'Δt = 0.1 s'

@@ -1,46 +1,55 @@
-# Detumbling by B-dot up to 3000 s, then pointing by wheels: rates, and what the wheels turn with.
+# Detumbling by B-dot up to 3000 s, then pointing by wheels: rates; then attitude error and speeds of the wheels.
 #    gnuplot -e "data = 'build/figures'; figure = 'docs/figures/detumbling.svg'" tools/docs/figures/detumbling.gp
 
-set encoding utf8
-set terminal svg size 840,420 fixed name 'detumbling' font 'Helvetica,Arial,sans-serif,15' background '#ffffff'
-set output figure
-set datafile separator comma
-
-set border 3 linecolor rgb '#444444'
-set tics nomirror out scale 0.6
-set grid linecolor rgb '#e4e4e4' linewidth 1 linetype 1
-set xlabel 't  (s)' offset 0, 0.3
+width = 840
+height = 420
+load 'tools/docs/figures/style.gp'
 rows = data.'/detumbling.csv'
-first = '#0b3c5d'
-second = '#d55e00'
-third = '#009e73'
 
 set multiplot
-set tmargin at screen 0.95
-set bmargin at screen 0.18
 
 # Rates of the body.
-set lmargin at screen 0.12
-set rmargin at screen 0.5
+set tmargin at screen 0.9
+set bmargin at screen 0.17
+set lmargin at screen 0.11
+set rmargin at screen 0.49
+set title 'B-dot, up to 3000 s' offset 0, -0.5
+set xlabel 't  (s)'
 set xtics 1000
 set ylabel 'Ω  (rad/s)' offset 1, 0
-set key top right samplen 2 opaque
+set key top right horizontal opaque
 set xrange [0:3400]
-set yrange [-0.12:0.22]
-plot rows using 't':'omega1' with lines linecolor rgb first linewidth 1.4 title 'Ω_1', \
-     rows using 't':'omega2' with lines linecolor rgb second linewidth 1.4 title 'Ω_2', \
-     rows using 't':'omega3' with lines linecolor rgb third linewidth 1.4 title 'Ω_3'
+set yrange [-0.12:0.2]
+set arrow 1 from 3000, graph 0 to 3000, graph 1 nohead linecolor rgb grey dashtype 2
+plot for [i = 1:3] rows using 't':sprintf('omega%d', i) with lines linecolor rgb component[i] linewidth 1.4 \
+     title sprintf('Ω_%d', i)
+unset arrow 1
 
-# The end: attitude error and speeds of the wheels.
-set lmargin at screen 0.61
+# The end: attitude error above, speeds of the wheels below.
+set lmargin at screen 0.62
 set rmargin at screen 0.97
 set xrange [2990:3400]
-set xtics 3000, 100
+set xtics 3000, 100 format ''
+unset xlabel
+set title 'pointing by wheels'
+set tmargin at screen 0.9
+set bmargin at screen 0.6
+set yrange [0:*]
+set ytics 1
+set ylabel 'error  (rad)'
+unset key
+angle(q0) = 2*acos(abs(q0) > 1 ? 1 : abs(q0))
+plot rows using 't':(angle(column('q0'))) with lines linecolor rgb '#000000' linewidth 1.6
+
+unset title
+set tmargin at screen 0.53
+set bmargin at screen 0.17
 set yrange [-400:800]
-set ylabel 'wheels  (rad/s)' offset 1, 0
-plot rows using 't':'wheel1_speed' with lines linecolor rgb first linewidth 1.6 title 'ω_1', \
-     rows using 't':'wheel2_speed' with lines linecolor rgb second linewidth 1.6 title 'ω_2', \
-     rows using 't':'wheel3_speed' with lines linecolor rgb third linewidth 1.6 title 'ω_3', \
-     rows using 't':(100*2*acos(abs(column('q0')) > 1 ? 1 : abs(column('q0')))) with lines linecolor rgb '#888888' \
-        dashtype 2 linewidth 1.4 title '100 × error (rad)'
+set ytics 400
+set xtics 3000, 100 format '%g'
+set xlabel 't  (s)'
+set ylabel 'wheel speed  (rad/s)' offset 0.2, 0
+set key at graph 0.98, 0.99 right top horizontal samplen 1 width -2 font ',13'
+plot for [i = 1:3] rows using 't':sprintf('wheel%d_speed', i) with lines linecolor rgb component[i] linewidth 1.6 \
+     title sprintf('wheel %d', i)
 unset multiplot

@@ -1,43 +1,50 @@
-# The dual-spin turn: where the momentum stands in the body, and who turns.
+# The dual-spin turn: where the momentum stands in the body, and how fast body and wheel turn.
 #    gnuplot -e "data = 'build/figures'; figure = 'docs/figures/dual_spin.svg'" tools/docs/figures/dual_spin.gp
 
-set encoding utf8
-set terminal svg size 840,420 fixed name 'dual_spin' font 'Helvetica,Arial,sans-serif,15' background '#ffffff'
-set output figure
-set datafile separator comma
-
-set border 3 linecolor rgb '#444444'
-set tics nomirror out scale 0.6
-set grid linecolor rgb '#e4e4e4' linewidth 1 linetype 1
-set xlabel 't  (s)' offset 0, 0.3
+width = 840
+height = 440
+load 'tools/docs/figures/style.gp'
 rows = data.'/dual_spin.csv'
-first = '#0b3c5d'
-second = '#d55e00'
-third = '#009e73'
 
 set multiplot
-set tmargin at screen 0.95
-set bmargin at screen 0.18
+set tmargin at screen 0.9
+set bmargin at screen 0.17
 
 # Direction of l in the body.
 set lmargin at screen 0.1
-set rmargin at screen 0.5
+set rmargin at screen 0.48
+set title 'momentum in body axes' offset 0, -0.5
+set xlabel 't  (s)'
 set xtics 200
 set xrange [0:700]
 set ylabel 'L / |l|' offset 1, 0
-set key at graph 0.98, 0.6 right samplen 2 opaque
-set yrange [-0.3:1.1]
-plot rows using 't':(column('L1')/10) with lines linecolor rgb first linewidth 1.6 title 'L_1', \
-     rows using 't':(column('L2')/10) with lines linecolor rgb second linewidth 1.0 title 'L_2', \
-     rows using 't':(column('L3')/10) with lines linecolor rgb third linewidth 1.6 title 'L_3'
+set key top right horizontal opaque
+set yrange [-0.3:1.3]
+set ytics 0.5
+plot for [i in '2 3 1'] rows using 't':(column('L'.i)/10) with lines linecolor rgb component[i + 0] linewidth 1 notitle, \
+     for [i = 1:3] keyentry with lines linecolor rgb component[i] title sprintf('L_%d', i)
 
-# Speeds.
+# Speeds: the body above, the wheel below.
 set lmargin at screen 0.6
 set rmargin at screen 0.97
-set yrange [-0.3:1.5]
-set key at graph 0.98, 0.97 right samplen 2 opaque
-set ylabel 'rad/s' offset 1, 0
-plot rows using 't':'omega1' with lines linecolor rgb first linewidth 1.6 title 'Ω_1', \
-     rows using 't':'omega3' with lines linecolor rgb third linewidth 1.6 title 'Ω_3', \
-     rows using 't':(column('wheel1_speed')/100) with lines linecolor rgb '#888888' dashtype 2 linewidth 1.6 title 'wheel / 100'
+set tmargin at screen 0.9
+set bmargin at screen 0.55
+set title 'angular velocity'
+set xtics 200 format ''
+unset xlabel
+set yrange [-0.3:1.7]
+set ylabel 'Ω  (rad/s)'
+plot for [i in '2 3 1'] rows using 't':'omega'.i with lines linecolor rgb component[i + 0] linewidth 1 notitle, \
+     for [i = 1:3] keyentry with lines linecolor rgb component[i] title sprintf('Ω_%d', i)
+
+unset title
+unset key
+set tmargin at screen 0.48
+set bmargin at screen 0.17
+set xtics 200 format '%g'
+set xlabel 't  (s)'
+set yrange [0:110]
+set ytics 50
+set ylabel 'wheel speed  (rad/s)'
+plot rows using 't':'wheel1_speed' with lines linecolor rgb component[1] linewidth 1.6
 unset multiplot

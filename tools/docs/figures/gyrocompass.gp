@@ -1,17 +1,10 @@
 # A gyrocompass that finds north: where the axis of its rotor points, over four hours and as a path in the sky.
 #    gnuplot -e "data = 'build/figures'; figure = 'docs/figures/gyrocompass.svg'" tools/docs/figures/gyrocompass.gp
 
-set encoding utf8
-set terminal svg size 840,420 fixed name 'gyrocompass' font 'Helvetica,Arial,sans-serif,15' background '#ffffff'
-set output figure
-set datafile separator comma
-
-set border 3 linecolor rgb '#444444'
-set tics nomirror out scale 0.6
-set grid linecolor rgb '#e4e4e4' linewidth 1 linetype 1
+width = 840
+height = 420
+load 'tools/docs/figures/style.gp'
 rows = data.'/gyrocompass.csv'
-line = '#0b3c5d'
-rest = '#d55e00'
 degree = pi/180
 
 # East, north and up of body axis 2.
@@ -32,22 +25,22 @@ set xrange [0:4]
 set xtics 1
 set yrange [-30:65]
 set ytics 15
-set xlabel 't  (h)' offset 0, 0.3
-set ylabel 'east of north  (°)' offset 1, 0
+set xlabel 't  (h)'
+set ylabel 'east of north  (°)'
 plot rows using (column('t')/3600):(azimuth(column('q0'), column('q1'), column('q2'), column('q3'))) \
-     with lines linecolor rgb line linewidth 1.8
+     with lines linecolor rgb component[2] linewidth 1.8
 
-set lmargin at screen 0.6
+set lmargin at screen 0.61
 set rmargin at screen 0.97
 set xrange [-30:65]
 set xtics 15
 set yrange [-0.4:1.6]
 set ytics 0.4
 set format y '%.1f'
-set xlabel 'east of north  (°)' offset 0, 0.3
-set ylabel 'above the horizon  (°)' offset 1, 0
-set object circle at first 0, 0.09774 size screen 0.004 fillcolor rgb rest fillstyle solid noborder front
-set label 'rest' at first 4, 0.02 textcolor rgb rest front
+set xlabel 'east of north  (°)'
+set ylabel 'above the horizon  (°)'
+set object circle at first 0, 0.09774 size screen 0.004 fillcolor rgb mark fillstyle solid noborder front
+set label 'rest' at first 4, 0.02 textcolor rgb mark front
 plot rows using (azimuth(column('q0'), column('q1'), column('q2'), column('q3'))): \
-     (elevation(column('q0'), column('q1'), column('q2'), column('q3'))) with lines linecolor rgb line linewidth 1.8
+     (elevation(column('q0'), column('q1'), column('q2'), column('q3'))) with lines linecolor rgb component[2] linewidth 1.8
 unset multiplot

@@ -142,7 +142,8 @@ def panel(frames, duration):
         points = [(x(frame[0]), y(frame[5 + i])) for frame in frames]
         lines.append(f"<polyline points='{' '.join(f'{a:.0f},{b:.0f}' for a, b in points)}' fill='none' stroke='{colour}' "
                      f"stroke-width='{6 if i == 2 else 4}' stroke-linejoin='round'/>")
-        lines.append(f"<circle r='12' cx='{points[0][0]:.0f}' cy='{points[0][1]:.0f}' fill='{colour}' stroke='white' stroke-width='3'>"
+        lines.append(f"<circle r='12' cx='{points[0][0]:.0f}' cy='{points[0][1]:.0f}' fill='{colour}' stroke='white' "
+                     "stroke-width='3'>"
                      f"{animated('cx', [f'{a:.0f}' for a, _ in points], duration)}"
                      f"{animated('cy', [f'{b:.0f}' for _, b in points], duration)}</circle>")
         lines.append(f"<text x='{LEFT + 60 + 110 * i}' y='{HEIGHT - 24}' fill='{colour}' font-weight='bold'>"
