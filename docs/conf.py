@@ -42,6 +42,8 @@ html_static_path = ["_static"]
 html_css_files = ["nutate.css"]
 html_show_sourcelink = False
 html_copy_source = False
+# Summaries would be fetched, which browsers refuse to pages opened as files.
+html_show_search_summary = False
 # The reference of the Fortran modules, which FORD writes.
 html_extra_path = [os.environ[name] for name in ("NUTATE_FORD",) if name in os.environ]
 pygments_style = "friendly"
