@@ -143,8 +143,8 @@ contains
       do row = size(methods), 1, -1
          associate (method => methods(row))
             if (method%name /= settings%method .or. (method%projected .neqv. settings%conserve)) cycle
-            if (method%linear_solver == '') exit
-            if (method%linear_solver == settings%linear_solver .and. method%order == settings%order) exit
+            if (method%formulation == '') exit
+            if (method%formulation == settings%formulation .and. method%order == settings%order) exit
          end associate
       end do
    end function automatic_row
@@ -166,8 +166,8 @@ contains
          usual = default_settings(trim(method%name))
          text = 'method='//"'"//trim(method%name)//"'"
          if (usual%order /= method%order) text = text//', order='//count_text(int(method%order, long))
-         if (usual%linear_solver /= method%linear_solver) &
-            text = text//', linear_solver='//"'"//trim(method%linear_solver)//"'"
+         if (usual%formulation /= method%formulation) &
+            text = text//', formulation='//"'"//trim(method%formulation)//"'"
          if (usual%conserve .neqv. method%projected) &
             text = text//', conserve='//trim(merge('.true. ', '.false.', method%projected))
       end associate

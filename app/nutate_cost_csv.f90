@@ -16,7 +16,7 @@ module nutate_cost_csv
 
    public :: cost_csv_t
 
-   character(len=*), parameter :: header = 'method,order,linear_solver,time_step,steps,cut_steps,samples,wall_time,'// &
+   character(len=*), parameter :: header = 'method,order,formulation,time_step,steps,cut_steps,samples,wall_time,'// &
                                            'ns_per_step,iterations,attitude_error,reference_error,momentum_error,'// &
                                            'energy_error,norm_error'
 
@@ -101,7 +101,7 @@ contains
       logical, intent(in) :: has_momentum
       character(len=:), allocatable :: line
       associate (method => methods(point%method))
-         line = trim(family_of(method))//','//count_text(int(method%order, long))//','//trim(method%linear_solver)
+         line = trim(family_of(method))//','//count_text(int(method%order, long))//','//trim(method%formulation)
       end associate
       line = line//field(decimal, point%time_step)//','//count_text(point%steps)//','// &
              count_text(point%cut_steps)//','//count_text(int(point%samples, long))//field(decimal, point%seconds)// &

@@ -29,7 +29,7 @@ contains
       character(len=:), allocatable :: label
       label = trim(family_of(methods(method)))
       if (has_relatives(method)) label = label//' order '//count_text(int(methods(method)%order, long))
-      if (methods(method)%linear_solver /= '') label = label//' ('//trim(methods(method)%linear_solver)//')'
+      if (methods(method)%formulation /= '') label = label//' ('//trim(methods(method)%formulation)//')'
    end function method_label
 
    !> The same in full, for pictures: `Nielsen-Krenk, order 8, reduced`.
@@ -44,7 +44,7 @@ contains
             if (names(i)%name == row%name) label = trim(names(i)%words)
          end do
          if (has_relatives(method)) label = label//', order '//count_text(int(row%order, long))
-         if (row%linear_solver /= '') label = label//', '//trim(row%linear_solver)
+         if (row%formulation /= '') label = label//', '//trim(row%formulation)
          if (row%projected) label = label//', projected'
       end associate
    end function full_label

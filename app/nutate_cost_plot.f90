@@ -69,7 +69,7 @@ contains
       if (draws_all) return
       drawn = methods%order > 0 .and. methods%projected
       do m = 1, size(methods)
-         if (methods(m)%linear_solver /= '') drawn(m) = m == best_order(study, m)
+         if (methods(m)%formulation /= '') drawn(m) = m == best_order(study, m)
       end do
       if (.not. any(drawn .and. measured)) drawn = measured
    end function is_drawn
@@ -85,7 +85,7 @@ contains
       integer :: m, decade
       logical :: relatives(size(methods))
       relatives = family_of(methods) == family_of(methods(method)) .and. &
-                  methods%linear_solver == methods(method)%linear_solver
+                  methods%formulation == methods(method)%formulation
       best = findloc(relatives, .true., dim=1, back=.true.)
       do m = 1, best
          if (relatives(m) .and. any(study%points%method == m)) best = m

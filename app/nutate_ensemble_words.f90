@@ -37,10 +37,10 @@ contains
       associate (settings => scene%integrator)
          if (obstacle == '') then
             call page%item('SIMD batches', count_text(int(lanes, long))//' members at a time')
-         else if (settings%method == 'nielsen_krenk' .and. settings%linear_solver /= 'reduced' .and. &
+         else if (settings%method == 'nielsen_krenk' .and. settings%formulation /= 'reduced' .and. &
                   settings%attitude .and. settings%projection .and. &
                   .not. settings%inverse_auxiliary_inertia > 0.0_wp) then
-            call page%item('SIMD batches', 'none: '//obstacle//" (linear_solver = 'reduced' gives the same "// &
+            call page%item('SIMD batches', 'none: '//obstacle//" (formulation = 'reduced' gives the same "// &
                            'trajectory 3 times faster)')
          else
             call page%item('SIMD batches', 'none: '//obstacle//' (steps in batches take a third to a half of the time)')

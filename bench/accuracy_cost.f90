@@ -54,7 +54,7 @@ contains
       write (*, '(a,t26,4a12)') 'method', '1e-6 (ms)', 'ratio', '1e-10 (ms)', 'ratio'
       do i = 1, size(methods)
          if (methods(i)%order < 1) cycle
-         call write_row(family_of(methods(i)), methods(i)%linear_solver, methods(i)%order, points(i, :), &
+         call write_row(family_of(methods(i)), methods(i)%formulation, methods(i)%order, points(i, :), &
                         points(baseline, :))
       end do
       write (*, *)

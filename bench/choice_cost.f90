@@ -60,7 +60,7 @@ contains
       ways(2)%conserve = .true.
       ways(3) = default_settings('rk8')
       ways(4)%order = 8
-      ways(4)%linear_solver = 'reduced'
+      ways(4)%formulation = 'reduced'
       seconds = huge(1.0_wp)
       do round = 1, rounds
          do k = 1, size(accuracies)

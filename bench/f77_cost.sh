@@ -18,7 +18,7 @@ calls='-1 0 1 100 1000'
 printf 'Instructions per step, from %d and %d steps; in brackets: over integrate\n\n' $short $long
 printf '%-8s%-9s%5s%9s%11s%18s%18s%18s\n' scene solver order bare integrate 'NUSTEP(1)' 'NUSTEP(100)' 'NUSTEP(1000)'
 for scene in box top damped; do
-   for solver in reduced lapack; do
+   for solver in reduced full; do
       for order in 2 4; do
          line=
          for steps in $calls; do

@@ -1,5 +1,5 @@
 !> N steps by the library, or by NUSTEP in calls of M steps: what `f77_cost.sh` compares.
-!>    f77_stepping N M box|top|damped lapack|reduced ORDER      M = 0: the library's `integrate`; -1: its bare steps
+!>    f77_stepping N M box|top|damped full|reduced ORDER      M = 0: the library's `integrate`; -1: its bare steps
 program f77_stepping
    use nutate, only: damping_t, gravity_t, integrate, integrator_settings_t, long, make_body, make_state, &
       make_stepper, run_plan_t, state_t, status_t, stepper_t, system_t, wp
@@ -42,7 +42,7 @@ program f77_stepping
    n = whole(1)
    m = whole(2)
    call get_command_argument(3, scene)
-   call get_command_argument(4, settings%linear_solver)
+   call get_command_argument(4, settings%formulation)
    settings%order = whole(5)
    g = 0.0_wp
    d = 0.0_wp
@@ -64,7 +64,7 @@ program f77_stepping
       end if
    else
       call nuinit(system%body%inertia, 0.0_wp, zero, [0.0_wp, 0.0_wp, 0.5_wp], g, d, zero, &
-                  merge(1, 2, settings%linear_solver == 'reduced'), settings%order, 0, work, lwork, info)
+                  merge(1, 2, settings%formulation == 'reduced'), settings%order, 0, work, lwork, info)
       do i = 1, n/m
          call nustep(m, dt, state%t, state%q, state%p, nunone, nunone, [0], [0.0_wp], work, lwork, info)
       end do

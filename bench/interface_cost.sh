@@ -17,7 +17,7 @@ instructions() { # COMMAND...
 
 fortran() { # WAY SOLVER STEPS
    if [ "$1" = run ]; then
-      instructions "$program" run scenes/box.nml --quiet --output /dev/null --set "integrator.linear_solver='$2'" \
+      instructions "$program" run scenes/box.nml --quiet --output /dev/null --set "integrator.formulation='$2'" \
          --set "integrator.end_time=$(($3 / 100))" --set "output.every=$3"
    else
       instructions "$free_step" "$3" "$2"
@@ -26,7 +26,7 @@ fortran() { # WAY SOLVER STEPS
 
 short=2000 long=12000
 printf 'Instructions per step of the box, from %d and %d steps\n\n%-10s%-8s%10s%10s%10s\n' $short $long solver way Fortran C ratio
-for solver in lapack reduced; do
+for solver in full reduced; do
    for way in one batch run; do
       for steps in $short $long; do
          direct[steps]=$(fortran $way $solver $steps)

@@ -15,7 +15,7 @@ cat >"$folder/steps.py" <<'END'
 import sys
 import nutate
 system = nutate.System(shape="box", size=(4, 1, 2), mass=12)
-stepper = nutate.Stepper(system, linear_solver="reduced", time_step=0.01)
+stepper = nutate.Stepper(system, formulation="reduced", time_step=0.01)
 stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 10))
 n = int(sys.argv[1])
 stepper.run(n, every=n)

@@ -14,11 +14,11 @@ instructions() { # COMMAND...
 
 short=2000 long=12000
 printf 'Instructions per step of the box, from %d and %d steps\n\n%-10s%10s%10s%10s\n' $short $long solver bare scene ratio
-for solver in lapack reduced; do
+for solver in full reduced; do
    for steps in $short $long; do
       bare[steps]=$(instructions "$free_step" $steps $solver)
       scene[steps]=$(instructions "$program" run scenes/box.nml --quiet --output /dev/null \
-         --set "integrator.linear_solver='$solver'" --set "integrator.end_time=$((steps / 100))" --set "output.every=$steps")
+         --set "integrator.formulation='$solver'" --set "integrator.end_time=$((steps / 100))" --set "output.every=$steps")
    done
    awk -v b=$((bare[long] - bare[short])) -v s=$((scene[long] - scene[short])) -v n=$((long - short)) -v solver=$solver \
       'BEGIN {printf "%-10s%10.0f%10.0f%10.4f\n", solver, b/n, s/n, s/b}'

@@ -99,11 +99,11 @@ contains
       type(case_t), intent(in) :: item
       real(wp) :: cost(0:3)
       cost(0) = time_dgesv()
-      cost(1) = time_steps(item%system, item%start, settings('lapack'), item%dt, repeats)
+      cost(1) = time_steps(item%system, item%start, settings('full'), item%dt, repeats)
       cost(2) = time_steps(item%system, item%start, settings('reduced'), item%dt, repeats)
       cost(3) = 0.0_wp
       if (item%attitude) return
-      cost(3) = time_steps(item%system, item%start, integrator_settings_t(linear_solver='reduced', attitude=.false.), &
+      cost(3) = time_steps(item%system, item%start, integrator_settings_t(formulation='reduced', attitude=.false.), &
                            item%dt, repeats)
    end function measure
 
@@ -115,13 +115,13 @@ contains
       if (.not. item%attitude) write (free, '(f6.2)') median(sample(:, 3)/sample(:, 0))
       write (*, '(a,t26,f8.2,f10.2,t48,a,t60,2(f9.0," (",f0.1,")"))') trim(item%name), &
          median(sample(:, 1)/sample(:, 0)), median(sample(:, 2)/sample(:, 0)), free, &
-         median(sample(:, 1)), mean_iterations(item%system, item%start, settings('lapack'), item%dt, repeats), &
+         median(sample(:, 1)), mean_iterations(item%system, item%start, settings('full'), item%dt, repeats), &
          median(sample(:, 2)), mean_iterations(item%system, item%start, settings('reduced'), item%dt, repeats)
    end subroutine write_case
 
    type(integrator_settings_t) function settings(solver)
       character(len=*), intent(in) :: solver
-      settings%linear_solver = solver
+      settings%formulation = solver
    end function settings
 
 end program bench_step

@@ -37,7 +37,7 @@ int nutate_stepper_look(nutate_stepper *stepper, double t, const double q[4], co
 int nutate_history_accuracy(const nutate_history *history, double error[2], double *accuracy);
 
 /* What is in force, once a method is chosen: prepares it.
- *   ==>  key     method, choice (why it was chosen; empty where it was named), linear_solver, order, series_order (0: as the
+ *   ==>  key     method, choice (why it was chosen; empty where it was named), formulation, order, series_order (0: as the
  *                tolerance asks for), conserve, time_step, accuracy, or local_tolerance: with an accuracy that which pilot
  *                runs of the last run have found
  *   <==  buffer  the value as a scene file has it, a text without quotes   ==>  size */

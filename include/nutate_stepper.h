@@ -21,7 +21,7 @@ int nutate_stepper_create(const nutate_system *system, nutate_stepper **stepper,
 int nutate_stepper_create_scene(const nutate_scene *scene, nutate_stepper **stepper, char *message, size_t size);
 
 int nutate_stepper_destroy(nutate_stepper **stepper); /* frees it   <=>  stepper */
-/* Sets what the group &integrator of a scene would say: method, order, linear_solver, time_step (or accuracy, or
+/* Sets what the group &integrator of a scene would say: method, order, formulation, time_step (or accuracy, or
  * local_tolerance), auxiliary_inertia, projection, conserve, series_order, tolerance, max_iterations. The method "auto"
  * needs accuracy or local_tolerance and is their default (docs/reference/scenes/integrator.md); each run to a time chooses
  * anew. What is set takes effect with the next step, which reports errors that only show in combination, unless nutate_stepper_prepare did.

@@ -227,7 +227,7 @@ contains
       if (index(way, 'plain') > 0) settings%conserve = .false.
       i = index(way, 'order ')
       if (i > 0) settings%order = ichar(way(i + 6:i + 6)) - ichar('0')
-      if (i > 0) settings%linear_solver = 'reduced'
+      if (i > 0) settings%formulation = 'reduced'
    end function settings_of
 
    !> True error over the larger of what was asked for and what was said.

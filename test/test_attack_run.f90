@@ -25,7 +25,7 @@ module test_attack_run
    character(len=32), parameter :: kinds(6) = [character(len=32) :: &
       'to 0.5, torques to JΩ²', 'to 0.5, stronger torques', '0.5 to 1', '1 to 2', '2 to 4', 'above 4']
    real(wp), parameter :: upper(5) = [0.5_wp, 0.5_wp, 1.0_wp, 2.0_wp, 4.0_wp]
-   character(len=8), parameter :: solvers(2) = ['lapack  ', 'reduced ']
+   character(len=8), parameter :: solvers(2) = ['full    ', 'reduced ']
    integer, parameter :: most_stages = 17
    !> Distance of b from the oracle's that is none: both are good to 1e-9 but next to the end of a branch.
    real(wp), parameter :: same_root = 1e-6_wp
@@ -201,7 +201,7 @@ contains
       call make_system(item, system, status)
       if (.not. status%ok()) return
       do k = 1, size(solvers)
-         settings%linear_solver = solvers(k)
+         settings%formulation = solvers(k)
          settings%inverse_auxiliary_inertia = item%inverse_j0
          settings%order = item%order
          call make_stepper(system, settings, walkers(k)%whole, status)

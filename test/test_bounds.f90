@@ -213,7 +213,7 @@ contains
          if (given > 1) codes(7) = nutate_system_bound_torque(system, tau(1), tau(2), tau(3), tau(4))
       end associate
       codes(8) = nutate_stepper_create(system, c_loc(stepper), c_null_ptr, 0_c_size_t)
-      codes(9) = set(stepper, 'linear_solver', trim(merge('reduced', 'lapack ', isolv == 1)))
+      codes(9) = set(stepper, 'formulation', trim(merge('reduced', 'full   ', isolv == 1)))
       codes(10) = set(stepper, 'order', '4')
       associate (first => twin%problem%start)
          codes(11) = nutate_stepper_set_canonical(stepper, first%t, first%q, first%p)

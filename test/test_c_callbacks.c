@@ -58,7 +58,7 @@ static int fail_and_go_on(nutate_stepper *stepper, struct answer *answer, int ex
 
 int test_c_bad_callbacks(void)
 {
-    static const char *const solvers[2] = {"lapack", "reduced"};
+    static const char *const solvers[2] = {"full", "reduced"};
     nutate_stepper *stepper = NULL;
     struct answer answer;
     double energy[5];
@@ -74,7 +74,7 @@ int test_c_bad_callbacks(void)
                     answer.returned = answers[i].returned;
                     answer.value = answers[i].value;
                     EXPECT(NUTATE_OK, make_answering(&answer, as_torque, &stepper));
-                    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "linear_solver", solvers[k]));
+                    EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "formulation", solvers[k]));
                     line = fail_and_go_on(stepper, &answer, answers[i].status, way);
                     if (line) return line;
                     if (!as_torque) {

@@ -61,7 +61,7 @@ static int start(const nutate_system *system, const char *solver, nutate_stepper
     double q[4];
     EXPECT(NUTATE_OK, nutate_quat_normalized(tilted, q));
     EXPECT(NUTATE_OK, nutate_stepper_create(system, stepper, NULL, 0));
-    EXPECT(NUTATE_OK, nutate_stepper_set(*stepper, "linear_solver", solver));
+    EXPECT(NUTATE_OK, nutate_stepper_set(*stepper, "formulation", solver));
     EXPECT(NUTATE_OK, nutate_stepper_set_state(*stepper, 0.0, q, omega));
     return 0;
 }
@@ -105,7 +105,7 @@ int test_c_own_gravity(int with_hessian, double *worst)
     nutate_stepper_destroy(&b);
     mk[1] = 1e-2;
     EXPECT(0, start(own, "reduced", &a));
-    EXPECT(0, start(own, "lapack", &b));
+    EXPECT(0, start(own, "full", &b));
     EXPECT(NUTATE_OK, nutate_stepper_conserved(a, &components, axis));
     CHECK(components == 1 && axis[2] == -1.0);
     EXPECT(NUTATE_OK, nutate_stepper_angular_momentum_space(a, l0));
@@ -183,8 +183,8 @@ int test_c_own_damping(double *worst)
     EXPECT(NUTATE_OK, nutate_system_create_moments(moments, 2.5, center, 0, &built_in, NULL, 0));
     EXPECT(NUTATE_OK, nutate_system_add_user_torque(own, own_damping, c));
     EXPECT(NUTATE_OK, nutate_system_add_damping(built_in, c));
-    EXPECT(0, start(own, "lapack", &a));
-    EXPECT(0, start(built_in, "lapack", &b));
+    EXPECT(0, start(own, "full", &a));
+    EXPECT(0, start(built_in, "full", &b));
     line = compare(a, b, worst);
     if (line) return line;
     EXPECT(NUTATE_OK, nutate_stepper_energy(a, ea));
@@ -246,7 +246,7 @@ static int work(struct task *task)
         nutate_history *history = NULL;
         const double one[4] = {1.0, 0.0, 0.0, 0.0};
         EXPECT(NUTATE_OK, nutate_stepper_create(task->system, &stepper, NULL, 0));
-        EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "linear_solver", task->number % 2 ? "reduced" : "lapack"));
+        EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "formulation", task->number % 2 ? "reduced" : "full"));
         EXPECT(NUTATE_OK, nutate_stepper_set_time_step(stepper, 0.01));
         EXPECT(NUTATE_OK, nutate_stepper_set_state(stepper, 0.0, one, shifted));
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, STEPS, 1, NULL, 0, NULL));
@@ -304,7 +304,7 @@ int test_c_uncertified_steps(void)
     EXPECT(NUTATE_OK, nutate_stepper_set_state(stepper, 0.0, q, w));
     EXPECT(NUTATE_OK, nutate_stepper_uncertified(stepper, &steps));
     EXPECT(0, steps);
-    EXPECT(0, start(free_body, "lapack", &other));
+    EXPECT(0, start(free_body, "full", &other));
     EXPECT(NUTATE_OK, nutate_stepper_steps(other, 0.01, 9, NULL));
     EXPECT(NUTATE_OK, nutate_stepper_uncertified(other, &steps));
     EXPECT(0, steps);

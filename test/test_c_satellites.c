@@ -9,7 +9,7 @@ int test_c_satellites_motor(void);
 int test_c_satellites_reading(void);
 int test_c_satellites_refused(void);
 
-static const char *const methods[] = {"method = 'nielsen_krenk', order = 4", "linear_solver = 'reduced'", "method = 'taylor'",
+static const char *const methods[] = {"method = 'nielsen_krenk', order = 4", "formulation = 'reduced'", "method = 'taylor'",
                                       "method = 'dop853', conserve = .true.", "method = 'rk8'"};
 
 /* Every new kind of effect and of state, each with an event but for the last. */

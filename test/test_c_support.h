@@ -27,7 +27,7 @@ static const char scene_text[] =
 
 static const char accurate_text[] =
     "&body inertia = 5, 20, 17 / &initial angular_velocity = 0.1, 0, 10 /\n"
-    "&integrator order = 4, linear_solver = 'reduced', accuracy = 1e-6, end_time = 1 /\n";
+    "&integrator order = 4, formulation = 'reduced', accuracy = 1e-6, end_time = 1 /\n";
 
 /* Returns what `user` says, and gives what it says. */
 struct answer {

@@ -88,7 +88,7 @@ contains
       class(stepper_t), allocatable, intent(out) :: stepper
       type(status_t), intent(out) :: status
       call make_stepper(problem%system, integrator_settings_t(method=method%name, order=method%order, &
-                                                              linear_solver=method%linear_solver, &
+                                                              formulation=method%formulation, &
                                                               conserve=method%projected), stepper, status)
    end subroutine prepare
 

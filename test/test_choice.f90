@@ -271,7 +271,7 @@ contains
       type(run_summary_t) :: summary
       type(status_t) :: status
       integer :: i
-      settings(:) = integrator_settings_t(linear_solver='reduced')
+      settings(:) = integrator_settings_t(formulation='reduced')
       settings(2) = integrator_settings_t(order=4)
       settings(3) = integrator_settings_t(method='nielsen_krenk')
       settings(4) = integrator_settings_t(method='nielsen_krenk', order=2)
@@ -297,7 +297,7 @@ contains
       integer :: i
       settings = integrator_settings_t(method=AUTOMATIC_METHOD)
       settings(1)%order = 8
-      settings(2)%linear_solver = 'reduced'
+      settings(2)%formulation = 'reduced'
       settings(3)%series_order = 12
       settings(4)%conserve = .true.
       plan = run_plan_t(end_time=0.1_wp, goal=run_goal_t(accuracy=1e-5_wp))
@@ -321,7 +321,7 @@ contains
       call integrate(problem%system, integrator_settings_t(), states(1), plan, status, summary=summary)
       call check(error, status%ok() .and. summary%settings%method == 'nielsen_krenk' .and. summary%choice == '')
       call check(error, summary%settings%order, 2)
-      call integrate(problem%system, integrator_settings_t(method='nielsen_krenk', order=2, linear_solver='lapack'), &
+      call integrate(problem%system, integrator_settings_t(method='nielsen_krenk', order=2, formulation='full'), &
                      states(2), plan, status)
       call check_close(error, states(1)%p, states(2)%p, 0.0_wp, "the same bits")
    end subroutine fixed_steps_take_order_2
@@ -433,7 +433,7 @@ contains
       type(run_summary_t), intent(out) :: summary
       type(status_t), intent(out) :: status
       type(integrator_settings_t) :: settings
-      settings = integrator_settings_t(method=method, order=8, linear_solver='reduced', conserve=method == 'taylor')
+      settings = integrator_settings_t(method=method, order=8, formulation='reduced', conserve=method == 'taylor')
       state = problem%start
       call integrate(problem%system, settings, state, plan, status, spectator, summary)
    end subroutine run

@@ -88,7 +88,7 @@ contains
       real(wp), intent(in) :: t
       integer, intent(in) :: n(3)
       real(wp) :: reference(4), errors(2), slope
-      character(len=7), parameter :: solvers(2) = ['lapack ', 'reduced']
+      character(len=7), parameter :: solvers(2) = ['full   ', 'reduced']
       integer :: i, k, solver
       reference = attitude(problem, 8, 'reduced', t, 8*n(3))
       do solver = 1, 2
@@ -114,7 +114,7 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       state = problem%start
-      call make_stepper(problem%system, integrator_settings_t(order=order, linear_solver=solver), stepper, status)
+      call make_stepper(problem%system, integrator_settings_t(order=order, formulation=solver), stepper, status)
       if (status%ok()) call march(problem%system, stepper, state, t/n, n, status)
       q = state%q
       if (.not. status%ok()) q = 0.0_wp

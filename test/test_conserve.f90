@@ -126,7 +126,7 @@ contains
       integer :: i, m
       problem = forced_body()
       do m = 1, 3
-         if (m == 1) call make_stepper(problem%system, integrator_settings_t(order=8, linear_solver='reduced'), &
+         if (m == 1) call make_stepper(problem%system, integrator_settings_t(order=8, formulation='reduced'), &
                                        stepper, status)
          if (m > 1) call get_stepper(problem, methods(m - 1), .true., stepper, status)
          state = problem%start
@@ -346,7 +346,7 @@ contains
                                                                       rate=[0.1_wp, -0.2_wp, 0.3_wp]))
          do form = 0, 11
             settings%order = 2 + 2*modulo(form, 4)
-            settings%linear_solver = merge('reduced', 'lapack ', form < 4)
+            settings%formulation = merge('reduced', 'full   ', form < 4)
             settings%inverse_auxiliary_inertia = merge(1.0_wp, 0.0_wp, form > 7)
             do k = 1, 2
                settings%conserve = k == 2

@@ -62,7 +62,7 @@ contains
    pure type(integrator_settings_t) function of_order(order)
       integer, intent(in) :: order
       of_order%order = order
-      of_order%linear_solver = 'reduced'
+      of_order%formulation = 'reduced'
    end function of_order
 
    subroutine accuracy_on_the_top_of_bruls(error)

@@ -32,7 +32,7 @@ contains
       integer, intent(in) :: row
       settings = default_settings(methods(row)%name)
       settings%order = methods(row)%order
-      settings%linear_solver = methods(row)%linear_solver
+      settings%formulation = methods(row)%formulation
       settings%conserve = methods(row)%projected
    end function settings_of
 

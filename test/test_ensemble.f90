@@ -435,7 +435,7 @@ contains
                                      "method = 'rk4', time_step = 0.01", "method = 'rk8', time_step = 0.01", &
                                      "method = 'dop853', local_tolerance = 1e-9", &
                                      "method = 'taylor', accuracy = 1e-9", &
-                                     "order = 4, time_step = 0.01", "linear_solver = 'reduced', time_step = 0.01", &
+                                     "order = 4, time_step = 0.01", "formulation = 'reduced', time_step = 0.01", &
                                      "method = 'auto', accuracy = 1e-6"]
       type(scene_t) :: scene
       type(row_layout_t) :: layout

@@ -202,7 +202,7 @@ contains
          do i = 1, size(methods)
             if (methods(i)%order < 1) cycle
             settings = integrator_settings_t(method=methods(i)%name, order=methods(i)%order, &
-                                             linear_solver=methods(i)%linear_solver, conserve=methods(i)%projected)
+                                             formulation=methods(i)%formulation, conserve=methods(i)%projected)
             if (allocated(new)) deallocate (new)
             if (allocated(used)) deallocate (used)
             allocate (new, used)

@@ -75,7 +75,7 @@ contains
          problem = thrusters()
          settings = default_settings(methods(row)%name)
          settings%order = methods(row)%order
-         settings%linear_solver = methods(row)%linear_solver
+         settings%formulation = methods(row)%formulation
          settings%conserve = methods(row)%projected
          state = problem%start
          energy = total_energy(problem%system, state)
@@ -176,7 +176,7 @@ contains
          problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 3.5_wp])
          settings = default_settings(methods(row)%name)
          settings%order = methods(row)%order
-         settings%linear_solver = methods(row)%linear_solver
+         settings%formulation = methods(row)%formulation
          settings%conserve = methods(row)%projected
          state = problem%start
          energy = total_energy(problem%system, state)

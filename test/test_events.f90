@@ -93,7 +93,7 @@ contains
          if (methods(row)%name == 'taylor' .or. methods(row)%order == 0) cycle
          settings = default_settings(methods(row)%name)
          settings%order = methods(row)%order
-         settings%linear_solver = methods(row)%linear_solver
+         settings%formulation = methods(row)%formulation
          settings%conserve = methods(row)%projected
          do k = 1, 2
             dt = 0.02_wp/k
@@ -108,7 +108,7 @@ contains
             deallocate (keeper)
          end do
          call check(error, log(errors(1)/max(errors(2), eps))/log(2.0_wp) > methods(row)%order - 0.5_wp, &
-                    trim(methods(row)%name)//' '//trim(methods(row)%linear_solver)//': order of the times')
+                    trim(methods(row)%name)//' '//trim(methods(row)%formulation)//': order of the times')
       end do
    end subroutine orders_of_times
 
@@ -199,7 +199,7 @@ contains
             if (methods(row)%order == 0) problem = box()
             settings = default_settings(methods(row)%name)
             settings%order = methods(row)%order
-            settings%linear_solver = methods(row)%linear_solver
+            settings%formulation = methods(row)%formulation
             settings%conserve = methods(row)%projected
             plan = run_plan_t(time_step=0.03_wp, end_time=3.01_wp)
             if (goal == 1) plan = run_plan_t(end_time=3.01_wp, goal=run_goal_t(local_tolerance=1e-5_wp), &
@@ -215,7 +215,7 @@ contains
             do i = 0, plain%rows - 1
                call check(error, all([plain%states(i)%q, plain%states(i)%p] == [watched%states(i)%q, &
                   watched%states(i)%p]), &
-                          trim(methods(row)%name)//' '//trim(methods(row)%linear_solver)//' noticed')
+                          trim(methods(row)%name)//' '//trim(methods(row)%formulation)//' noticed')
             end do
             deallocate (plain, watched)
          end do
@@ -275,7 +275,7 @@ contains
          problem = forced_body()
          settings = default_settings(methods(row)%name)
          settings%order = methods(row)%order
-         settings%linear_solver = methods(row)%linear_solver
+         settings%formulation = methods(row)%formulation
          settings%conserve = methods(row)%projected
          state = problem%start
          energy = total_energy(problem%system, state)

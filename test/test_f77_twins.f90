@@ -99,7 +99,7 @@ contains
       twin%isolv = isolv
       twin%iorder = iorder
       twin%settings%order = iorder
-      if (isolv == 1) twin%settings%linear_solver = 'reduced'
+      if (isolv == 1) twin%settings%formulation = 'reduced'
       twin%aj = problem%system%body%inertia
       twin%cm = problem%system%body%mass*problem%system%body%center_of_mass
    end function twin_of

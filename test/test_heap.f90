@@ -142,7 +142,7 @@ contains
       do row = 1, size(methods)
          if (methods(row)%name == 'exact' .and. (controlled .or. .not. is_free)) cycle
          scene%integrator%method = methods(row)%name
-         scene%integrator%linear_solver = methods(row)%linear_solver
+         scene%integrator%formulation = methods(row)%formulation
          scene%integrator%order = methods(row)%order
          call try_run(error, scene, factor, controlled)
       end do
@@ -167,7 +167,7 @@ contains
       if (controlled) plan%goal%local_tolerance = 1e-8_wp
       call integrate(scene%system, scene%integrator, state, plan, status, watch, summary)
       write (text, '(a," of order ",i0," ",a," on ",a,": ",i0," allocations in ",i0," steps; ",a)') &
-         trim(scene%integrator%method), scene%integrator%order, trim(scene%integrator%linear_solver), scene%name, &
+         trim(scene%integrator%method), scene%integrator%order, trim(scene%integrator%formulation), scene%name, &
          watch%last - watch%first, summary%steps, trim(status%message)
       if (summary%steps == 0 .or. watch%last > watch%first) call test_failed(error, trim(text))
    end subroutine try_run

@@ -61,7 +61,7 @@ contains
 
    subroutine jump_is_named(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced'], names(2) = ['dry friction', '            '], &
+      character(len=*), parameter :: solvers(2) = ['full   ', 'reduced'], names(2) = ['dry friction', '            '], &
                                      called(2) = ['dry friction', 'unnamed     ']
       type(system_t) :: system
       type(state_t) :: state
@@ -70,7 +70,7 @@ contains
       do i = 1, size(solvers)
          do order = 2, 8, 2
             call set_up(trim(names(i)), system, state)
-            call integrate(system, integrator_settings_t(linear_solver=solvers(i), order=order), state, &
+            call integrate(system, integrator_settings_t(formulation=solvers(i), order=order), state, &
                            run_plan_t(time_step=0.05_wp, end_time=20.0_wp), status)
             call check(error, status%code, NUTATE_NOT_CONVERGED, 'the step was taken')
             call check_words(error, status, called(i))

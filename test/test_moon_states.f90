@@ -82,7 +82,7 @@ contains
          call make_problem(k, merge(0.6_wp, 0.9998_wp, states(1, k) < 0.2_wp), problem)
          call compare(integrator_settings_t(method='taylor', conserve=.true.), &
                       run_plan_t(goal=run_goal_t(local_tolerance=1e-16_wp)))
-         if (.not. allocated(error)) call compare(integrator_settings_t(order=8, linear_solver='reduced'), &
+         if (.not. allocated(error)) call compare(integrator_settings_t(order=8, formulation='reduced'), &
                                                   run_plan_t(time_step=2*pi/200))
       end do
 
@@ -124,7 +124,7 @@ contains
       real(wp) :: q(4), omega(3)
       omega = angular_velocity(problem%system, problem%start)
       state = make_state(problem%system, quat_product(problem%start%q, quat_exp(0.5_wp*turn)), omega + change)
-      call integrate(problem%system, integrator_settings_t(order=8, linear_solver='reduced'), state, &
+      call integrate(problem%system, integrator_settings_t(order=8, formulation='reduced'), state, &
                      run_plan_t(time_step=2*pi/200, end_time=end_time), status)
       call check(error, status%ok(), trim(status%message))
       q = quat_product(quat_conjugate(problem%start%q), state%q)

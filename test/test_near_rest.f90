@@ -44,7 +44,7 @@ contains
 
    type(integrator_settings_t) function settings_of(method) result(settings)
       character(len=*), intent(in) :: method
-      settings = integrator_settings_t(method=method, order=0, linear_solver='', conserve=.true.)
+      settings = integrator_settings_t(method=method, order=0, formulation='', conserve=.true.)
    end function settings_of
 
    !> A pendulum of random moments in a fluid, thrown at random. In `end_time` it loses all but 1e-10 of its energy.

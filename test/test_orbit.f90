@@ -159,7 +159,7 @@ contains
       size = total_energy(problem%system, state)
       widest = 0.0_wp
       do i = 1, 100
-         call integrate(problem%system, integrator_settings_t(linear_solver='reduced'), state, &
+         call integrate(problem%system, integrator_settings_t(formulation='reduced'), state, &
                         run_plan_t(time_step=period/20, end_time=i*20*period), status)
          call check(error, status%ok(), trim(status%message))
          call check_close(error, conserved_energy(problem%system, state), start, 1e-13_wp*size, "H - omega.l")
@@ -179,7 +179,7 @@ contains
       problem = satellite(unstable, [0.0_wp, 0.0_wp, 1e-9_wp])
       state = problem%start
       do i = 1, 2
-         call integrate(problem%system, integrator_settings_t(order=4, linear_solver='reduced'), state, &
+         call integrate(problem%system, integrator_settings_t(order=4, formulation='reduced'), state, &
                         run_plan_t(time_step=period/50, end_time=(1 + 2*i)*period), status)
          call check(error, status%ok(), trim(status%message))
          angles = roll_pitch_yaw_from_quat(state%q)

@@ -84,7 +84,7 @@ contains
    !> steps.
    subroutine magnet_agrees(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced']
+      character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
       type(problem_t) :: problem
       real(wp) :: q(4), rate(3)
       integer :: i, k
@@ -94,7 +94,7 @@ contains
             q = references(3:6, i)
             rate = references(7:9, i)
             do k = 1, 2
-               call check_magnet(error, integrator_settings_t(order=8, linear_solver=solvers(k)), &
+               call check_magnet(error, integrator_settings_t(order=8, formulation=solvers(k)), &
                                  run_plan_t(time_step=2.0_wp, end_time=t))
                call check_magnet(error, integrator_settings_t(method='taylor', conserve=k == 1), &
                                  run_plan_t(goal=run_goal_t(local_tolerance=1e-15_wp), end_time=t))

@@ -160,7 +160,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer :: i
       do i = 1, size(references)
-         call check_reference(error, references(i), integrator_settings_t(order=8, linear_solver='reduced'), &
+         call check_reference(error, references(i), integrator_settings_t(order=8, formulation='reduced'), &
                               run_plan_t(time_step=period/merge(400, 100, references(i)%growth > 1e3_wp)))
       end do
       call check_reference(error, references(2), integrator_settings_t(order=8), run_plan_t(time_step=period/100))
@@ -184,7 +184,7 @@ contains
                call integrate(problem%system, integrator_settings_t(method='taylor', conserve=.true.), state, &
                               run_plan_t(goal=run_goal_t(local_tolerance=1e-16_wp), end_time=times(i)), status)
             else
-               call integrate(problem%system, integrator_settings_t(order=8, linear_solver='reduced'), state, &
+               call integrate(problem%system, integrator_settings_t(order=8, formulation='reduced'), state, &
                               run_plan_t(time_step=25.0_wp, end_time=times(i)), status)
             end if
             call check(error, status%ok(), trim(status%message))

@@ -126,7 +126,7 @@ contains
    pure type(integrator_settings_t) function settings_of(method) result(settings)
       type(method_t), intent(in) :: method
       settings%method = method%name
-      settings%linear_solver = method%linear_solver
+      settings%formulation = method%formulation
       settings%order = method%order
       settings%conserve = method%projected
    end function settings_of

@@ -198,7 +198,7 @@ contains
       do i = 1, size(laws)
          problem = tumbling(laws(i))
          wanted = problem%start
-         call integrate(problem%system, integrator_settings_t(method='dop853', order=8, linear_solver=''), wanted, &
+         call integrate(problem%system, integrator_settings_t(method='dop853', order=8, formulation=''), wanted, &
                         run_plan_t(time_step=0.005_wp, end_time=3.2_wp), status)
          do m = 1, size(methods)
             if (methods(m)%name == 'exact' .or. methods(m)%name == 'taylor') cycle
@@ -230,7 +230,7 @@ contains
       do by = BY_TORQUE, BY_MAGNETS
          problem = orbiting(by)
          wanted = problem%start
-         call integrate(problem%system, integrator_settings_t(method='dop853', order=8, linear_solver=''), wanted, &
+         call integrate(problem%system, integrator_settings_t(method='dop853', order=8, formulation=''), wanted, &
                         run_plan_t(time_step=0.01_wp, end_time=4.0_wp), status)
          do m = 1, size(methods)
             if (methods(m)%name == 'exact') cycle
@@ -397,7 +397,7 @@ contains
       if (.not. allocated(error)) call make_stepper(problem%system, integrator_settings_t(), stepper, status)
       call refused('implicit steps with wheels at all times', 'dop853')
       if (.not. allocated(error)) call make_stepper( &
-         problem%system, integrator_settings_t(method='taylor', order=16, linear_solver=''), stepper, status)
+         problem%system, integrator_settings_t(method='taylor', order=16, formulation=''), stepper, status)
       call refused('a series of feedback', 'expected sample')
       if (allocated(error)) return
       problem = tumbling(pointing(moments, BY_WHEELS, 0.5_wp))

@@ -120,7 +120,7 @@ contains
    pure type(integrator_settings_t) function settings_of(method) result(settings)
       type(method_t), intent(in) :: method
       settings%method = method%name
-      settings%linear_solver = method%linear_solver
+      settings%formulation = method%formulation
       settings%order = method%order
       settings%conserve = method%projected .or. method%can_project .and. method%order == 4
    end function settings_of
@@ -407,7 +407,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(run_goal_t), parameter :: goals(3) = [run_goal_t(), run_goal_t(local_tolerance=1e-8_wp), &
                                                  run_goal_t(accuracy=1e-5_wp)]
-      type(integrator_settings_t), parameter :: settings = integrator_settings_t(linear_solver='reduced')
+      type(integrator_settings_t), parameter :: settings = integrator_settings_t(formulation='reduced')
       type(run_plan_t) :: plan
       type(recorder_t) :: whole, begun, resumed
       type(status_t) :: status
@@ -434,7 +434,7 @@ contains
    subroutine another_run_is_refused(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.01_wp, end_time=1.0_wp)
-      type(integrator_settings_t), parameter :: reduced = integrator_settings_t(linear_solver='reduced')
+      type(integrator_settings_t), parameter :: reduced = integrator_settings_t(formulation='reduced')
       type(recorder_t) :: recorder
       type(status_t) :: status
       character(len=:), allocatable :: outcome
@@ -464,7 +464,7 @@ contains
    !> one that was prepared in the same way.
    subroutine lent_steppers_go_on(error)
       type(error_type), allocatable, intent(out) :: error
-      type(integrator_settings_t), parameter :: settings = integrator_settings_t(linear_solver='reduced')
+      type(integrator_settings_t), parameter :: settings = integrator_settings_t(formulation='reduced')
       class(stepper_t), allocatable, target :: first, second
       type(problem_t) :: problem
       type(recorder_t) :: whole, begun, resumed

@@ -409,7 +409,7 @@ contains
          do row = 1, size(methods)
             if (methods(row)%name /= 'nielsen_krenk') cycle
             scene%integrator%method = methods(row)%name
-            scene%integrator%linear_solver = methods(row)%linear_solver
+            scene%integrator%formulation = methods(row)%formulation
             scene%integrator%order = methods(row)%order
             plan%time_step = scene%plan%time_step
             plan%end_time = scene%initial%t + min(scene%plan%end_time - scene%initial%t, &
@@ -418,7 +418,7 @@ contains
             effort%continued = 0
             call integrate(scene%system, scene%integrator, state, plan, status, effort, summary)
             call check(error, status%ok() .and. effort%continued == 0 .and. summary%uncertified_steps == 0, &
-                       trim(scene_names(i))//' is not certified at once by '//trim(methods(row)%linear_solver))
+                       trim(scene_names(i))//' is not certified at once by '//trim(methods(row)%formulation))
          end do
       end do
    end subroutine scenes_are_certified_at_once
@@ -453,7 +453,7 @@ contains
          state = make_state(system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.3_wp, 0.2_wp, -1.0_wp])
          plan%time_step = 0.05_wp
          plan%end_time = steps*plan%time_step
-         settings%linear_solver = 'reduced'
+         settings%formulation = 'reduced'
          call integrate(system, settings, state, plan, status, summary=summary)
       end subroutine run_top
 

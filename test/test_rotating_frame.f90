@@ -31,7 +31,7 @@ module test_rotating_frame
 
    !> A rate that lies along nothing else, rad/s.
    real(wp), parameter :: inclined(3) = [0.4_wp, -0.7_wp, 0.5_wp]
-   character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced']
+   character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
 
 contains
 
@@ -85,7 +85,7 @@ contains
          do j = 1, size(inverse_j0)
             if (form == 2 .and. j > 1) exit
             do i = 1, size(steps)
-               settings%linear_solver = solvers(form)
+               settings%formulation = solvers(form)
                settings%inverse_auxiliary_inertia = inverse_j0(j)
                settings%order = merge(2, 4, i > 1)
                call make_stepper(problem%system, settings, stepper, status)
@@ -115,7 +115,7 @@ contains
       energy = conserved_energy(problem%system, problem%start)
       do form = 1, 2
          do order = 2, 8, 2
-            settings%linear_solver = solvers(form)
+            settings%formulation = solvers(form)
             settings%order = order
             call make_stepper(problem%system, settings, stepper, status)
             state = problem%start
@@ -142,8 +142,8 @@ contains
          if (k == 2) problem = potentials_only([0.0_wp, 0.0_wp, 0.0_wp])
          if (k == 3) problem = forced_body()
          call problem%system%effects%add(rotating_frame_t(name='rotating_frame', rate=inclined))
-         call make_stepper(problem%system, integrator_settings_t(linear_solver='lapack'), full, status)
-         call make_stepper(problem%system, integrator_settings_t(linear_solver='reduced'), reduced, status)
+         call make_stepper(problem%system, integrator_settings_t(formulation='full'), full, status)
+         call make_stepper(problem%system, integrator_settings_t(formulation='reduced'), reduced, status)
          a = problem%start
          b = problem%start
          call march(problem%system, full, a, 0.02_wp, 300, status)
@@ -173,7 +173,7 @@ contains
          if (methods(row)%name == 'exact') cycle
          state = problem%start
          call integrate(problem%system, integrator_settings_t(method=methods(row)%name, order=methods(row)%order, &
-                                                              linear_solver=methods(row)%linear_solver, &
+                                                              formulation=methods(row)%formulation, &
                                                               conserve=methods(row)%projected), state, &
                         run_plan_t(time_step=merge(0.001_wp, 0.01_wp, methods(row)%order == 4), &
                                    end_time=1.0_wp), status)
@@ -212,7 +212,7 @@ contains
          if (methods(row)%order < 8 .or. methods(row)%name == 'exact') cycle
          problem = box()
          problem%start = make_state(problem%system, problem%start%q, [3.0_wp, 1.0_wp, 0.5_wp])
-         call compare_with_inertial_axes(error, problem, inclined, methods(row)%name, methods(row)%linear_solver, &
+         call compare_with_inertial_axes(error, problem, inclined, methods(row)%name, methods(row)%formulation, &
                                          methods(row)%projected)
       end do
    end subroutine free_body_as_from_inertial_axes
@@ -232,18 +232,18 @@ contains
             problem%system%effects%n_potentials = 0
             call problem%system%effects%add(gravity_t(problem%system%body, -9.0_wp*inclined))
             problem%start = make_state(problem%system, quat_exp([0.3_wp, 0.1_wp, -0.2_wp]), [1.0_wp, 0.5_wp, 4.0_wp])
-            call compare_with_inertial_axes(error, problem, inclined, methods(row)%name, methods(row)%linear_solver, &
+            call compare_with_inertial_axes(error, problem, inclined, methods(row)%name, methods(row)%formulation, &
                                             methods(row)%projected)
          end do
       end do
    end subroutine top_as_from_inertial_axes
 
    !> A problem run in inertial axes, and in axes that turn at a rate and coincide with them at the start.
-   subroutine compare_with_inertial_axes(error, problem, rate, method, linear_solver, conserve)
+   subroutine compare_with_inertial_axes(error, problem, rate, method, formulation, conserve)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: rate(3)
-      character(len=*), intent(in) :: method, linear_solver
+      character(len=*), intent(in) :: method, formulation
       logical, intent(in) :: conserve
       real(wp), parameter :: time = 3.0_wp
       type(integrator_settings_t) :: settings
@@ -252,7 +252,7 @@ contains
       type(status_t) :: status
       turning = problem%system
       call turning%effects%add(rotating_frame_t(name='rotating_frame', rate=rate))
-      settings = integrator_settings_t(method=method, linear_solver=linear_solver, order=8, conserve=conserve)
+      settings = integrator_settings_t(method=method, formulation=formulation, order=8, conserve=conserve)
       inertial = problem%start
       seen = problem%start
       call integrate(problem%system, settings, inertial, run_plan_t(time_step=0.005_wp, end_time=time), status)
@@ -281,7 +281,7 @@ contains
                      run_plan_t(time_step=0.01_wp, end_time=2.0_wp), status)
       do form = 1, 2
          do order = 2, 8, 2
-            settings%linear_solver = solvers(form)
+            settings%formulation = solvers(form)
             settings%order = order
             do k = 1, 2
                state = problem%start
@@ -305,7 +305,7 @@ contains
       integer :: form
       problem = potentials_only(inclined)
       do form = 1, 2
-         call make_stepper(problem%system, integrator_settings_t(linear_solver=solvers(form)), &
+         call make_stepper(problem%system, integrator_settings_t(formulation=solvers(form)), &
                            stepper, status)
          state = problem%start
          call march(problem%system, stepper, state, 0.1_wp, 20, status)
@@ -417,7 +417,7 @@ contains
       do row = 1, size(methods)
          if (methods(row)%name == 'exact') cycle
          associate (settings => integrator_settings_t(method=methods(row)%name, order=methods(row)%order, &
-                                                      linear_solver=methods(row)%linear_solver, &
+                                                      formulation=methods(row)%formulation, &
                                                       conserve=methods(row)%projected))
             state = make_state(problem%system, identity, rate)
             call integrate(problem%system, settings, state, run_plan_t(time_step=0.1_wp, end_time=10.0_wp), status)
@@ -447,7 +447,7 @@ contains
       do row = 1, size(methods)
          if (methods(row)%name == 'exact') cycle
          associate (settings => integrator_settings_t(method=methods(row)%name, order=methods(row)%order, &
-                                                      linear_solver=methods(row)%linear_solver, &
+                                                      formulation=methods(row)%formulation, &
                                                       conserve=methods(row)%projected))
             a = problem%start
             b = problem%start

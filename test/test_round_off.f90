@@ -58,7 +58,7 @@ contains
       do i = 1, size(steps)
          call check_norm(error, problem, 'reduced', 0.0_wp, steps(i), 200000)
       end do
-      call check_norm(error, problem, 'lapack', 0.0_wp, 1.0_wp, 200000)
+      call check_norm(error, problem, 'full', 0.0_wp, 1.0_wp, 200000)
    end subroutine steady_spin_keeps_norm
 
    !> Rounding leaves 1e-16 of |p| of q·p, by which a finite J0 moves |q|; in the steady motion of an upright top it
@@ -73,14 +73,14 @@ contains
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -mgl]))
       problem%start = make_state(problem%system, [1.0_wp, 0.5e-10_wp, 0.0_wp, 0.0_wp], &
                                  [0.0_wp, 0.0_wp, 1.05_wp*sleeping_spin(moments(1), moments(3), mgl)])
-      call check_norm(error, problem, 'lapack', 0.1_wp, 0.01_wp, 50000)
+      call check_norm(error, problem, 'full', 0.1_wp, 0.01_wp, 50000)
    end subroutine finite_j0_keeps_norm
 
    !> A dipole in a frame, J0 finite and infinite: a correction of q·p made twice would leave it as it was, with the
    !> other sign, and roundings to add up.
    subroutine finite_j0_keeps_norm_in_frame(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: solvers(3) = ['lapack ', 'lapack ', 'reduced']
+      character(len=*), parameter :: solvers(3) = ['full   ', 'full   ', 'reduced']
       type(problem_t) :: problem
       type(status_t) :: status
       integer :: i, order
@@ -104,7 +104,7 @@ contains
                      center_of_mass=[0.0_wp, 0.0_wp, 1.0_wp])
       call problem%system%effects%add(gravity_t(problem%system%body, [0.0_wp, 0.0_wp, -9.81_wp]))
       problem%start = make_state(problem%system, [cos(0.25_wp), sin(0.25_wp), 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1e6_wp])
-      call check_norm(error, problem, 'lapack', 0.0_wp, 1e-6_wp, 100000)
+      call check_norm(error, problem, 'full', 0.0_wp, 1e-6_wp, 100000)
       call check_norm(error, problem, 'reduced', 0.0_wp, 1e-6_wp, 100000)
    end subroutine fast_spin_keeps_momentum
 
@@ -151,7 +151,7 @@ contains
    !> itself it has 1e-16.
    subroutine energy_errors_grow_slowly(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=7), parameter :: solvers(2) = [character(len=7) :: 'lapack', 'reduced']
+      character(len=7), parameter :: solvers(2) = [character(len=7) :: 'full', 'reduced']
       integer, parameter :: runs = 24, n = 10000
       type(problem_t) :: problem
       class(stepper_t), allocatable :: stepper
@@ -165,7 +165,7 @@ contains
          do i = 1, runs
             state = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.1_wp + 1e-3_wp*i, 0.0_wp, 10.0_wp])
             start = kinetic_energy(problem%system, state)
-            call make_stepper(problem%system, integrator_settings_t(linear_solver=solvers(k)), stepper, status)
+            call make_stepper(problem%system, integrator_settings_t(formulation=solvers(k)), stepper, status)
             call march(problem%system, stepper, state, 0.05_wp + 1e-5_wp*i, n, status)
             call check(error, status%ok(), status%message)
             squares = squares + (kinetic_energy(problem%system, state)/start - 1)**2
@@ -189,7 +189,7 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       character(len=16) :: label
-      settings%linear_solver = solver
+      settings%formulation = solver
       settings%inverse_auxiliary_inertia = inverse_j0
       if (present(order)) settings%order = order
       call make_stepper(problem%system, settings, stepper, status)

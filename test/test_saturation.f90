@@ -31,7 +31,7 @@ module test_saturation
    public :: collect_saturation
 
    real(wp), parameter :: moments(3) = [4.0_wp, 5.0_wp, 3.0_wp], field(3) = [0.4_wp, -0.3_wp, 0.7_wp]
-   type(integrator_settings_t), parameter :: fine = integrator_settings_t(method='dop853', order=8, linear_solver='')
+   type(integrator_settings_t), parameter :: fine = integrator_settings_t(method='dop853', order=8, formulation='')
 
    !> The greatest torque of the motor of wheel 1 that the change of its momentum shows, and its greatest speed.
    type, extends(observer_t) :: wheel_watcher_t

@@ -64,7 +64,7 @@ contains
       call check_close(error, scene%initial%q, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, 'q')
       call check_close(error, scene%initial%p, [0.0_wp, 1.0_wp, 0.0_wp, 340.0_wp], 0.0_wp, 'p')
       call check(error, scene%integrator%method == 'nielsen_krenk' .and. scene%integrator%order == 2 .and. &
-                 scene%integrator%linear_solver == 'lapack' .and. scene%integrator%projection .and. &
+                 scene%integrator%formulation == 'full' .and. scene%integrator%projection .and. &
                  scene%integrator%max_iterations == 20, 'integrator')
       call check_close(error, [scene%integrator%inverse_auxiliary_inertia, scene%integrator%tolerance], &
                        [0.0_wp, 0.0_wp], 0.0_wp, '1/J0 and tolerance')
@@ -218,7 +218,7 @@ contains
    subroutine integrator_settings(error)
       type(error_type), allocatable, intent(out) :: error
       type(scene_t) :: scene
-      call parse(body//initial//"&INTEGRATOR Method='nielsen_krenk' order=+2, linear_solver='lapack' "// &
+      call parse(body//initial//"&INTEGRATOR Method='nielsen_krenk' order=+2, formulation='full' "// &
                  "auxiliary_inertia=2d2 projection=F,tolerance=1E-12 max_iterations=007 time_step=.5 end_time=1./", &
                  scene, error)
       if (allocated(error)) return

@@ -81,7 +81,7 @@ contains
          case_t(body//initial//'&integrator time_step = 0.1, end_time = 2,'//lf//'series_order = 8 /', '', &
                 'a.nml:4: series_order with the method nielsen_krenk'), &
          case_t(body//initial//"&integrator method = 'taylor', time_step = 0.1, end_time = 2,"//lf// &
-                "linear_solver = 'reduced' /", '', 'a.nml:4: taylor has no linear_solver reduced'), &
+                "formulation = 'reduced' /", '', 'a.nml:4: taylor has no formulation reduced'), &
          case_t(body//initial//"&integrator method = 'exact', time_step = 0.1, end_time = 2,"//lf//'order = 4 /', '', &
                 'a.nml:4: order with the method exact (expected no order with it)'), &
          case_t(body//initial//integrator//'&output'//lf//'interval = 0.15 /', '', &

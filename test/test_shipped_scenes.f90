@@ -42,7 +42,7 @@ contains
    subroutine collect_shipped_scenes(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
-                  new_unittest("lapack and reduced agree over 1000 steps", solvers_agree), &
+                  new_unittest("full and reduced agree over 1000 steps", solvers_agree), &
                   new_unittest("orders 4, 6, 8 with all effects", orders_with_all_effects), &
                   new_unittest("accuracy asked for is met on every scene", accuracy_is_met_on_every_scene)]
    end subroutine collect_shipped_scenes
@@ -78,7 +78,7 @@ contains
       do i = 1, size(scene_names)
          call load(error, scene_names(i), scene)
          if (allocated(error)) return
-         call march(error, scene, 'lapack', 2, scene%plan%time_step, 1000, a)
+         call march(error, scene, 'full', 2, scene%plan%time_step, 1000, a)
          if (allocated(error)) return
          call march(error, scene, 'reduced', 2, scene%plan%time_step, 1000, b)
          if (allocated(error)) return
@@ -101,7 +101,7 @@ contains
       type(status_t) :: status
       integer :: i
       state = scene%initial
-      call make_stepper(scene%system, integrator_settings_t(linear_solver=solver, order=order), stepper, status)
+      call make_stepper(scene%system, integrator_settings_t(formulation=solver, order=order), stepper, status)
       do i = 1, n
          if (status%ok()) call stepper%step(scene%system, state, dt, status)
       end do
@@ -111,7 +111,7 @@ contains
    !> Before the windowed torque of the scene starts at 2.005 s. The errors lie between 1e-3 and 1e-13.
    subroutine orders_with_all_effects(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=7), parameter :: solvers(2) = ['lapack ', 'reduced']
+      character(len=7), parameter :: solvers(2) = ['full   ', 'reduced']
       integer, parameter :: steps(3) = [40, 20, 11]
       real(wp), parameter :: end_time = 2.0_wp
       type(scene_t) :: scene
@@ -183,7 +183,7 @@ contains
       type(state_t) :: state
       type(guard_t) :: guard
       type(status_t) :: status
-      settings = integrator_settings_t(method=method, order=8, linear_solver='reduced', conserve=method == 'taylor')
+      settings = integrator_settings_t(method=method, order=8, formulation='reduced', conserve=method == 'taylor')
       if (method == AUTOMATIC_METHOD) call choose_method(scene%system, scene%initial, scene%plan%end_time, &
                                                          accuracy, settings, reason)
       plan%end_time = scene%plan%end_time

@@ -260,7 +260,7 @@ contains
       if (.not. status%ok()) return
       problem%start = make_state(problem%system, identity, [1.0_wp, -2.0_wp, 3.0_wp])
       call follow(problem, way, 0.1_wp, merge(100000_long, 300_long, whole), record)
-      call record%require(way%solver == 'lapack' .or. .not. record%refused, trim(record%outcome))
+      call record%require(way%solver == 'full' .or. .not. record%refused, trim(record%outcome))
       call record%require_invariants(bound)
    end subroutine run_needle
 

@@ -17,7 +17,7 @@ module test_stability_case
 
    !> A way to integrate.
    type :: way_t
-      !> Linear solver, 'lapack' or 'reduced'.
+      !> Formulation, 'full' or 'reduced'.
       character(len=8) :: solver
       !> J0 is ten times the largest moment, not infinite.
       logical :: finite_j0
@@ -33,8 +33,8 @@ module test_stability_case
 
    !> The ways there are. The reduced form has no J0.
    type(way_t), parameter :: ways(6) = [ &
-      way_t('lapack', .false., 2), way_t('lapack', .true., 2), way_t('reduced', .false., 2), &
-      way_t('lapack', .false., 8), way_t('lapack', .true., 8), way_t('reduced', .false., 8)]
+      way_t('full', .false., 2), way_t('full', .true., 2), way_t('reduced', .false., 2), &
+      way_t('full', .false., 8), way_t('full', .true., 8), way_t('reduced', .false., 8)]
 
    !> Selections among `ways`, for `stability_case_t`; `.and.` and `.or.` combine them.
    logical, parameter :: EVERY_WAY(6) = .true.
@@ -42,7 +42,7 @@ module test_stability_case
    logical, parameter :: ORDER_EIGHT(6) = ways%order == 8
    logical, parameter :: INFINITE_J0(6) = .not. ways%finite_j0
    !> Those that take states off the constraint manifold.
-   logical, parameter :: FULL_SYSTEM(6) = ways%solver == 'lapack'
+   logical, parameter :: FULL_SYSTEM(6) = ways%solver == 'full'
 
    !> What came out of a case in one way.
    type :: record_t
@@ -102,7 +102,7 @@ contains
    type(integrator_settings_t) function settings(self, system)
       class(way_t), intent(in) :: self
       type(system_t), intent(in) :: system
-      settings%linear_solver = self%solver
+      settings%formulation = self%solver
       settings%order = self%order
       settings%conserve = self%conserve
       settings%inverse_auxiliary_inertia = self%inverse_j0(system)
@@ -116,7 +116,7 @@ contains
       if (self%finite_j0) inverse_j0 = 0.1_wp/maxval(system%body%moments)
    end function inverse_j0
 
-   !> 'lapack, finite J0, order 8'
+   !> 'full, finite J0, order 8'
    pure function way_label(way) result(text)
       type(way_t), intent(in) :: way
       character(len=:), allocatable :: text

@@ -81,7 +81,7 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       call run_long(box(), way, 0.05_wp, merge(10000000_long, 20000_long, whole), record, &
-                    merge(merge(1e-12_wp, 3e-13_wp, way%solver == 'lapack'), 3e-14_wp, whole))
+                    merge(merge(1e-12_wp, 3e-13_wp, way%solver == 'full'), 3e-14_wp, whole))
    end subroutine run_box
 
    !> About the axis of the largest moment: what a step loses is nearly the same in the next.
@@ -117,7 +117,7 @@ contains
       logical, intent(in) :: whole
       type(record_t), intent(inout) :: record
       call run_long(fast_top(), way, 0.0025_wp, merge(1000000_long, 10000_long, whole), record, &
-                    merge(merge(1e-12_wp, 3e-13_wp, way%solver == 'lapack'), 3e-14_wp, whole))
+                    merge(merge(1e-12_wp, 3e-13_wp, way%solver == 'full'), 3e-14_wp, whole))
    end subroutine run_top
 
    subroutine run_long(problem, way, dt, n, record, bound)

@@ -23,7 +23,7 @@ module test_step_tolerance
    public :: collect_step_tolerance
 
    type(integrator_settings_t), parameter :: series = integrator_settings_t( &
-                                             method='taylor', order=0, linear_solver='', conserve=.true.)
+                                             method='taylor', order=0, formulation='', conserve=.true.)
 
    !> Takes the last step again in forty parts, and keeps the largest error over the tolerance.
    type, extends(observer_t) :: judge_t

@@ -96,7 +96,7 @@ contains
       serial%system = scene%system
       serial%time_step = 0.05_wp
       serial%settings%method = methods(row)%name
-      serial%settings%linear_solver = methods(row)%linear_solver
+      serial%settings%formulation = methods(row)%formulation
       serial%settings%order = methods(row)%order
       seed = 2012
       do i = 1, n_states
@@ -108,7 +108,7 @@ contains
                  "threads cannot be started")
       call check(error, all(serial%codes == 0), trim(methods(row)%name)//" fails")
       call check(error, all(threaded%codes == 0) .and. all(same_bits(serial%states, threaded%states)), &
-                 trim(methods(row)%name)//" "//trim(methods(row)%linear_solver)//": threads change the result")
+                 trim(methods(row)%name)//" "//trim(methods(row)%formulation)//": threads change the result")
    end subroutine compare_steps
 
    !> The share of a thread: every so manieth state, each thread with a stepper of its own.

@@ -212,8 +212,8 @@ contains
                call problem%system%effects%add(dipole_t([1.0_wp, 0.3_wp, 0.5_wp], [0.0_wp, 2.0_wp, 1.0_wp]))
             energy = conserved_energy(problem%system, problem%start)
             scale = abs(energy) + kinetic_energy(problem%system, problem%start)
-            call make_stepper(problem%system, integrator_settings_t(linear_solver='lapack'), full, status)
-            call make_stepper(problem%system, integrator_settings_t(linear_solver='reduced'), reduced, status)
+            call make_stepper(problem%system, integrator_settings_t(formulation='full'), full, status)
+            call make_stepper(problem%system, integrator_settings_t(formulation='reduced'), reduced, status)
             a = problem%start
             b = problem%start
             call march(problem%system, full, a, 0.02_wp, n_steps, status)

@@ -152,7 +152,7 @@ contains
    !> form, the first or a later one. Without them every step is.
    subroutine nothing_derived(error)
       type(error_type), allocatable, intent(out) :: error
-      character(len=*), parameter :: solvers(2) = ['lapack ', 'reduced']
+      character(len=*), parameter :: solvers(2) = ['full   ', 'reduced']
       integer, parameter :: n_cases = 12, steps = 5
       type(problem_t) :: problem
       type(run_summary_t) :: summary
@@ -165,7 +165,7 @@ contains
          do form = 1, 2
             write (label, '("case ",i0,", ",a)') i, solvers(form)
             state = problem%start
-            if (status%ok()) call integrate(problem%system, integrator_settings_t(linear_solver=solvers(form)), state, &
+            if (status%ok()) call integrate(problem%system, integrator_settings_t(formulation=solvers(form)), state, &
                                             run_plan_t(time_step=1e-3_wp, end_time=steps*1e-3_wp), status, &
                                             summary=summary)
             call check(error, status%ok(), trim(label)//': '//trim(status%message))

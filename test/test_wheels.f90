@@ -216,7 +216,7 @@ contains
       real(wp) :: steps(2), errors(2), order
       integer :: m, k
       problem = wheels_alone()
-      call make_stepper(problem%system, integrator_settings_t(method='taylor', linear_solver='', order=16, &
+      call make_stepper(problem%system, integrator_settings_t(method='taylor', formulation='', order=16, &
                                                                conserve=.true.), stepper, status)
       wanted = problem%start
       call march(problem%system, stepper, wanted, 0.01_wp, 320, status)
@@ -248,7 +248,7 @@ contains
       call make_stepper(problem%system, integrator_settings_t(), stepper, status)
       state = problem%start
       call march(problem%system, stepper, state, 0.01_wp, 200, status)
-      call make_stepper(problem%system, integrator_settings_t(linear_solver='reduced'), stepper, status)
+      call make_stepper(problem%system, integrator_settings_t(formulation='reduced'), stepper, status)
       other = problem%start
       call march(problem%system, stepper, other, 0.01_wp, 200, status)
       call check(error, status%ok(), trim(status%message))
@@ -295,7 +295,7 @@ contains
       call make_body(diagonal([4.0_wp, 5.0_wp, 6.0_wp]), system%body, status)
       call add_wheel(system, wheel_t(name='wheel', axis=axis, inertia=0.1_wp, speed=1e7_wp), status)
       call system%effects%add(rotor_t(name='rotor', momentum=against*axis))
-      call make_stepper(system, integrator_settings_t(linear_solver='reduced'), stepper, status)
+      call make_stepper(system, integrator_settings_t(formulation='reduced'), stepper, status)
       state = make_state(system, identity, [0.1_wp, -0.2_wp, 0.3_wp])
       momentum = space_momentum(state)
       energy = kinetic_energy(system, state)

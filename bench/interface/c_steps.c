@@ -1,4 +1,4 @@
-/* N steps of the box through the C interface: for `interface_cost.sh`.   c_steps N lapack|reduced one|batch|run */
+/* N steps of the box through the C interface: for `interface_cost.sh`.   c_steps N full|reduced one|batch|run */
 #include <nutate.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@ int main(int argc, char **argv)
     n = atol(argv[1]);
     status = nutate_system_create_shape("box", edges, 3, 12.0, 0.0, NULL, &box, NULL, 0);
     if (!status) status = nutate_stepper_create(box, &stepper, NULL, 0);
-    if (!status) status = nutate_stepper_set(stepper, "linear_solver", argv[2]);
+    if (!status) status = nutate_stepper_set(stepper, "formulation", argv[2]);
     if (!status) status = nutate_stepper_set_time_step(stepper, 0.01);
     if (!status) status = nutate_stepper_set_state(stepper, 0.0, q, omega);
     if (strcmp(argv[3], "one") == 0)

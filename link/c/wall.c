@@ -50,7 +50,7 @@ int main(void)
     if (status) return explain(status, NULL, message);
 
     status = nutate_quat_from_euler(angles, q);
-    if (!status) status = nutate_stepper_set(stepper, "linear_solver", "reduced");
+    if (!status) status = nutate_stepper_set(stepper, "formulation", "reduced");
     if (!status) status = nutate_stepper_set_state(stepper, 0.0, q, omega);
     if (!status) status = nutate_stepper_angular_momentum_space(stepper, l_start);
 

@@ -39,7 +39,7 @@ public:
         nutate_stepper *stepper = nullptr;
         check(nutate_stepper_create(body, &stepper, message, sizeof message), message);
         stepper_.reset(stepper);
-        set("linear_solver", "reduced");
+        set("formulation", "reduced");
     }
     // The library keeps the address of this object.
     satellite(const satellite &) = delete;

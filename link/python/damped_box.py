@@ -17,7 +17,7 @@ def friction(t, q, omega):
 
 box = nutate.System(shape="box", size=(4, 1, 2), mass=12)
 box.add_user_torque(friction)
-stepper = nutate.Stepper(box, order=4, linear_solver="reduced", time_step=0.05)
+stepper = nutate.Stepper(box, order=4, formulation="reduced", time_step=0.05)
 stepper.set_columns("angular_velocity", "energy")
 stepper.set_state(q=(1, 0, 0, 0), omega=(0.1, 0, 3))
 rows = stepper.run(4000, every=4)

@@ -33,7 +33,7 @@ class Motion:
     def __init__(self, stepper: Stepper, branch: Stepper, ends: dict[str, Array]) -> None:
         """`branch` is as the stepper was before its run, which led to the ends of steps."""
         method, tolerance = stepper.get("method"), float(stepper.get("local_tolerance"))
-        keys = {"nielsen_krenk": ("order", "linear_solver"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
+        keys = {"nielsen_krenk": ("order", "formulation"), "dop853": ("conserve",), "rk4": ("conserve",)}.get(method, ())
         branch.set(method=method, **{key: stepper.get(key) for key in keys}, **({"local_tolerance": tolerance} if tolerance else {}))
         self._stepper = branch
         # A method without an estimate of its own has found the error of a step from its two halves, and kept these.

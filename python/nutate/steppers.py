@@ -40,7 +40,7 @@ class Stepper(SatelliteState):
     """Moves the state of a System, or of a Scene from its initial state.
 
     Settings are the keys of the group &integrator: Stepper(system, method="nielsen_krenk", order=4,
-    linear_solver="reduced", time_step=0.01), or accuracy=1e-8, method="auto" for `run_to`. `with Stepper(...) as stepper:`
+    formulation="reduced", time_step=0.01), or accuracy=1e-8, method="auto" for `run_to`. `with Stepper(...) as stepper:`
     frees it at the end. copy.copy makes another one that goes on as this one would, to the last digit, and so does pickle,
     as far as callbacks can be pickled.
 
@@ -75,7 +75,7 @@ class Stepper(SatelliteState):
 
     def get(self, key: str) -> str:
         """What is in force for a key of &integrator, as a scene file says it: what was set, or what was chosen for it. One of
-        method, choice (why the method was chosen; empty where it was named), linear_solver, order, series_order, conserve,
+        method, choice (why the method was chosen; empty where it was named), formulation, order, series_order, conserve,
         time_step, accuracy, local_tolerance (with an accuracy: the one that the last run found)."""
         self._call("nutate_stepper_get", encoded(key), ctypes.create_string_buffer(MESSAGE_SIZE), MESSAGE_SIZE)
         return text_of(library.nutate_stepper_get, self._handle, encoded(key))

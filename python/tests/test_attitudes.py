@@ -64,7 +64,7 @@ class AttitudeTest(unittest.TestCase):
     def test_the_exact_motion_is_that_of_short_steps(self):
         system = nutate.System(tensor=((5, 0.1, 0), (0.1, 20, 0), (0, 0, 17)))
         q, omega = nutate.exact_free_body(system, self.Q, (0.1, 0.2, 3), (0.0, 0.5))
-        stepper = nutate.Stepper(system, order=8, linear_solver="reduced")
+        stepper = nutate.Stepper(system, order=8, formulation="reduced")
         stepper.set_state(self.Q, (0.1, 0.2, 3))
         stepper.steps(0.01, 50)
         self.assertLess(nutate.attitude_distance(q[1], stepper.quaternion), 1e-12)

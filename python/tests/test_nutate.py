@@ -77,7 +77,7 @@ class StepperTest(unittest.TestCase):
     """What a stepper says of its state."""
 
     def test_quantities_agree_with_each_other(self):
-        stepper = make_box(order=4, linear_solver="reduced")
+        stepper = make_box(order=4, formulation="reduced")
         stepper.steps(0.01, 100)
         rotation = stepper.matrix
         np.testing.assert_allclose(rotation @ stepper.angular_momentum, stepper.angular_momentum_space, rtol=1e-14, atol=1e-12)
@@ -322,11 +322,11 @@ class SettingTest(unittest.TestCase):
     """Settings as Python and NumPy have them."""
 
     def test_numbers_of_numpy_are_numbers(self):
-        expected = make_box(order=4, linear_solver="reduced").run(20)
+        expected = make_box(order=4, formulation="reduced").run(20)
         for number, whole, text in ((np.float64, np.int64, np.str_), (np.longdouble, np.uint8, str),
                                     (np.array, np.int16, np.str_)):
             with self.subTest(number=number):
-                stepper = make_box(order=whole(4), linear_solver=text("reduced"), time_step=number(0.01))
+                stepper = make_box(order=whole(4), formulation=text("reduced"), time_step=number(0.01))
                 for name, values in stepper.run(20).items():
                     np.testing.assert_array_equal(values, expected[name], name)
         single = make_box(time_step=np.float32(0.25)).run(2)
@@ -337,7 +337,7 @@ class SettingTest(unittest.TestCase):
             stepper = make_box(auxiliary_inertia=20.0)
             stepper.set(projection=false)
             stepper.step(0.01)
-            stepper.set(projection=true, auxiliary_inertia=np.inf, linear_solver="reduced")
+            stepper.set(projection=true, auxiliary_inertia=np.inf, formulation="reduced")
             stepper.step(0.01)
             stepper.set(projection=false)
             with self.assertRaisesRegex(nutate.NutateError, "projection"):
@@ -451,7 +451,7 @@ class MisuseTest(unittest.TestCase):
 
     def test_settings_that_do_not_fit_together(self):
         stepper = make_box()
-        stepper.set(method="rk4", linear_solver="lapack")
+        stepper.set(method="rk4", formulation="full")
         self.refuse(nutate.NutateError, ".", stepper.step, 0.01)
 
     def test_a_text_with_a_nul_is_refused_as_a_whole(self):

@@ -92,7 +92,7 @@ class OwnersTest(unittest.TestCase):
                     np.testing.assert_array_equal(values, expected[name])
 
     def test_a_copied_stepper_goes_on_as_the_first_to_the_last_digit(self):
-        for settings in ({}, {"order": 8, "linear_solver": "reduced"}, {"method": "taylor"}, {"method": "exact"}, {"method": "rk8"},
+        for settings in ({}, {"order": 8, "formulation": "reduced"}, {"method": "taylor"}, {"method": "exact"}, {"method": "rk8"},
                          {"method": "dop853", "conserve": True}, {"method": "rk4"}):
             for way in self.WAYS:
                 stepper = make_box(**settings)

@@ -119,7 +119,7 @@ class SolveTest(unittest.TestCase):
             history = stepper.run_to(20)
         self.assertFalse(history.accuracy_reached)
         np.testing.assert_array_equal((history.estimated_error, history.round_off), stepper.estimated_error)
-        settings = ("integrator.method=taylor", "-integrator.order", "-integrator.linear_solver", "integrator.end_time=20")
+        settings = ("integrator.method=taylor", "-integrator.order", "-integrator.formulation", "integrator.end_time=20")
         with self.assertWarns(nutate.NutateAccuracyWarning) as caught:
             history = nutate.run(BOX, *settings, "integrator.accuracy=1e-16")
         self.assertEqual(os.path.basename(caught.filename), os.path.basename(__file__))
@@ -175,7 +175,7 @@ class SolveTest(unittest.TestCase):
         np.testing.assert_array_equal(solution.q[0], scene.initial[0])
         self.assertEqual(solution.t[-1], 0.5)
         history = nutate.run(os.path.join(SCENES, "heavy_top.nml"), "integrator.end_time=0.5", "integrator.accuracy=1e-9",
-                             "integrator.method=taylor", "-integrator.order", "-integrator.linear_solver")
+                             "integrator.method=taylor", "-integrator.order", "-integrator.formulation")
         self.assertLess(nutate.attitude_distance(solution.q[-1], [history[f"q{i}"][-1] for i in range(4)]), 2e-8)
         with open(BOX, encoding="utf-8") as box:
             text = box.read() + "&event when = 'omega3', crosses = 0.0 /\n"

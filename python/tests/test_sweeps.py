@@ -18,7 +18,7 @@ from test_interrupts import SOON, Stop
 
 BODY = """&body inertia = 5.0, 20.0, 17.0 /
 &initial angular_velocity = 0.1, 0.0, 10.0 /
-&integrator linear_solver = 'reduced', time_step = 0.01, end_time = 0.5 /
+&integrator formulation = 'reduced', time_step = 0.01, end_time = 0.5 /
 &output columns = 'quaternion', 'angular_velocity', every = 10 /
 """
 TUMBLE = BODY + """&event name = 'flip', when = 'q0', crosses = 0.0 /

@@ -6,6 +6,18 @@ module nutate_spelling
 
    public :: lower_case, split_list, joined, comma_list, distinct, is_listed, nearest_name, edit_distance
 
+   !> Names of before the first release, each with what it is called now; shape (2, n). They are refused with the new
+   !> one.
+   character(len=name_length), parameter :: former_names(2, 8) = reshape([character(len=name_length) :: &
+      'linear_solver', 'formulation', &
+      'lapack', 'full', &
+      'regulator', 'controller', &
+      'magnets', 'magnetorquers', &
+      'argument_of_perigee', 'argument_of_periapsis', &
+      'orbit', 'lvlh', &
+      'orbit_attitude', 'lvlh_attitude', &
+      'world_work', 'time_dependent_work'], [2, 8])
+
 contains
 
    !> ASCII letters in lower case.
@@ -77,7 +89,7 @@ contains
       if (len_trim(name) <= name_length) is_listed = any(split_list(list) == name)
    end function is_listed
 
-   !> The known name that a misspelt or shortened one probably means; blank where none is near.
+   !> The known name that a former, misspelt or shortened one probably means; blank where none is near.
    pure function nearest_name(name, known) result(nearest)
       character(len=*), intent(in) :: name
       character(len=*), intent(in) :: known(:)
@@ -89,7 +101,8 @@ contains
       nearest = ''
       if (len_trim(name) > 2*name_length) return
       word = lower_case(trim(name))
-      i = only_beginning(word, known)
+      i = place_of_former(word, known)
+      if (i == 0) i = only_beginning(word, known)
       if (i > 0) then
          nearest = trim(known(i))
          return
@@ -103,6 +116,20 @@ contains
          nearest = trim(known(i))
       end do
    end function nearest_name
+
+   !> Place of the known name that a former name became; 0 where it is none.
+   pure integer function place_of_former(word, known) result(place)
+      character(len=*), intent(in) :: word
+      character(len=*), intent(in) :: known(:)
+      integer :: i, k
+      place = 0
+      do k = 1, size(former_names, 2)
+         if (former_names(1, k) /= word) cycle
+         do i = 1, size(known)
+            if (known(i) == former_names(2, k)) place = i
+         end do
+      end do
+   end function place_of_former
 
    !> Place of the only known name that begins with a word of two letters or more, hyphens apart; 0 where there is none,
    !> or more than one.

@@ -74,7 +74,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' needs an accuracy or a local_tolerance to choose by", &
                        'method')
       else if (names_parts(settings)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' chooses order, series_order, linear_solver, conserve "// &
+         status = fail(NUTATE_BAD_ARGUMENT, "method 'auto' chooses order, series_order, formulation, conserve "// &
                        'and projection (expected a method by name with them)', 'method')
       else
          call choose_method(system, state, duration, asked, settings, reason, at_end=accuracy > 0.0_wp)
@@ -85,7 +85,7 @@ contains
    !> Something is set that belongs to one method or another.
    pure logical function names_parts(settings)
       type(integrator_settings_t), intent(in) :: settings
-      names_parts = settings%order /= 0 .or. settings%series_order /= 0 .or. settings%linear_solver /= '' .or. &
+      names_parts = settings%order /= 0 .or. settings%series_order /= 0 .or. settings%formulation /= '' .or. &
                     settings%conserve .or. .not. settings%projection
    end function names_parts
 
@@ -115,7 +115,7 @@ contains
       real(wp), intent(in) :: duration
       !> Attitude error at the end, or of each step, rad.
       real(wp), intent(in) :: accuracy
-      !> Method, order, solver and `conserve` are set; all else is kept.
+      !> Method, order, formulation and `conserve` are set; all else is kept.
       type(integrator_settings_t), intent(inout) :: settings
       !> Why, in a few words.
       character(len=:), allocatable, intent(out) :: reason
@@ -132,7 +132,7 @@ contains
          reason = 'the motion of a free body has a closed solution'
       else if (damping_is_strong(system, duration, accuracy)) then
          call take('nielsen_krenk', settings)
-         settings%linear_solver = 'reduced'
+         settings%formulation = 'reduced'
          reason = 'strong damping keeps explicit steps shorter than the accuracy asks for'
       else if (without_series /= '') then
          call take('dop853', settings)
@@ -190,7 +190,7 @@ contains
       end if
    end subroutine choose_by_accuracy
 
-   !> Sets a method with its own order, solver and `conserve`.
+   !> Sets a method with its own order, formulation and `conserve`.
    pure subroutine take(method, settings)
       character(len=*), intent(in) :: method
       type(integrator_settings_t), intent(inout) :: settings
@@ -198,7 +198,7 @@ contains
       usual = default_settings(method)
       settings%method = usual%method
       settings%order = usual%order
-      settings%linear_solver = usual%linear_solver
+      settings%formulation = usual%formulation
       settings%conserve = usual%conserve
       settings%series_order = 0
    end subroutine take

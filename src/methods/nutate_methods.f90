@@ -25,7 +25,7 @@ module nutate_methods
    type :: method_t
       character(len=24) :: name
       !> Blank for a method without one, of which there is a single row.
-      character(len=24) :: linear_solver
+      character(len=24) :: formulation
       !> 0 for a method without an error.
       integer :: order
       !> Solutions of the equations in a step, or evaluations of them.
@@ -56,13 +56,13 @@ module nutate_methods
       three = '3 equations in the turn of the step', explicit = '7 explicit equations in q and L', &
       series = 'power series of momentum and attitude', closed = 'the closed solution of a free body'
 
-   !> Every combination of method, linear solver, order and projection that there is; of each method the default comes
+   !> Every combination of method, formulation, order and projection that there is; of each method the default comes
    !> first.
    type(method_t), parameter :: methods(*) = [ &
-      method_t('nielsen_krenk', 'lapack', 2, 1, eight, can_project=.true., spacing=32), &
-      method_t('nielsen_krenk', 'lapack', 4, 5, eight, can_project=.true., spacing=32), &
-      method_t('nielsen_krenk', 'lapack', 6, 9, eight, can_project=.true., spacing=32), &
-      method_t('nielsen_krenk', 'lapack', 8, 17, eight, can_project=.true., spacing=32), &
+      method_t('nielsen_krenk', 'full', 2, 1, eight, can_project=.true., spacing=32), &
+      method_t('nielsen_krenk', 'full', 4, 5, eight, can_project=.true., spacing=32), &
+      method_t('nielsen_krenk', 'full', 6, 9, eight, can_project=.true., spacing=32), &
+      method_t('nielsen_krenk', 'full', 8, 17, eight, can_project=.true., spacing=32), &
       method_t('nielsen_krenk', 'reduced', 2, 1, three, can_project=.true., spacing=32), &
       method_t('nielsen_krenk', 'reduced', 4, 5, three, can_project=.true., spacing=32), &
       method_t('nielsen_krenk', 'reduced', 6, 9, three, can_project=.true., spacing=32), &
@@ -79,8 +79,8 @@ module nutate_methods
 
 contains
 
-   !> What rows that differ in order and solver only have in common: the name, and `+conserve` after it for a method
-   !> with the projection onto the invariants.
+   !> What rows that differ in order and formulation only have in common: the name, and `+conserve` after it for a
+   !> method with the projection onto the invariants.
    elemental function family_of(method) result(name)
       type(method_t), intent(in) :: method
       character(len=32) :: name
@@ -97,13 +97,13 @@ contains
       do i = size(methods), 1, -1
          if (methods(i)%name /= method) cycle
          settings%order = methods(i)%order
-         settings%linear_solver = methods(i)%linear_solver
+         settings%formulation = methods(i)%formulation
          settings%conserve = methods(i)%projected
       end do
    end function default_settings
 
-   !> Settings with what they leave open put in: without a method it is `nielsen_krenk`; order and solver are those of
-   !> the method's first row.
+   !> Settings with what they leave open put in: without a method it is `nielsen_krenk`; order and formulation are those
+   !> of the method's first row.
    pure type(integrator_settings_t) function with_defaults(settings) result(complete)
       type(integrator_settings_t), intent(in) :: settings
       type(integrator_settings_t) :: usual
@@ -111,10 +111,10 @@ contains
       if (complete%method == '') complete%method = 'nielsen_krenk'
       usual = default_settings(complete%method)
       if (complete%order == 0) complete%order = usual%order
-      if (complete%linear_solver == '') complete%linear_solver = usual%linear_solver
+      if (complete%formulation == '') complete%formulation = usual%formulation
    end function with_defaults
 
-   !> Row of the table that the settings mean; 0 where there is none. Order and solver count where the method has
+   !> Row of the table that the settings mean; 0 where there is none. Order and formulation count where the method has
    !> several.
    pure integer function row_of(settings)
       !> With their defaults.
@@ -124,7 +124,7 @@ contains
       do i = 1, size(methods)
          if (methods(i)%name /= settings%method) cycle
          if ((methods(i)%projected .neqv. settings%conserve) .and. .not. methods(i)%can_project) cycle
-         if (methods(i)%linear_solver == '' .or. (methods(i)%linear_solver == settings%linear_solver .and. &
+         if (methods(i)%formulation == '' .or. (methods(i)%formulation == settings%formulation .and. &
                                                   methods(i)%order == settings%order)) row_of = i
       end do
    end function row_of
@@ -163,7 +163,7 @@ contains
    end function leaves_attitude_out
 
    !> A stepper of the method that the settings name, prepared for a system. Without attitude it is the reduced form,
-   !> whichever the solver: the body momentum has three equations.
+   !> whichever the formulation: the body momentum has three equations.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a combination that does not exist, and those of the method's `prepare`.
    subroutine make_stepper(system, settings, stepper, status)
@@ -177,7 +177,7 @@ contains
       row = row_of(complete)
       if (row == 0) then
          status = fail(NUTATE_BAD_ARGUMENT, "no method '"//trim(settings%method)// &
-                       "' of this order and solver, with or without conserve as asked for", 'method')
+                       "' of this order and formulation, with or without conserve as asked for", 'method')
          return
       end if
       select case (complete%method)
@@ -192,7 +192,7 @@ contains
       case ('exact')
          allocate (exact_t :: stepper)
       case default
-         if (complete%linear_solver == 'reduced' .or. leaves_attitude_out(complete)) then
+         if (complete%formulation == 'reduced' .or. leaves_attitude_out(complete)) then
             allocate (reduced_t :: stepper)
          else
             allocate (nielsen_krenk_t :: stepper)

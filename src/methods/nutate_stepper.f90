@@ -16,13 +16,13 @@ module nutate_stepper
 
    !> How to integrate, as a scene's `&integrator` says it.
    type :: integrator_settings_t
-      !> Blank: none is named. A run to an accuracy or a `local_tolerance` then chooses one, unless order, solver,
+      !> Blank: none is named. A run to an accuracy or a `local_tolerance` then chooses one, unless order, formulation,
       !> `series_order`, `conserve` or `projection` are set; else it is `nielsen_krenk`.
       character(len=24) :: method = ''
       !> 0: as the method has it, of `nielsen_krenk` 2, in a run to an accuracy as that asks for.
       integer :: order = 0
       !> Blank: as the method has it.
-      character(len=24) :: linear_solver = ''
+      character(len=24) :: formulation = ''
       !> 1/J0, kg⁻¹ m⁻²; 0 for an infinite auxiliary inertia.
       real(wp) :: inverse_auxiliary_inertia = 0.0_wp
       !> Project potential forces onto the tangent of |q| = 1 (equation (11) of Nielsen & Krenk 2012); `.false.` shows

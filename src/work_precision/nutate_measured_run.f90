@@ -81,7 +81,7 @@ contains
       type(integrator_settings_t) :: settings
       settings = base
       settings%method = methods(method)%name
-      settings%linear_solver = methods(method)%linear_solver
+      settings%formulation = methods(method)%formulation
       settings%order = methods(method)%order
       settings%conserve = methods(method)%projected
       settings%attitude = .true.

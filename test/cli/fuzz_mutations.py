@@ -24,7 +24,7 @@ NUMBERS = [
 WORDS = [
     b"&", b"/", b"=", b",", b"'", b'"', b"!", b"(", b")", b"%", b";", b":", b"*", b"&end", b"&body", b"&initial",
     b"&integrator", b"&scene", b"&output", b"&nothing", b"&&body", b"& body", b"$body", b"''", b"'''", b"' / &body '",
-    b".true.", b".false.", b"T", b".t", b".maybe.", b"'box'", b"'lapack'", b"'reduced'", b"Infinity", b"\n", b"\n\n",
+    b".true.", b".false.", b"T", b".t", b".maybe.", b"'box'", b"'full'", b"'reduced'", b"Infinity", b"\n", b"\n\n",
     b"title = 'a\nb'", b"inertia(2) = 7", b"body%mass = 1", b"=/", b"every = 0", b"shape = 'box'", b"mass = 1.0",
     b"table = 'table.csv'", b"table = 'scene.nml'", b"table = '.'", b"interpolation = 'cubic'", b"outside = 'periodic'",
     b"axes = 'space'", b"table = 'motor.csv'", b"speed_limit = 3", b"torque_limit = 0.2", b"law = 'bdot'",

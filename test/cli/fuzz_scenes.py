@@ -140,7 +140,7 @@ def integrator(dice, scales, free):
     name, solver, order, _ = dice.choice([row for row in METHODS if free or row[0] != "exact"])
     lines = [f"method = '{name}'"]
     if solver:
-        lines += [f"linear_solver = '{solver}'", f"order = {order}"]
+        lines += [f"formulation = '{solver}'", f"order = {order}"]
     direction = dice.choice((1, 1, 1, -1))
     step = scales.value(time=1, signed=False) * dice.choice((1e-9, 1e-3, 0.01, 0.1, 0.1, 1, 4, 100))
     if dice.random() < 0.3 and order != "0":
@@ -152,7 +152,7 @@ def integrator(dice, scales, free):
     lines.append(f"end_time = {number_text(direction * end)}")
     if dice.random() < 0.3:
         lines.append(f"auxiliary_inertia = {scales.text(length=2, mass=1, signed=False)}")
-    if solver == "lapack" and len(lines) == 6 and dice.random() < 0.2:
+    if solver == "full" and len(lines) == 6 and dice.random() < 0.2:
         lines.append("projection = .false.")
     if dice.random() < 0.1:
         lines.append(f"max_iterations = {dice.choice((1, 2, 5, 1000, 2147483647))}")

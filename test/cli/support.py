@@ -61,7 +61,7 @@ FIELD_COLUMNS = {"magnetic_field": ["B1", "B2", "B3"]}
 
 
 def read_methods():
-    """Rows of the table of methods: name, linear solver, order, and whether its states are projected onto the invariants."""
+    """Rows of the table of methods: name, formulation, order, and whether its states are projected onto the invariants."""
     source = (ROOT / "src" / "methods" / "nutate_methods.f90").read_text(encoding="utf-8")
     return [(name, solver, order, "projected=.true." in rest)
             for name, solver, order, rest in re.findall(r"method_t\('(\w+)', *'(\w*)', *(\w+)(.*)", source)]

@@ -8,7 +8,7 @@ from support import CommandLineTest
 BRUELS = """&body inertia = 0.234375, 0.46875, 0.234375, mass = 15, center_of_mass = 0, 1, 0, inertia_about = 'center_of_mass' /
 &initial angular_velocity = 0, 150, -4.61538 /
 &gravity acceleration = 0, 0, -9.81 /
-&integrator accuracy = 1e-8, order = 8, linear_solver = 'reduced', end_time = 1 /
+&integrator accuracy = 1e-8, order = 8, formulation = 'reduced', end_time = 1 /
 &output interval = 0.125 /
 """
 FREE = """&body inertia = 5, 20, 17 /
@@ -59,14 +59,14 @@ class Accuracy(CommandLineTest):
         self.assertIn("is out of reach", summary)
 
     def test_baselines_reach_the_accuracy_but_keep_no_energy(self):
-        self.write("free.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'dop853'"))
+        self.write("free.nml", BRUELS.replace("order = 8, formulation = 'reduced'", "method = 'dop853'"))
         self.succeed("run", "free.nml")
         last = self.rows("free.csv")[-1]
         self.assertLess(distance(last), 1e-8)
         self.assertGreater(abs(last["energy_residual"]), 1e-13 * 5436)
 
     def test_an_accuracy_alone_is_auto(self):
-        self.write("alone.nml", BRUELS.replace("order = 8, linear_solver = 'reduced', ", ""))
+        self.write("alone.nml", BRUELS.replace("order = 8, formulation = 'reduced', ", ""))
         summary = self.succeed("run", "alone.nml").stderr
         self.assertRegex(summary, r"alone.nml: \d+ steps, 9 rows, about \d+ kB to expect\n")
         self.assertIn("chosen by auto", summary)
@@ -87,7 +87,7 @@ class Accuracy(CommandLineTest):
         self.succeed("run", "box.nml", "--set", "integrator.end_time=20", "--set", "output.every=1")
 
     def test_taylor_reaches_the_accuracy_with_every_invariant_in_every_row(self):
-        self.write("series.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'taylor'"))
+        self.write("series.nml", BRUELS.replace("order = 8, formulation = 'reduced'", "method = 'taylor'"))
         summary = self.succeed("run", "series.nml", "--set", "output.interval=0.0123").stderr
         self.assertIn("0 more refused", summary)
         rows = self.rows("series.csv")
@@ -115,7 +115,7 @@ class Accuracy(CommandLineTest):
         self.fail_with(2, "run", "top.nml", "--set", "integrator.method='exact'", says=["free bodies only"])
 
     def test_auto_says_what_it_chose_and_meets_the_accuracy(self):
-        self.write("auto.nml", BRUELS.replace("order = 8, linear_solver = 'reduced'", "method = 'auto'"))
+        self.write("auto.nml", BRUELS.replace("order = 8, formulation = 'reduced'", "method = 'auto'"))
         # By a ten-millionth of its moment the second body is not symmetric.
         for accuracy, method, why, inertia in ((1e-6, "rk8", "a smooth motion in uniform fields", 0.234375),
                                                (5e-10, "taylor", "a symmetric body under linear effects", 0.234375),
@@ -143,12 +143,12 @@ class Accuracy(CommandLineTest):
         self.assertRegex(self.succeed("check", "free.nml", *fine).stdout, r"\n  accuracy +out of reach: [\d.]+E-1[0-2] rad")
 
     def test_a_tolerance_of_steps_alone_is_auto(self):
-        self.write("alone.nml", BRUELS.replace("accuracy = 1e-8, order = 8, linear_solver = 'reduced'",
+        self.write("alone.nml", BRUELS.replace("accuracy = 1e-8, order = 8, formulation = 'reduced'",
                                                 "local_tolerance = 1e-8"))
         chosen = self.succeed("check", "alone.nml").stdout
         self.assertRegex(chosen, "  method +taylor.*\n    chosen by auto +a symmetric body under linear effects")
         self.assertRegex(self.succeed("run", "alone.nml").stderr, "  method +taylor, chosen by auto: a symmetric body")
-        named = self.succeed("check", "alone.nml", "--set", "integrator.linear_solver='reduced'").stdout
+        named = self.succeed("check", "alone.nml", "--set", "integrator.formulation='reduced'").stdout
         self.assertIn("nielsen_krenk of order 2\n", named)
         self.assertNotIn("chosen by auto", named)
 
@@ -168,7 +168,7 @@ class Accuracy(CommandLineTest):
 
     def test_auto_takes_an_accuracy_and_nothing_of_one_method(self):
         self.write("free.nml", FREE)
-        for key, value in (("order", "4"), ("series_order", "8"), ("linear_solver", "'reduced'"), ("conserve", "T"),
+        for key, value in (("order", "4"), ("series_order", "8"), ("formulation", "'reduced'"), ("conserve", "T"),
                            ("projection", "F")):
             self.fail_with(2, "check", "free.nml", "--set", f"integrator.{key}={value}",
                            says=[f"{key} with the method auto", "a method by name"])

@@ -105,7 +105,7 @@ class Study(CommandLineTest):
         best, at_step = {}, {}
         self.assertNotIn("exact", {row["method"] for row in rows})
         for row in rows:
-            at = {key: float(value) for key, value in row.items() if key not in ("method", "linear_solver")}
+            at = {key: float(value) for key, value in row.items() if key not in ("method", "formulation")}
             if not row["method"].startswith("taylor"):
                 self.assertEqual(at["steps"], -(-0.5 // at["time_step"]))
             self.assertAlmostEqual(at["ns_per_step"], 1e9 * at["wall_time"] / at["steps"], delta=1e-6 * at["ns_per_step"])
@@ -114,11 +114,11 @@ class Study(CommandLineTest):
                 self.assertLess(max(at["energy_error"], at["momentum_error"], at["norm_error"]), 1e-12)
             if row["method"] != "nielsen_krenk":
                 self.assertEqual(at["iterations"], 0)
-            key = (row["method"], row["linear_solver"], int(row["order"]))
+            key = (row["method"], row["formulation"], int(row["order"]))
             best[key] = min(best.get(key, 9.0), at["attitude_error"])
             at_step[key, row["time_step"]] = at["attitude_error"]
         self.assertEqual(len(best), len(LABELS))
-        for solver in ("lapack", "reduced"):
+        for solver in ("full", "reduced"):
             # How short the shortest steps are depends on what fits into the time: the same step is compared.
             second, fourth = (("nielsen_krenk", solver, order) for order in (2, 4))
             step = min((step for key, step in at_step if key == second and (fourth, step) in at_step), key=float)
@@ -127,7 +127,7 @@ class Study(CommandLineTest):
 
     def test_csv_on_standard_output_leaves_the_table_to_standard_error(self):
         done = self.succeed("cost", "box.nml", "--seconds", "0.5", "--csv", "-")
-        self.assertTrue(done.stdout.startswith("method,order,linear_solver,time_step,steps,"))
+        self.assertTrue(done.stdout.startswith("method,order,formulation,time_step,steps,"))
         self.assertTrue(all(line.count(",") == done.stdout.splitlines()[0].count(",")
                             for line in done.stdout.splitlines()))
         self.assertIn("cheapest first", done.stderr)
@@ -141,7 +141,7 @@ class Study(CommandLineTest):
     def test_steps_that_are_cut_into_thousands_of_parts_do_not_outlast_the_time(self):
         self.write("cut.nml", CUT_UP)
         begun = time.monotonic()
-        self.fail_with(3, "cost", "cut.nml", "--seconds", "1", says=("no run was completed: nielsen_krenk order 2 (lapack):",
+        self.fail_with(3, "cost", "cut.nml", "--seconds", "1", says=("no run was completed: nielsen_krenk order 2 (full):",
                                                                   "even cut into 1024 parts"))
         self.assertLess(time.monotonic() - begun, 4.0)
 
@@ -181,7 +181,7 @@ class Plot(CommandLineTest):
         text = self.read("it's a.svg")
         self.assertIn("<svg", text)
         self.assertTrue(text.rstrip().endswith("</svg>"))
-        for words in ("Free box", "Nielsen-Krenk, order ", ", reduced", ", lapack", "Runge-Kutta rk4, projected", "attitude error",
+        for words in ("Free box", "Nielsen-Krenk, order ", ", reduced", ", full", "Runge-Kutta rk4, projected", "attitude error",
                       "energy residual"):
             self.assertIn(words, text)
         self.assertEqual(self.names(), ["box.nml", "it's a.svg", "top.nml"])
@@ -190,7 +190,7 @@ class Plot(CommandLineTest):
         self.succeed("cost", "top.nml", "--seconds", "0.5", "--plot", "a.svg", "--all", "--set", "integrator.projection=.false.",
                      "--set", "integrator.auxiliary_inertia=10")
         text = self.read("a.svg")
-        for words in ("Nielsen-Krenk, order 8, reduced: not here", "Nielsen-Krenk, order 2, lapack", "Runge-Kutta rk4",
+        for words in ("Nielsen-Krenk, order 8, reduced: not here", "Nielsen-Krenk, order 2, full", "Runge-Kutta rk4",
                       "Dormand-Prince dop853, projected", "Taylor series"):
             self.assertIn(words, text)
 

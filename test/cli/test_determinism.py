@@ -28,7 +28,7 @@ class Determinism(CommandLineTest):
         for table in glob.glob(os.path.join(SCENES, "*.csv")):
             with open(table, encoding="utf-8") as file:
                 self.write(os.path.basename(table), file.read())
-        solvers = ["lapack", "reduced"]
+        solvers = ["full", "reduced"]
         for number, scene in enumerate(scenes):
             with open(scene, encoding="utf-8") as file:
                 self.write(os.path.basename(scene), file.read())
@@ -36,7 +36,7 @@ class Determinism(CommandLineTest):
                 self.check(scene)
             for solver in [solvers[number % 2]] if SLOW else solvers:
                 self.check(scene, "--set", f"output.columns={all_columns()}", "--set",
-                           f"integrator.linear_solver='{solver}'", "--set", "integrator.order=4", "--set", "output.every=3")
+                           f"integrator.formulation='{solver}'", "--set", "integrator.order=4", "--set", "output.every=3")
 
     def test_steps_by_their_error(self):
         for key in ("accuracy", "local_tolerance"):

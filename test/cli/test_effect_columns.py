@@ -87,7 +87,7 @@ class EffectColumns(CommandLineTest):
                 continue
             settings = [f"integrator.method='{name}'"]
             if solver:
-                settings += [f"integrator.linear_solver='{solver}'", f"integrator.order={order}"]
+                settings += [f"integrator.formulation='{solver}'", f"integrator.order={order}"]
             yield settings, name == "nielsen_krenk"
             if projected:
                 yield settings + ["integrator.conserve=.true."], True

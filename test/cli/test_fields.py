@@ -22,7 +22,7 @@ MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination
 &integrator time_step = 5, end_time = 4000 /
 &output columns = 'quaternion', 'energy', 'time_dependent_work', every = 5 /
 """
-METHODS = (["integrator.order=2"], ["integrator.order=8", "integrator.linear_solver=reduced"], ["integrator.method=taylor"],
+METHODS = (["integrator.order=2"], ["integrator.order=8", "integrator.formulation=reduced"], ["integrator.method=taylor"],
            ["integrator.method=dop853", "integrator.conserve=.true."], ["integrator.method=rk8"])
 
 

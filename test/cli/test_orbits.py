@@ -105,7 +105,7 @@ class Orbits(CommandLineTest):
 
     def test_a_gradient_that_moves_has_its_account(self):
         self.write("moving.nml", MOVING)
-        for settings in (["integrator.order=2"], ["integrator.order=8", "integrator.linear_solver=reduced"],
+        for settings in (["integrator.order=2"], ["integrator.order=8", "integrator.formulation=reduced"],
                          ["integrator.method=taylor"], ["integrator.method=dop853", "integrator.conserve=.true."]):
             done = self.succeed("run", "moving.nml", *(word for setting in settings for word in ("--set", setting)))
             self.assertIn("work of time-dependent potentials", done.stderr)

@@ -27,8 +27,8 @@ class RestartFromRow(CommandLineTest):
     def test_row_continues_the_run(self):
         # The spin of the row is rounded, and with it the 25 rad that follow.
         bound = 25*sys.float_info.epsilon
-        for solver in ("lapack", "reduced"):
-            self.check(bound, "--set", f"integrator.linear_solver='{solver}'")
+        for solver in ("full", "reduced"):
+            self.check(bound, "--set", f"integrator.formulation='{solver}'")
         self.check(bound, "--set", "integrator.method='dop853'")
 
 

@@ -21,7 +21,7 @@ class Rows(CommandLineTest):
 
     def method(self, name, solver, order):
         settings = ["--set", f"integrator.method='{name}'"]
-        return settings + (["--set", f"integrator.linear_solver='{solver}'", "--set", f"integrator.order={order}"] if solver else [])
+        return settings + (["--set", f"integrator.formulation='{solver}'", "--set", f"integrator.order={order}"] if solver else [])
 
     def test_rows_stand_at_the_times_given_and_nowhere_else(self):
         times = ",".join(map(str, TIMES))

@@ -15,7 +15,7 @@ SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "s
 TUMBLE = """&scene title = 'Tumble' /
 &body inertia = 5.0, 20.0, 17.0 /
 &initial angular_velocity = 0.1, 0.0, 10.0 /
-&integrator linear_solver = 'reduced', time_step = 0.01, end_time = 0.5 /
+&integrator formulation = 'reduced', time_step = 0.01, end_time = 0.5 /
 &output columns = 'quaternion', 'angular_velocity', 'energy', every = 10 /
 &event name = 'flip', when = 'q0', crosses = 0.0 /
 &ensemble members = 200, seed = 1, file = 'tumble.npy' /

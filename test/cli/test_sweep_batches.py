@@ -22,7 +22,7 @@ class Looks(SweepTest):
     def test_a_member_alone_has_the_row_of_the_ensemble(self):
         for steps in (99, 1000, 1005):
             for method in ("method = 'taylor', ", ""):
-                self.scene(steps, **{"linear_solver = 'reduced', ": method})
+                self.scene(steps, **{"formulation = 'reduced', ": method})
                 self.sweep("--csv", "rows.csv")
                 lines = self.read("rows.csv").splitlines()
                 self.assertEqual(self.sweep("--set", "ensemble.chunk=1", output="alone.npy"), self.bytes_of("tumble.npy"))
@@ -45,8 +45,8 @@ class Looks(SweepTest):
     def test_what_keeps_members_out_of_batches_is_named(self):
         steps = "time_step = 0.001, end_time = 1"
         cases = (("", "16 members at a time"),
-                 ("method = 'taylor', ", "none: method is 'nielsen_krenk' (linear_solver = 'reduced' gives the same trajectory 3"),
-                 ("method = 'taylor'", "none: method is 'nielsen_krenk' (steps in batches", "linear_solver = 'reduced'"),
+                 ("method = 'taylor', ", "none: method is 'nielsen_krenk' (formulation = 'reduced' gives the same trajectory 3"),
+                 ("method = 'taylor'", "none: method is 'nielsen_krenk' (steps in batches", "formulation = 'reduced'"),
                  ("method = 'taylor'", "none: conserve is off", "method = 'taylor', conserve = .false."),
                  (steps, "none: steps are adaptive", "local_tolerance = 1e-9, end_time = 1"),
                  (steps, "none: the last step is shorter", "time_step = 0.003, end_time = 1"),
@@ -57,7 +57,7 @@ class Looks(SweepTest):
                   "&vary key = 'integrator.end_time', distribution = 'uniform', low = 0.9, high = 1.1 /\n&ensemble"),
                  ("&ensemble", "none: an effect that batches do not know", "&damping coefficient = 0.1, 0.1, 0.1 /\n&ensemble"))
         for old, says, *new in cases:
-            self.scene(1000, **{"linear_solver = 'reduced'": "method = 'taylor'"}, **({old: new[0] if new else ""} if old else {}))
+            self.scene(1000, **{"formulation = 'reduced'": "method = 'taylor'"}, **({old: new[0] if new else ""} if old else {}))
             for command in (("check",), ("sweep", "--set", "ensemble.members=2")):
                 done = self.succeed(*command[:1], "tumble.nml", *command[1:])
                 shown = done.stdout + done.stderr

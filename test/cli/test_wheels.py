@@ -59,7 +59,7 @@ class Wheels(CommandLineTest):
             wheel = "wheel1" if scene is SCENE else "wheel2"
             self.write("once.nml", scene + f"&event name = 'full', when = '{wheel}_speed', crosses = 50.0, "
                        "switch = 'spinner off' /\n&event name = 'seen', when = '" + wheel + "_speed', crosses = 50.0 /\n")
-            for method in ([], ["--set", "integrator.linear_solver=reduced"], ["--set", "integrator.method=taylor"],
+            for method in ([], ["--set", "integrator.formulation=reduced"], ["--set", "integrator.method=taylor"],
                            ["--set", "integrator.method=dop853"], ["--set", "integrator.time_step=0.1"]):
                 self.succeed("run", "once.nml", "--quiet", "--output", "once.csv", *method)
                 rows = self.read("once.events.csv").splitlines()[1:]
@@ -97,7 +97,7 @@ class Wheels(CommandLineTest):
         self.fail_with(2, "run", "wheels.nml", "--set", "integrator.method=exact", says=("free bodies only",))
 
     def test_interrupted_runs_go_on(self):
-        for method in ([], ["--set", "integrator.linear_solver=reduced", "--set", "integrator.order=4"],
+        for method in ([], ["--set", "integrator.formulation=reduced", "--set", "integrator.order=4"],
                        ["--set", "integrator.method=taylor"], ["--set", "integrator.method=dop853"]):
             self.succeed("run", "wheels.nml", "--quiet", "--output", "whole.csv", *method)
             self.fail_with(3, "run", "wheels.nml", "--quiet", "--output", "part.csv", "--checkpoint", "a.ck",

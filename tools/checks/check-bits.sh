@@ -18,8 +18,8 @@ programs=("$program" "$tested" "$cmake_folder/nutate" "$@")
 
 # What is set besides the scene; a scene that cannot be run so is refused by all.
 ways=(
-   "integrator.linear_solver='lapack'"
-   "integrator.linear_solver='reduced'"
+   "integrator.formulation='full'"
+   "integrator.formulation='reduced'"
    "integrator.order=4"
    "integrator.method='rk4'"
    "integrator.method='dop853' integrator.conserve=.true."

@@ -186,13 +186,13 @@ contains
       logical, intent(in) :: ready
       class(archive_t), intent(inout) :: archive
       type(status_t), intent(inout) :: status
-      character(len=:), allocatable :: method, solver, choice
+      character(len=:), allocatable :: method, formulation, choice
       associate (run => handle%run, settings => handle%run%summary%settings)
          method = settings%method
-         solver = settings%linear_solver
+         formulation = settings%formulation
          choice = trim(run%summary%choice)
          call archive%transfer(method)
-         call archive%transfer(solver)
+         call archive%transfer(formulation)
          call archive%transfer(choice)
          call archive%transfer(settings%order)
          call archive%transfer(settings%series_order)
@@ -201,7 +201,7 @@ contains
          if (.not. archive%is_whole()) return
          if (archive%is_reading()) then
             settings%method = method
-            settings%linear_solver = solver
+            settings%formulation = formulation
             run%summary%choice = choice
             call make_stepper(handle%system, settings, run%stepper, status)
             if (status%ok() .and. run%is_looked_into) call run%stepper%keep_steps()

@@ -92,8 +92,8 @@ contains
             value = settings%method
          case ('choice')
             value = handle%run%summary%choice
-         case ('linear_solver')
-            value = settings%linear_solver
+         case ('formulation')
+            value = settings%formulation
          case ('order')
             write (value, '(i0)') settings%order
          case ('series_order')
@@ -108,7 +108,7 @@ contains
             write (value, '(es24.16e3)') merge(handle%run%plan%goal%local_tolerance, plan%goal%local_tolerance, &
                                                plan%goal%accuracy > 0.0_wp)
          case default
-            status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, choice, linear_solver, order, series_order, '// &
+            status = fail(NUTATE_BAD_ARGUMENT, 'key is none of method, choice, formulation, order, series_order, '// &
                           'conserve, time_step, accuracy, local_tolerance', 'key')
          end select
       end associate

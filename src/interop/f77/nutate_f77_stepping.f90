@@ -138,7 +138,7 @@ contains
    pure type(integrator_settings_t) function settings_of(setup) result(settings)
       type(setup_t), intent(in) :: setup
       settings%order = setup%order
-      settings%linear_solver = merge('reduced', 'lapack ', setup%solver == 1)
+      settings%formulation = merge('reduced', 'full   ', setup%solver == 1)
       settings%inverse_auxiliary_inertia = setup%inverse_j0
    end function settings_of
 

@@ -19,22 +19,22 @@ module nutate_scene_integrator
 
    !> Keys that belong to one method or another.
    character(len=name_length), parameter :: of_a_method(5) = [character(len=name_length) :: &
-                                                'order', 'series_order', 'linear_solver', 'conserve', 'projection']
+                                                'order', 'series_order', 'formulation', 'conserve', 'projection']
 
 contains
 
-   !> Keys of the scene group `&integrator`. Methods and solvers are those of the table of methods, and the automatic
-   !> choice.
+   !> Keys of the scene group `&integrator`. Methods and formulations are those of the table of methods, and the
+   !> automatic choice.
    pure function integrator_keys() result(keys)
       type(key_t) :: keys(13)
-      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
       character(len=len(names)), parameter :: automatic = AUTOMATIC_METHOD
 
       keys = [key_t(name='method', kind=KEY_TEXT, choices=joined(distinct([names, automatic]))), &
               key_t(name='order', kind=KEY_INTEGER), &
               key_t(name='series_order', kind=KEY_INTEGER), &
-              key_t(name='linear_solver', kind=KEY_TEXT, choices=joined(distinct(pack(solvers, solvers /= '')))), &
-              key_t(name='time_step', range=TIME_STEP, instead_of='accuracy,local_tolerance'), &
+              key_t(name='formulation', kind=KEY_TEXT, choices=joined(distinct(pack(formulations, formulations /= &
+              '')))), key_t(name='time_step', range=TIME_STEP, instead_of='accuracy,local_tolerance'), &
               key_t(name='accuracy', range=FRACTION, instead_of='time_step,local_tolerance'), &
               key_t(name='local_tolerance', range=FRACTION, instead_of='time_step,accuracy'), &
               key_t(name='end_time', range=NOT_ZERO, required=.true.), &
@@ -58,7 +58,7 @@ contains
                                                                 leaves_method_open(group)))))
       settings%order = group%whole('order', settings%order)
       settings%series_order = group%whole('series_order', settings%series_order)
-      settings%linear_solver = group%text('linear_solver', settings%linear_solver)
+      settings%formulation = group%text('formulation', settings%formulation)
       settings%projection = group%flag('projection', settings%projection)
       settings%conserve = group%flag('conserve', settings%conserve)
       settings%tolerance = group%number('tolerance', settings%tolerance)
@@ -139,22 +139,22 @@ contains
                        expected=trim(range(1))//' to '//trim(range(2)))
    end subroutine check_series
 
-   !> Raises an error for a combination of method, solver and order that there is not.
+   !> Raises an error for a combination of method, formulation and order that there is not.
    subroutine check_method(group, settings, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(in) :: settings
       type(scene_error_t), intent(inout) :: error
-      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
+      character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
       integer, parameter :: orders(*) = methods%order
       logical, parameter :: projected(*) = methods%projected, can_project(*) = methods%can_project
       logical :: fits(size(methods))
       character(len=name_length) :: numbers(size(methods))
       character(len=12) :: order
 
-      fits = names == settings%method .and. solvers == settings%linear_solver
+      fits = names == settings%method .and. formulations == settings%formulation
       if (.not. any(fits)) then
-         call error%raise(group%line_of('linear_solver'), trim(settings%method)//' has no linear_solver '// &
-                          trim(settings%linear_solver), expected=solvers_text(settings%method))
+         call error%raise(group%line_of('formulation'), trim(settings%method)//' has no formulation '// &
+                          trim(settings%formulation), expected=formulations_text(settings%method))
       else if (.not. any(fits .and. orders > 0)) then
          if (group%whole('order', 0) /= 0) call error%raise( &
             group%line_of('order'), 'order with the method '//trim(settings%method), expected='no order with it')
@@ -169,14 +169,14 @@ contains
                        'invariants: it conserves by itself', expected='no conserve with it')
    end subroutine check_method
 
-   !> The linear solvers that a method can have.
-   pure function solvers_text(method) result(text)
+   !> The formulations that a method can have.
+   pure function formulations_text(method) result(text)
       character(len=*), intent(in) :: method
       character(len=:), allocatable :: text
-      character(len=*), parameter :: names(*) = methods%name, solvers(*) = methods%linear_solver
-      text = comma_list(distinct(pack(solvers, names == method)))
-      if (text == '') text = 'no linear_solver with this method'
-   end function solvers_text
+      character(len=*), parameter :: names(*) = methods%name, formulations(*) = methods%formulation
+      text = comma_list(distinct(pack(formulations, names == method)))
+      if (text == '') text = 'no formulation with this method'
+   end function formulations_text
 
    !> Without the projection something must hold q·p: a finite auxiliary inertia, which only the 8×8 system has.
    subroutine check_projection(group, settings, error)
@@ -186,9 +186,9 @@ contains
       if (settings%inverse_auxiliary_inertia <= 0.0_wp) then
          call error%raise(group%line_of('projection'), 'projection = .false. with an infinite auxiliary_inertia', &
                           expected='a finite auxiliary_inertia with it')
-      else if (settings%linear_solver /= 'lapack') then
-         call error%raise(group%line_of('projection'), 'projection = .false. with linear_solver = '// &
-                          trim(settings%linear_solver), expected="linear_solver = 'lapack' with it")
+      else if (settings%formulation /= 'full') then
+         call error%raise(group%line_of('projection'), 'projection = .false. with formulation = '// &
+                          trim(settings%formulation), expected="formulation = 'full' with it")
       else if (settings%conserve) then
          call error%raise(group%line_of('projection'), 'projection = .false. with conserve, which keeps |q| = 1', &
                           expected='conserve = .false. with it')

@@ -90,7 +90,7 @@ contains
          if (.not. (abs(dot_product(state%q, state%q) - 1) <= manifold_tolerance .and. &
                     abs(dot_product(state%q, state%p)) <= manifold_tolerance*norm2(state%p))) &
             status = fail(NUTATE_BAD_ARGUMENT, "the reduced form needs |q| = 1 and q.p = 0 "// &
-                          "(linear_solver = 'lapack' does not)")
+                          "(formulation = 'full' does not)")
       else if (.not. (abs(self%equations%square - 1) <= near_manifold .and. abs(state%t + dt) <= huge(dt))) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the attitude is no unit quaternion any more, or the time is not finite')
       end if
