@@ -185,7 +185,7 @@ contains
       type(group_t), intent(in) :: group
       character(len=:), allocatable :: text
       text = ''
-      if (group%name /= 'regulator') return
+      if (group%name /= 'controller') return
       if (.not. group%has('field') .and. (group%text('law', '') == 'bdot' .or. group%text('by', '') == 'magnets')) &
          text = '; field = &earth_field (default)'
       if (group%text('gains', 'inertia') == 'scalar') return

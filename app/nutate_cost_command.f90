@@ -227,7 +227,7 @@ contains
       if (.not. needs_control(scene%system%effects)) return
       call say_error('nutate: '//printable_path(scene%file)// &
                      ': a study of costs watches over neither limits nor samples (expected no speed_limit '// &
-                     'in &wheel, no sample and no limits in &regulator)')
+                     'in &wheel, no sample and no limits in &controller)')
       exit_code = EXIT_INPUT
    end subroutine refuse_switches
 

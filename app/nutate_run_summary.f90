@@ -7,7 +7,7 @@ module nutate_run_summary
    use nutate_kinds, only: wp, long
    use nutate_notes, only: note_t
    use nutate_printable, only: printable_path
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS
+   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
@@ -202,7 +202,7 @@ contains
       alone = .not. effects%frame_turns .and. effects%n_potentials + effects%n_off == 0
       do i = 1, effects%n_torques
          select type (torque => effects%torques(i)%item)
-         class is (regulator_t)
+         class is (controller_t)
             if (torque%by == BY_WHEELS) cycle
             if (.not. norm2(b) > 0.0_wp) b = torque%field
             alone = alone .and. torque%by == BY_MAGNETS .and. .not. torque%follows_earth .and. &

@@ -1,5 +1,5 @@
 !> A satellite on a circular orbit, made without a scene: the gravity gradient of the orbit, three wheels, and a
-!> regulator that points it to the Earth by their motors, held between samples.
+!> controller that points it to the Earth by their motors, held between samples.
 module pointing_rows
    use nutate, only: conserved_energy, observer_t, run_record_t, state_t, status_t, system_t, wp
    use nutate_attitude, only: roll_pitch_yaw_from_quat
@@ -34,20 +34,20 @@ contains
 end module pointing_rows
 
 program satellite_by_hand
-   use nutate, only: add_regulator, add_wheel, gravity_gradient_t, integrate, integrator_settings_t, kepler_orbit_t, &
-      long, make_body, make_state, orbit_t, regulator_t, run_plan_t, state_t, status_t, system_t, wheel_t, wp
+   use nutate, only: add_controller, add_wheel, gravity_gradient_t, integrate, integrator_settings_t, kepler_orbit_t, &
+      long, make_body, make_state, orbit_t, controller_t, run_plan_t, state_t, status_t, system_t, wheel_t, wp
    use nutate_attitude, only: quat_from_roll_pitch_yaw
    use nutate_body, only: diagonal
    use nutate_orbit, only: earth_mu
    use nutate_quaternion, only: rotate_to_body
-   use nutate_regulator, only: BY_WHEELS
+   use nutate_controller, only: BY_WHEELS
    use pointing_rows, only: printer_t
    implicit none
    type(system_t) :: system
    type(state_t) :: state
    type(status_t) :: status
    type(orbit_t) :: orbit
-   type(regulator_t) :: regulator
+   type(controller_t) :: controller
    type(printer_t) :: printer
    real(wp) :: attitude(4)
    integer :: i
@@ -62,11 +62,11 @@ program satellite_by_hand
                                      torque_limit=0.1_wp), status)
       if (.not. status%ok()) exit
    end do
-   regulator%by = BY_WHEELS
-   regulator%attitude_gain = diagonal([0.09_wp, 0.1_wp, 0.04_wp])
-   regulator%rate_gain = diagonal([4.0_wp, 4.5_wp, 2.0_wp])
-   regulator%sample = 1.0_wp
-   if (status%ok()) call add_regulator(system, regulator, status)
+   controller%by = BY_WHEELS
+   controller%attitude_gain = diagonal([0.09_wp, 0.1_wp, 0.04_wp])
+   controller%rate_gain = diagonal([4.0_wp, 4.5_wp, 2.0_wp])
+   controller%sample = 1.0_wp
+   if (status%ok()) call add_controller(system, controller, status)
    attitude = quat_from_roll_pitch_yaw([0.2_wp, -0.3_wp, 0.5_wp])
    ! At rest in the axes of the orbit.
    state = make_state(system, attitude, rotate_to_body(attitude, orbit%rate))

@@ -26,7 +26,7 @@ int nutate_stepper_run_history(nutate_stepper *stepper, double end_time, int64_t
  *   ==>  t, s; q [4]; p [4]   the start of the step, as a row had them: work and energy_residual count from there
  *   ==>  dt     the step, s; where local_tolerance is set, taylor and exact choose shorter ones
  *   ==>  times  [n], s, in order from t on   <==  rows  [n][width] of the columns chosen
- * Status: NUTATE_BAD_ARGUMENT, with n = 0 too, where a state has more to it than q and p: with wheels, and regulators that
+ * Status: NUTATE_BAD_ARGUMENT, with n = 0 too, where a state has more to it than q and p: with wheels, and controllers that
  * sample or have limits. */
 int nutate_stepper_look(nutate_stepper *stepper, double t, const double q[4], const double p[4], double dt, size_t n,
                         const double *times, double *rows);

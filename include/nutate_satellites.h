@@ -1,4 +1,4 @@
-/* nutate: satellites. Frames that turn, orbits, the Earth's field, forces, wheels and regulators, added to a system or
+/* nutate: satellites. Frames that turn, orbits, the Earth's field, forces, wheels and controllers, added to a system or
  * read from a stepper. Included by nutate.h, which says what the words and arrows mean; docs/reference/scenes/ has the
  * formulas, under the groups named here.
  *
@@ -11,7 +11,7 @@
  *
  * Wheels count from 1, as in the columns wheel1, wheel2, ... A limit that there is not is INFINITY.
  *
- * Regulators that sample, and limits of speed, are what runs watch over: nutate_stepper_run, ..._run_to and ..._run_history
+ * Controllers that sample, and limits of speed, are what runs watch over: nutate_stepper_run, ..._run_to and ..._run_history
  * take them, and calls in a row go on as one; single steps and nutate_stepper_state_at refuse them. */
 #ifndef NUTATE_SATELLITES_H
 #define NUTATE_SATELLITES_H
@@ -41,7 +41,7 @@ int nutate_system_add_orbit(nutate_system *system, double semi_major_axis, doubl
 int nutate_system_add_orbital_gradient(nutate_system *system);
 
 /* A magnetic moment in the field of the Earth along that orbit: &earth_field.
- *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for the magnets of a regulator alone
+ *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for the magnets of a controller alone
  *   ==>  epoch_angle  of Greenwich at t = 0 from the equinox, rad
  *   ==>  coefficients [3], g11, h11, g10 of the dipole, T; or NULL: those of 2025
  * Status: NUTATE_BAD_ARGUMENT without an orbit. */
@@ -68,7 +68,7 @@ int nutate_system_wheel_count(const nutate_system *system, size_t *n);
 /* A motor for a wheel that has none: torque cos(2 pi frequency t + phase), from start to stop.
  *   ==>  wheel        1, 2, ...
  *   ==>  torque, N m; frequency, Hz; phase, rad; start, stop, s, -INFINITY and INFINITY: always
- * Status: NUTATE_BAD_ARGUMENT also beside a regulator by wheels, and for a torque above the limit. */
+ * Status: NUTATE_BAD_ARGUMENT also beside a controller by wheels, and for a torque above the limit. */
 int nutate_system_add_motor(nutate_system *system, size_t wheel, double torque, double frequency, double phase,
                             double start, double stop);
 /* The same by a table.
@@ -77,7 +77,7 @@ int nutate_system_add_motor(nutate_system *system, size_t wheel, double torque, 
 int nutate_system_add_motor_table(nutate_system *system, size_t wheel, size_t n, const double *t, const double *torque,
                                   const char *keys);
 
-/* A regulator that points the body: &regulator law = 'quaternion', behind all wheels that it acts by.
+/* A controller that points the body: &controller law = 'quaternion', behind all wheels that it acts by.
  *   ==>  by          "torque", "wheels" or "magnets"
  *   ==>  target      [4], attitude, body to space; or NULL: 1
  *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia of the body, 1/s2 and 1/s, else as they are,
@@ -103,7 +103,7 @@ int nutate_stepper_wheel_count(const nutate_stepper *stepper, size_t *n);
 int nutate_stepper_wheel(const nutate_stepper *stepper, size_t wheel, double *speed, double *momentum, double work[2]);
 
 /* Lets the motor of a wheel hold a torque from now on, until it is set again or a state is set: for control by the program.
- *   ==>  wheel     one without a motor of its own, of a system without a regulator by wheels
+ *   ==>  wheel     one without a motor of its own, of a system without a controller by wheels
  *   ==>  torque    N m, up to the limit of the wheel */
 int nutate_stepper_set_motor(nutate_stepper *stepper, size_t wheel, double torque);
 

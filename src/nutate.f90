@@ -57,7 +57,7 @@
 !>     use nutate_effect_list, only: effect_list_t
 !>     use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
 !>     use nutate_geomagnetic_field, only: geomagnetic_field_t
-!>     use nutate_regulator, only: BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
+!>     use nutate_controller, only: BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
 !>     use nutate_wheel_mounting, only: mount_wheels
 !>     use nutate_wheel_motor, only: make_motor_table
 !>
@@ -98,8 +98,8 @@ module nutate
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_potential, only: potential_t
    use nutate_progress, only: run_summary_t
-   use nutate_regulator, only: regulator_t
-   use nutate_regulator_mounting, only: add_regulator
+   use nutate_controller, only: controller_t
+   use nutate_controller_mounting, only: add_controller
    use nutate_rotating_frame, only: frame_at_latitude, rotating_frame_t
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t

@@ -37,7 +37,7 @@ program unit
    use test_conserve, only: collect_conserve
    use test_conserve_limits, only: collect_conserve_limits
    use test_control, only: collect_control
-   use test_controllers, only: collect_controllers
+   use test_random_controllers, only: collect_random_controllers
    use test_dense_output, only: collect_dense_output
    use test_discrete_states, only: collect_discrete_states
    use test_dying_motion, only: collect_dying_motion, report_dying_motion
@@ -116,7 +116,7 @@ program unit
    use test_threads, only: collect_threads
    use test_torque_physics, only: collect_torque_physics
    use test_uncertified, only: collect_uncertified
-   use test_regulators, only: collect_regulators
+   use test_controllers, only: collect_controllers
    use test_wheel_limits, only: collect_wheel_limits
    use test_wheel_reference, only: collect_wheel_reference
    use test_turning_tops, only: collect_turning_tops
@@ -307,10 +307,10 @@ contains
          new_testsuite("table_torques", collect_table_torques), &
          new_testsuite("tables", collect_tables), &
          new_testsuite("torque_physics", collect_torque_physics), &
-         new_testsuite("regulators", collect_regulators), &
+         new_testsuite("controllers", collect_controllers), &
          new_testsuite("saturation", collect_saturation), &
          new_testsuite("wheel_limits", collect_wheel_limits), &
-         new_testsuite("controllers", collect_controllers), &
+         new_testsuite("random_controllers", collect_random_controllers), &
          new_testsuite("wheel_reference", collect_wheel_reference), &
          new_testsuite("wheels", collect_wheels), &
          new_testsuite("work_share", collect_work_share) &

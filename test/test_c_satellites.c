@@ -1,4 +1,4 @@
-/* Satellites of C programs: frames, orbits, wheels, regulators. Each function returns 0, or the line of the first check that
+/* Satellites of C programs: frames, orbits, wheels, controllers. Each function returns 0, or the line of the first check that
  * fails. */
 #include "test_c_support.h"
 #include <stdio.h>
@@ -32,12 +32,12 @@ static const char *const scenes[] = {
     "&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03, axis = 1, 1, 0, angle = 0.5 /\n"
     "&wheel axis = 1, 0, 0, inertia = 0.05, torque_limit = 0.4, speed_limit = 20 / &wheel axis = 0, 1, 0, inertia = 0.05 /\n"
     "&wheel axis = 0, 0, 1, inertia = 0.05, friction = 1e-4 /\n"
-    "&regulator law = 'quaternion', by = 'wheels', attitude_gain = 0.01, rate_gain = 0.12, sample = 0.37 /\n"
+    "&controller law = 'quaternion', by = 'wheels', attitude_gain = 0.01, rate_gain = 0.12, sample = 0.37 /\n"
     "&event when = 'q1', crosses = 0.2 /\n"
     "&output every = 7, columns = 'quaternion', 'angular_velocity', 'energy', 'wheel1', 'wheel3' /\n"
     "&integrator time_step = 0.1, end_time = 21, ",
     "&body inertia = 0.02, 0.03, 0.04 / &initial angular_velocity = 0.2, -0.1, 0.3 / &orbit altitude = 500e3 /\n"
-    "&regulator law = 'bdot', gain = 1e4, field = 2e-5, 1e-5, -3e-5, sample = 1.5, limit = 0.1 / &gravity_gradient /\n"
+    "&controller law = 'bdot', gain = 1e4, field = 2e-5, 1e-5, -3e-5, sample = 1.5, limit = 0.1 / &gravity_gradient /\n"
     "&output every = 7, columns = 'quaternion', 'angular_velocity', 'energy' /\n"
     "&integrator time_step = 0.5, end_time = 105, "};
 
@@ -95,7 +95,7 @@ static int compare_batches(const char *text)
     return 0;
 }
 
-/* The bits are those of the whole run, with events, wheels at limits and regulators between samples, and so are the events. */
+/* The bits are those of the whole run, with events, wheels at limits and controllers between samples, and so are the events. */
 int test_c_satellites_batches(void)
 {
     char text[2000];
@@ -178,18 +178,18 @@ int test_c_satellites_by_functions(void)
         "&rotating_frame rate = 0.01, 0, 0.02 / &wheel axis = 1, 2, 2, inertia = 0.05, speed = 30, friction = 1e-3, "
         "torque_limit = 0.5, torque = 0.2, frequency = 0.3, phase = 0.1, start = 0.55, stop = 3 /",
         NULL, "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_perigee = 0.3, "
-        "mean_anomaly = 0.7 / &gravity_gradient / &regulator law = 'quaternion', by = 'torque', gains = 'scalar', "
+        "mean_anomaly = 0.7 / &gravity_gradient / &controller law = 'quaternion', by = 'torque', gains = 'scalar', "
         "target = 0.6, 0, 0, 0.8, attitude_gain = 0.5, rate_gain = 2, sample = 0.25, limit = 1 /",
-        "&orbit semi_major_axis = 7e6, mu = 4e14 / &gravity_gradient / &regulator law = 'quaternion', by = 'magnets', "
+        "&orbit semi_major_axis = 7e6, mu = 4e14 / &gravity_gradient / &controller law = 'quaternion', by = 'magnets', "
         "attitude_gain = 0.01, rate_gain = 0.1, field = 2e-5, 1e-5, -3e-5 /",
         "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_perigee = 0.3, "
         "mean_anomaly = 0.7 / &earth_field moment = 1, 2, 2, epoch_angle = 0.4, coefficients = 2e-5, 1e-5, -3e-5 / "
         "&force body_point = 0, 0, 1, force = 2e-5, 1e-5, -3e-5, axes = 'orbit' / "
         "&force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'body', start = 0.35, stop = 3 /",
         "&orbit semi_major_axis = 7e6 / &earth_field / &force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'space' / "
-        "&regulator law = 'bdot', gain = 1e6, sample = 0.5, limit = 10 /",
+        "&controller law = 'bdot', gain = 1e6, sample = 0.5, limit = 10 /",
         "&orbit semi_major_axis = 7e6, frame = 'inertial' / "
-        "&regulator law = 'bdot', gain = 1e6, field = 2e-5, 1e-5, -3e-5, sample = 0.5, limit = 10 /"};
+        "&controller law = 'bdot', gain = 1e6, field = 2e-5, 1e-5, -3e-5, sample = 0.5, limit = 10 /"};
     /* The table by its lines: cut off at 0.25, nothing before 0.7. */
     static const char table[] = "&rotating_frame latitude = 0.85 / &wheel axis = 1, 2, 2, inertia = 0.05, torque_limit = 0.25, "
                                 "speed_limit = 7, table = 'motor_table_of_a_test.csv', start = 0.7 /";

@@ -1,4 +1,4 @@
-!> The C interface: frames, orbits, wheels and regulators (`test_c_satellites.c`).
+!> The C interface: frames, orbits, wheels and controllers (`test_c_satellites.c`).
 module test_c_satellites
    use, intrinsic :: iso_c_binding, only: c_int
    use test_support, only: check, error_type, new_unittest, unittest_type

@@ -5,7 +5,7 @@ module test_limit_promises
    implicit none
    private
 
-   public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_fields, of_wheels, of_regulators, &
+   public :: promise_t, of_bodies, of_potentials, of_torques, of_orbits, of_fields, of_wheels, of_controllers, &
       of_starts, of_settings, of_events
 
    !> What a key admits in one of its numbers while the others stay: sizes from least to greatest, and what else.
@@ -190,29 +190,29 @@ contains
       promises%setting%inertia = 2.0_wp
    end function of_wheels
 
-   pure function of_regulators() result(promises)
+   pure function of_controllers() result(promises)
       type(promise_t) :: promises(12)
       real(wp), parameter :: zero(3) = 0.0_wp, unit(4) = [1.0_wp, zero]
       ! The sample is one of B-dot for the field and the gain.
-      promises(1) = any_number('regulator', 'attitude_gain', zero(1:1))
-      promises(2) = any_number('regulator', 'rate_gain', zero(1:1))
+      promises(1) = any_number('controller', 'attitude_gain', zero(1:1))
+      promises(2) = any_number('controller', 'rate_gain', zero(1:1))
       promises(1:2)%negative = .false.
-      promises(3) = any_number('regulator', 'target', unit, 2)
+      promises(3) = any_number('controller', 'target', unit, 2)
       promises(3)%greatest = 1e-3_wp
-      promises(4) = positive('regulator', 'sample', [1.0_wp], least=1e-50_wp)
-      promises(5) = positive('regulator', 'limit', [1.0_wp])
+      promises(4) = positive('controller', 'sample', [1.0_wp], least=1e-50_wp)
+      promises(5) = positive('controller', 'limit', [1.0_wp])
       promises(4:5)%text_only = .true.
-      promises(6) = any_number('regulator', 'start', zero(1:1))
-      promises(7) = any_number('regulator', 'stop', zero(1:1))
-      promises(8) = any_number('regulator', 'field', [zero(1:2), 1.0_wp], 1)
+      promises(6) = any_number('controller', 'start', zero(1:1))
+      promises(7) = any_number('controller', 'stop', zero(1:1))
+      promises(8) = any_number('controller', 'field', [zero(1:2), 1.0_wp], 1)
       promises(8)%greatest = 1e50_wp
-      promises(9) = any_number('regulator', 'gain', zero(1:1))
+      promises(9) = any_number('controller', 'gain', zero(1:1))
       promises(9)%negative = .false.
-      promises(10) = any_number('regulator', 'attitude_gain_matrix', zero, which=2)
-      promises(11) = any_number('regulator', 'rate_gain_matrix', zero, which=3)
-      promises(12) = positive('regulator', 'inertia', [1.0_wp, 1.0_wp, 1.0_wp], which=0)
+      promises(10) = any_number('controller', 'attitude_gain_matrix', zero, which=2)
+      promises(11) = any_number('controller', 'rate_gain_matrix', zero, which=3)
+      promises(12) = positive('controller', 'inertia', [1.0_wp, 1.0_wp, 1.0_wp], which=0)
       promises(10:12)%text_only = .true.
-   end function of_regulators
+   end function of_controllers
 
    pure function of_starts() result(promises)
       type(promise_t) :: promises(8)

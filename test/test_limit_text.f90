@@ -208,8 +208,8 @@ contains
          text = entry(setting, group, 'momentum', up)
       case ('rotating_frame')
          text = entry(setting, group, trim(setting%key), [0.0_wp])
-      case ('regulator')
-         text = regulator_text(setting)
+      case ('controller')
+         text = controller_text(setting)
       case ('orbit')
          text = orbit_text(setting)
       case ('earth_field')
@@ -233,11 +233,11 @@ contains
       if (group == 'vary') text = '&ensemble members = 2 / '//text
    end function effect_text
 
-   !> The keys of a regulator: of B-dot for those that it alone has.
-   function regulator_text(setting) result(text)
+   !> The keys of a controller: of B-dot for those that it alone has.
+   function controller_text(setting) result(text)
       type(setting_t), intent(in) :: setting
       character(len=:), allocatable :: text
-      character(len=*), parameter :: group = 'regulator'
+      character(len=*), parameter :: group = 'controller'
       select case (setting%key)
       case ('gain', 'field')
          ! So weak that the limit of the field is its own, not that of the torque.
@@ -250,7 +250,7 @@ contains
             entry(setting, group, trim(setting%key), [0.0_wp])
          if (setting%key == 'limit') text = text//' sample = 1'
       end select
-   end function regulator_text
+   end function controller_text
 
    !> The keys of a group `&orbit`. Next to the mass of the Earth a small orbit turns too fast for a step.
    function orbit_text(setting) result(text)

@@ -7,7 +7,7 @@ module test_limits
    use nutate_scene, only: scene_kinds
    use test_limit_c, only: c_takes, c_takes_direction, c_takes_every
    use test_limit_f77, only: f77_takes, f77_takes_direction, f77_takes_energy, f77_takes_every
-   use test_limit_promises, only: of_bodies, of_events, of_fields, of_orbits, of_potentials, of_regulators, &
+   use test_limit_promises, only: of_bodies, of_events, of_fields, of_orbits, of_potentials, of_controllers, &
       of_settings, of_starts, of_torques, of_wheels, promise_t
    use test_limit_text, only: number_text, setting_t, text_takes, text_takes_every
    use test_support, only: check, error_type, is_slow_build, new_unittest, test_failed, unittest_type
@@ -35,7 +35,7 @@ contains
                   new_unittest("orbits at their limits", orbits), &
                   new_unittest("fields and forces at their limits", fields), &
                   new_unittest("wheels at their limits", wheels), &
-                  new_unittest("regulators at their limits", regulators), &
+                  new_unittest("controllers at their limits", controllers), &
                   new_unittest("starts at their limits", starts), &
                   new_unittest("settings at their limits", settings), &
                   new_unittest("events and variations at their limits", events), &
@@ -77,10 +77,10 @@ contains
       call check_all(error, of_wheels())
    end subroutine wheels
 
-   subroutine regulators(error)
+   subroutine controllers(error)
       type(error_type), allocatable, intent(out) :: error
-      call check_all(error, of_regulators())
-   end subroutine regulators
+      call check_all(error, of_controllers())
+   end subroutine controllers
 
    subroutine starts(error)
       type(error_type), allocatable, intent(out) :: error
@@ -103,7 +103,7 @@ contains
       type(promise_t), allocatable :: promises(:)
       type(group_kind_t), allocatable :: kinds(:)
       integer :: i, k
-      promises = [of_bodies(), of_potentials(), of_torques(), of_orbits(), of_fields(), of_wheels(), of_regulators(), &
+      promises = [of_bodies(), of_potentials(), of_torques(), of_orbits(), of_fields(), of_wheels(), of_controllers(), &
                   of_starts(), of_settings(), of_events()]
       kinds = scene_kinds()
       do i = 1, size(kinds)

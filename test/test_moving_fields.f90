@@ -16,8 +16,8 @@ module test_moving_fields
    use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, DETUMBLING
-   use nutate_regulator_mounting, only: add_regulator
+   use nutate_controller, only: controller_t, BY_MAGNETS, DETUMBLING
+   use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -336,18 +336,18 @@ contains
    subroutine magnets(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
-      type(regulator_t) :: regulator
+      type(controller_t) :: controller
       type(account_t) :: account
       type(state_t) :: state, reference
       type(status_t) :: status
       real(wp) :: q(4), omega(3)
       integer :: m
       call follow_equations(MAGNETIC, path_of(0.3_wp), .true., q, omega)
-      regulator%name = 'regulator'
-      regulator%law = DETUMBLING
-      regulator%by = BY_MAGNETS
-      regulator%gain = gain
-      regulator%follows_earth = .true.
+      controller%name = 'controller'
+      controller%law = DETUMBLING
+      controller%by = BY_MAGNETS
+      controller%gain = gain
+      controller%follows_earth = .true.
       problem = satellite(orbit_t(path_of(0.3_wp)), MAGNETIC)
       call add_magnets(earth_field_t([0.0_wp, 0.0_wp, 0.0_wp], field_along(problem%system%effects%orbit)))
       if (allocated(error)) return
@@ -358,7 +358,7 @@ contains
          call check(error, status%ok(), trim(status%message))
          call check_close(error, state%q, q, 1e-9_wp, name_of(m)//", at all times")
       end do
-      regulator%sample = 10.0_wp
+      controller%sample = 10.0_wp
       call add_magnets(earth_field_t(magnet, field_along(problem%system%effects%orbit)))
       if (allocated(error)) return
       do m = 1, n_methods
@@ -373,7 +373,7 @@ contains
 
    contains
 
-      !> A body with a field and the regulator alone.
+      !> A body with a field and the controller alone.
       subroutine add_magnets(field)
          class(effect_t), intent(in) :: field
          type(system_t) :: system
@@ -381,7 +381,7 @@ contains
          call system%effects%add(problem%system%effects%orbit)
          call system%effects%add(field)
          problem%system = system
-         call add_regulator(problem%system, regulator, status)
+         call add_controller(problem%system, controller, status)
          call check(error, status%ok(), trim(status%message))
       end subroutine add_magnets
 

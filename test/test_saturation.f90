@@ -1,4 +1,4 @@
-!> Limits of regulators that act at all times: located, so that methods keep their order; exact in the account; targets
+!> Limits of controllers that act at all times: located, so that methods keep their order; exact in the account; targets
 !> that go round with an orbit.
 module test_saturation
    use nutate_body, only: diagonal, make_body
@@ -12,8 +12,8 @@ module test_saturation
    use nutate_orbit, only: orbit_t
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
-   use nutate_regulator_mounting, only: add_regulator
+   use nutate_controller, only: controller_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -58,31 +58,31 @@ contains
    end subroutine collect_saturation
 
    !> The law -k J e_v - d J Ω at all times.
-   pure type(regulator_t) function pointing(by, limit) result(regulator)
+   pure type(controller_t) function pointing(by, limit) result(controller)
       integer, intent(in) :: by
       real(wp), intent(in) :: limit
-      regulator%name = 'regulator'
-      regulator%by = by
-      regulator%limit = limit
-      regulator%attitude_gain = 0.6_wp*diagonal(moments)
-      regulator%rate_gain = 0.5_wp*diagonal(moments)
-      if (by == BY_MAGNETS) regulator%field = field
+      controller%name = 'controller'
+      controller%by = by
+      controller%limit = limit
+      controller%attitude_gain = 0.6_wp*diagonal(moments)
+      controller%rate_gain = 0.5_wp*diagonal(moments)
+      if (by == BY_MAGNETS) controller%field = field
    end function pointing
 
    !> A body that turns about its axis 3, θ(0) = 1 rad.
-   type(problem_t) function plain_turn(regulator, wheel) result(problem)
-      type(regulator_t), intent(in) :: regulator
+   type(problem_t) function plain_turn(controller, wheel) result(problem)
+      type(controller_t), intent(in) :: controller
       type(wheel_t), intent(in), optional :: wheel
       type(status_t) :: status
       call make_body(diagonal(moments), problem%system%body, status)
       if (present(wheel)) call add_wheel(problem%system, wheel, status)
-      call add_regulator(problem%system, regulator, status)
+      call add_controller(problem%system, controller, status)
       problem%start = make_state(problem%system, [cos(0.5_wp), 0.0_wp, 0.0_wp, sin(0.5_wp)], [0.0_wp, 0.0_wp, 0.4_wp])
    end function plain_turn
 
-   !> A tumbling body with four wheels on inclined axes and a regulator.
-   type(problem_t) function tumbling(regulator, forced, torque_limit, speed_limit) result(problem)
-      type(regulator_t), intent(in) :: regulator
+   !> A tumbling body with four wheels on inclined axes and a controller.
+   type(problem_t) function tumbling(controller, forced, torque_limit, speed_limit) result(problem)
+      type(controller_t), intent(in) :: controller
       !> Beside every other kind of effect.
       logical, intent(in) :: forced
       !> Of the motors, N m and rad/s.
@@ -97,7 +97,7 @@ contains
          call add_wheel(problem%system, wheel_t(name='wheel', axis=axis/norm2(axis), inertia=0.05_wp, &
                speed=i*1.0_wp, torque_limit=torque_limit, speed_limit=speed_limit), status)
       end do
-      call add_regulator(problem%system, regulator, status)
+      call add_controller(problem%system, controller, status)
       problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [0.3_wp, -0.2_wp, 0.4_wp])
    end function tumbling
 
@@ -212,7 +212,7 @@ contains
       by = [BY_TORQUE, BY_MAGNETS, BY_MAGNETS, BY_WHEELS]
       problems(1) = tumbling(pointing(BY_TORQUE, 0.5_wp), .false., huge(1.0_wp), huge(1.0_wp))
       problems(2) = tumbling(pointing(BY_MAGNETS, 0.8_wp), .false., huge(1.0_wp), huge(1.0_wp))
-      problems(3) = tumbling(regulator_t(name='regulator', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
+      problems(3) = tumbling(controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
                                          limit=0.15_wp), .false., huge(1.0_wp), huge(1.0_wp))
       problems(4) = tumbling(pointing(BY_WHEELS, huge(1.0_wp)), .false., 0.3_wp, 12.0_wp)
       do i = 1, size(problems)
@@ -330,29 +330,29 @@ contains
    subroutine derivatives_at_limits(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: h = 1e-5_wp
-      type(regulator_t) :: regulators(4)
+      type(controller_t) :: controllers(4)
       real(wp) :: q(4), omega(3), by_rotation(3, 3), by_rate(3, 3), change(3), shift(3), t
       integer :: r, c, i
-      regulators = pointing(BY_TORQUE, 0.7_wp)
-      regulators(2) = pointing(BY_MAGNETS, 0.7_wp)
-      regulators(3) = regulator_t(name='regulator', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
+      controllers = pointing(BY_TORQUE, 0.7_wp)
+      controllers(2) = pointing(BY_MAGNETS, 0.7_wp)
+      controllers(3) = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
                                   limit=0.4_wp)
-      call regulators(4)%follow_orbit(orbit_t(kepler_orbit_t(eccentricity=0.4_wp, inclination=0.4_wp, raan=1.0_wp)))
+      call controllers(4)%follow_orbit(orbit_t(kepler_orbit_t(eccentricity=0.4_wp, inclination=0.4_wp, raan=1.0_wp)))
       t = 0.7_wp
-      do r = 1, size(regulators)
+      do r = 1, size(controllers)
          do c = 0, 26
-            regulators(r)%cut = [mod(c, 3), mod(c/3, 3), c/9] - 1
+            controllers(r)%cut = [mod(c, 3), mod(c/3, 3), c/9] - 1
             q = quat_exp([0.3_wp, -0.5_wp, 0.1_wp*c])
             omega = [0.6_wp, -0.05_wp*c, 0.4_wp]
-            call regulators(r)%derivatives(t, q, omega, by_rotation, by_rate)
+            call controllers(r)%derivatives(t, q, omega, by_rotation, by_rate)
             do i = 1, 3
                shift = 0.0_wp
                shift(i) = 0.5_wp*h
-               change = (regulators(r)%torque(t, quat_product(q, quat_exp(shift)), omega) &
-                         - regulators(r)%torque(t, quat_product(q, quat_exp(-shift)), omega))/(2*h)
+               change = (controllers(r)%torque(t, quat_product(q, quat_exp(shift)), omega) &
+                         - controllers(r)%torque(t, quat_product(q, quat_exp(-shift)), omega))/(2*h)
                call check_below(error, norm2(by_rotation(:, i) - change), 1e-8_wp, 'by rotation')
-               change = (regulators(r)%torque(t, q, omega + 2*shift) &
-                         - regulators(r)%torque(t, q, omega - 2*shift))/(2*h)
+               change = (controllers(r)%torque(t, q, omega + 2*shift) &
+                         - controllers(r)%torque(t, q, omega - 2*shift))/(2*h)
                call check_below(error, norm2(by_rate(:, i) - change), 1e-8_wp, 'by rate')
             end do
          end do
@@ -382,7 +382,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: until = 40.0_wp
       type(kepler_orbit_t) :: path
-      type(regulator_t) :: regulator
+      type(controller_t) :: controller
       type(system_t) :: system, empty
       type(orbit_t) :: orbit
       type(state_t) :: states(2)
@@ -397,13 +397,13 @@ contains
             orbit = orbit_t(path, inertial=way == 2)
             call system%effects%add(orbit)
             if (by == BY_WHEELS) call add_three_wheels(system)
-            regulator = pointing(by, merge(0.5_wp, huge(1.0_wp), by == BY_TORQUE))
+            controller = pointing(by, merge(0.5_wp, huge(1.0_wp), by == BY_TORQUE))
             ! Ten times stiffer, so that what the turn of the orbit asks for leaves a small error.
-            regulator%attitude_gain = 10*regulator%attitude_gain
-            regulator%rate_gain = 10*regulator%rate_gain
-            regulator%target = quat_exp([0.2_wp, -0.1_wp, 0.3_wp])
-            regulator%follows_orbit = .true.
-            call add_regulator(system, regulator, status)
+            controller%attitude_gain = 10*controller%attitude_gain
+            controller%rate_gain = 10*controller%rate_gain
+            controller%target = quat_exp([0.2_wp, -0.1_wp, 0.3_wp])
+            controller%follows_orbit = .true.
+            call add_controller(system, controller, status)
             call check(error, status%ok(), trim(status%message))
             q = quat_exp([0.4_wp, 0.3_wp, -0.2_wp])
             if (way == 2) q = quat_product(path%axes(0.0_wp), q)
@@ -414,11 +414,11 @@ contains
          q = quat_product(path%axes(until), states(1)%q)
          call check_below(error, attitude_distance(q, states(2)%q), 1e-11_wp, 'the same motion')
          ! It has come to where it is to be, which turns by 8 rad in this time.
-         call check_below(error, attitude_distance(states(1)%q, regulator%target), 0.1_wp, 'its target')
+         call check_below(error, attitude_distance(states(1)%q, controller%target), 0.1_wp, 'its target')
       end do
       system = empty
       call make_body(diagonal(moments), system%body, status)
-      call add_regulator(system, regulator, status)
+      call add_controller(system, controller, status)
       call check(error, status%code == NUTATE_BAD_ARGUMENT .and. index(status%message, 'expected &orbit') > 0, &
                  'no orbit')
 

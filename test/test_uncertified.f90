@@ -11,8 +11,8 @@ module test_uncertified
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_progress, only: run_summary_t
    use nutate_projected_stepper, only: projected_stepper_t
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
-   use nutate_regulator_mounting, only: add_regulator
+   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
+   use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
    use nutate_state, only: state_t
@@ -54,7 +54,7 @@ contains
                   new_unittest("a step counts once, whatever its parts", steps_count_once), &
                   new_unittest("a stepper that is projected counts like it", projection_passes_it_on), &
                   new_unittest("an effect without bounds leaves every step uncertified", effect_without_bounds), &
-                  new_unittest("nor is what wheels, regulators, moving potentials do", nothing_derived), &
+                  new_unittest("nor is what wheels, controllers, moving potentials do", nothing_derived), &
                   new_unittest("a free body has certified steps only", free_body_is_certified), &
                   new_unittest("rows between steps count nothing", rows_count_nothing), &
                   new_unittest("a resumed run ends with the same count", resumed_runs_agree)]
@@ -179,7 +179,7 @@ contains
       integer, intent(in) :: i
       type(status_t), intent(out) :: status
       real(wp), parameter :: x(3) = [1.0_wp, 0.0_wp, 0.0_wp]
-      type(regulator_t) :: regulator
+      type(controller_t) :: controller
       type(orbit_t) :: orbit
       orbit = orbit_t(path_of(0.0_wp), inertial=i /= 9)
       if (i > 9) orbit = orbit_t(path_of(0.3_wp))
@@ -188,15 +188,15 @@ contains
          call effects%add(orbit)
          call effects%add(force_t(point, push))
          if (i == 1 .or. i == 2) call add_wheel(problem%system, wheel_t(name='wheel', axis=x, inertia=1e-3_wp), status)
-         regulator = regulator_t(name='regulator', attitude_gain=1e-6_wp*diagonal(moments), &
+         controller = controller_t(name='controller', attitude_gain=1e-6_wp*diagonal(moments), &
                                  rate_gain=1e-6_wp*diagonal(moments), gain=1.0_wp, field=1e-5_wp*x)
-         if (i == 2) regulator%by = BY_WHEELS
-         if (i == 2 .or. i == 4 .or. i == 6) regulator%sample = 1.0_wp
-         if (i >= 5 .and. i <= 7) regulator%by = BY_MAGNETS
-         if (i == 6 .or. i == 7) regulator%law = DETUMBLING
-         regulator%follows_earth = i == 7
+         if (i == 2) controller%by = BY_WHEELS
+         if (i == 2 .or. i == 4 .or. i == 6) controller%sample = 1.0_wp
+         if (i >= 5 .and. i <= 7) controller%by = BY_MAGNETS
+         if (i == 6 .or. i == 7) controller%law = DETUMBLING
+         controller%follows_earth = i == 7
          if (i == 7) call effects%add(earth_field_t(0*x, field_along(orbit)))
-         if (i >= 2 .and. i <= 7) call add_regulator(problem%system, regulator, status)
+         if (i >= 2 .and. i <= 7) call add_controller(problem%system, controller, status)
          if (i >= 8 .and. i <= 10) call effects%add(earth_field_t(magnet, field_along(orbit)))
          if (i == 11) call effects%add(moving_force_t(point, push_along(orbit)))
          if (i == 12) call effects%add(orbital_gradient_t(body, orbit%path))

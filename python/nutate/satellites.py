@@ -27,14 +27,14 @@ class Wheel(NamedTuple):
 
 
 class WheelMounting(Recipe):
-    """The part of a System that has wheels, the Earth's field and forces. Frames, orbits and regulators are added as in a scene:
-    system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("regulator", law="quaternion", by="wheels",
+    """The part of a System that has wheels, the Earth's field and forces. Frames, orbits and controllers are added as in a scene:
+    system.add("orbit", altitude=500e3), system.add("gravity_gradient"), system.add("controller", law="quaternion", by="wheels",
     attitude_gain=0.01, rate_gain=0.12, sample=0.5); inertia=..., attitude_gain_matrix=..., rate_gain_matrix=... as there."""
 
     def add_earth_field(self, moment: Optional[npt.ArrayLike] = None, *, epoch_angle: float = 0.0,
                         coefficients: Optional[npt.ArrayLike] = None) -> None:
         """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit, which must be there; without a moment
-        the field is there for the magnets of a regulator. epoch_angle is that of Greenwich at t = 0 from the equinox, rad,
+        the field is there for the magnets of a controller. epoch_angle is that of Greenwich at t = 0 from the equinox, rad,
         coefficients are g11, h11, g10 of the dipole, T; those of 2025 unless given."""
         self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), float(epoch_angle),
                               None if coefficients is None else vector(coefficients, 3, "coefficients").copy())
@@ -61,7 +61,7 @@ class WheelMounting(Recipe):
         """Adds a wheel: its axis in the body, of any length, inertia about it, kg m2, speed relative to the body at the start,
         rad/s, friction, N m s. The body's inertia is that with its wheels locked. A motor of its own has a torque,
         torque cos(2 pi frequency t + phase), N m, or a table, (t, torque), of times, s, and torques, from start to stop. Without
-        one a regulator drives it, or the program: Stepper.set_motor."""
+        one a controller drives it, or the program: Stepper.set_motor."""
         if torque is not None and table is not None:
             raise refusal("a wheel takes torque or table, not both")
         window, motor, lines = (float(start), float(stop)), None, None

@@ -198,7 +198,7 @@ class Stepper(SatelliteState):
 
     def _look(self, start: dict[str, float], dt: float, times: Array) -> dict[str, Array]:
         """Rows at times inside a step of an earlier run, s, from the row at its start. NutateValueError, also of no times, where a
-        state has more to it than attitude and momentum: momenta of wheels, commands that a regulator holds."""
+        state has more to it than attitude and momentum: momenta of wheels, commands that a controller holds."""
         names = self.column_names
         times, rows = np.ascontiguousarray(times), np.empty((len(times), len(names)))
         q, p = (np.array([start[f"{name}{i}"] for i in range(4)]) for name in "qp")

@@ -1,4 +1,4 @@
-"""Satellites: wheels, orbits, regulators and frames that turn, in programs and in batches."""
+"""Satellites: wheels, orbits, controllers and frames that turn, in programs and in batches."""
 
 import copy
 import pickle
@@ -22,7 +22,7 @@ SCENES = [
     """&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03, axis = 1, 1, 0, angle = 0.5 /
     &wheel axis = 1, 0, 0, inertia = 0.05, torque_limit = 0.4, speed_limit = 20 / &wheel axis = 0, 1, 0, inertia = 0.05 /
     &wheel axis = 0, 0, 1, inertia = 0.05 / &rotating_frame rate = 1e-3, 0, 2e-3 /
-    &regulator law = 'quaternion', by = 'wheels', attitude_gain = 0.01, rate_gain = 0.12, sample = 0.37 /
+    &controller law = 'quaternion', by = 'wheels', attitude_gain = 0.01, rate_gain = 0.12, sample = 0.37 /
     &output columns = 'quaternion', 'angular_velocity', 'energy', 'wheel1', 'wheel3', 'works' /
     &integrator time_step = 0.1, end_time = 10, method = '{}' /""",
 ]
@@ -115,7 +115,7 @@ class SatellitesTest(unittest.TestCase):
                      {"attitude_gain_matrix": 0.25 * tensor, "rate_gain_matrix": 0.5 * tensor},
                      {"attitude_gain": 0.25, "rate_gain": 0.5, "inertia": (90, 100, 40)}):
             system = nutate.System(tensor=tensor)
-            system.add("regulator", law="quaternion", sample=0.25, **keys)
+            system.add("controller", law="quaternion", sample=0.25, **keys)
             stepper = nutate.Stepper(system, time_step=0.1)
             stepper.set_state(q=(0, 1, 0, 0), omega=(0.02, -0.01, 0.03))
             stepper.run(40)
@@ -125,15 +125,15 @@ class SatellitesTest(unittest.TestCase):
         self.assertNotEqual(ends[3], ends[0])
 
     def test_columns_of_controllers_are_those_of_scenes(self):
-        columns = ("regulator1", "pointing_error1", "magnetic_field")
+        columns = ("controller1", "pointing_error1", "magnetic_field")
         text = """&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03 /
-            &regulator law = 'quaternion', by = 'magnets', field = 0.3, -0.2, 0.4, attitude_gain = 0.1, rate_gain = 0.12, sample = 0.5,
-            limit = 3.0, target = 0.5, 0.5, 0.5, 0.5 / &output columns = 'regulator1', 'pointing_error1', 'magnetic_field' /
+            &controller law = 'quaternion', by = 'magnets', field = 0.3, -0.2, 0.4, attitude_gain = 0.1, rate_gain = 0.12, sample = 0.5,
+            limit = 3.0, target = 0.5, 0.5, 0.5, 0.5 / &output columns = 'controller1', 'pointing_error1', 'magnetic_field' /
             &integrator time_step = 0.25, end_time = 20, method = 'taylor' /"""
         with nutate.Scene(text=text) as scene:
             expected = scene.run()
         system = nutate.System(moments=(90, 100, 40))
-        system.add("regulator", law="quaternion", by="magnets", field=(0.3, -0.2, 0.4), attitude_gain=0.1, rate_gain=0.12, sample=0.5,
+        system.add("controller", law="quaternion", by="magnets", field=(0.3, -0.2, 0.4), attitude_gain=0.1, rate_gain=0.12, sample=0.5,
                    limit=3.0, target=(0.5, 0.5, 0.5, 0.5))
         stepper = nutate.Stepper(system, time_step=0.25, method="taylor")
         stepper.set_state(q=(1, 0, 0, 0), omega=(0.02, -0.01, 0.03))
@@ -142,7 +142,7 @@ class SatellitesTest(unittest.TestCase):
         parts = [stepper.run(33), stepper.run(47)]
         for name in expected:
             np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), expected[name][1:], name)
-        self.assertGreater(expected["regulator1_saturations"][-1], 1)
+        self.assertGreater(expected["controller1_saturations"][-1], 1)
 
     def test_wheels_are_those_of_the_columns(self):
         system = nutate.System(moments=(90, 100, 40))

@@ -81,7 +81,7 @@ class SolveTest(unittest.TestCase):
         wheel = nutate.System(moments=(90, 100, 40))
         wheel.add_wheel((1, 2, 2), 0.05, 30.0, friction=1e-3, torque=0.2, frequency=0.05)
         held = nutate.System(moments=(90, 100, 40))
-        held.add("regulator", law="quaternion", by="torque", attitude_gain=0.02, rate_gain=0.2, sample=1.7)
+        held.add("controller", law="quaternion", by="torque", attitude_gain=0.02, rate_gain=0.2, sample=1.7)
         times = np.linspace(0, 30, 40)
         for system, settings in ((wheel, {"method": "dop853", "accuracy": 1e-8}), (wheel, {"time_step": 0.3, "order": 6}),
                                  (held, {"method": "dop853", "local_tolerance": 1e-9}), (held, {"time_step": 0.05, "order": 6})):

@@ -117,16 +117,17 @@ contains
       end do
    end function nearest_name
 
-   !> Place of the known name that a former name became; 0 where it is none.
+   !> Place of the known name that a former name became, both with the same number behind; 0 where it is none.
    pure integer function place_of_former(word, known) result(place)
       character(len=*), intent(in) :: word
       character(len=*), intent(in) :: known(:)
-      integer :: i, k
+      integer :: i, k, last
       place = 0
+      last = verify(word, '0123456789', back=.true.)
       do k = 1, size(former_names, 2)
-         if (former_names(1, k) /= word) cycle
+         if (former_names(1, k) /= word(:last)) cycle
          do i = 1, size(known)
-            if (known(i) == former_names(2, k)) place = i
+            if (known(i) == trim(former_names(2, k))//word(last + 1:)) place = i
          end do
       end do
    end function place_of_former

@@ -10,7 +10,7 @@ module nutate_effect_catalogue
    use nutate_gravity, only: build_gravity, gravity_keys
    use nutate_gravity_gradient, only: build_gravity_gradient, gravity_gradient_keys
    use nutate_keys, only: group_kind_t, group_t, key_t, KEY_LOGICAL, KEY_TEXT
-   use nutate_regulator_group, only: build_regulator, regulator_keys
+   use nutate_controller_group, only: build_controller, controller_keys
    use nutate_orbit, only: build_orbit, orbit_keys
    use nutate_rotating_frame, only: build_rotating_frame, rotating_frame_keys
    use nutate_rotor, only: build_rotor, rotor_keys
@@ -65,7 +65,7 @@ contains
       call add_kind(kinds, 'earth_field', earth_field_keys, build_earth_field, repeatable=.false.)
       call add_kind(kinds, 'force', force_keys, build_force)
       call add_kind(kinds, 'wheel', wheel_keys, build_wheel)
-      call add_kind(kinds, 'regulator', regulator_keys, build_regulator)
+      call add_kind(kinds, 'controller', controller_keys, build_controller)
 
    contains
 

@@ -7,8 +7,8 @@ module nutate_effect_list
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
    use nutate_kinds, only: wp
-   use nutate_regulated_motor, only: regulated_motor_t
-   use nutate_regulator, only: regulator_t, BY_WHEELS
+   use nutate_controlled_motor, only: controlled_motor_t
+   use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_orbit, only: orbit_t
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_saturation_count, only: transfer_integers
@@ -55,7 +55,7 @@ module nutate_effect_list
       !> The body goes round on an orbit.
       logical :: on_orbit = .false.
       type(orbit_t) :: orbit = orbit_t()
-      !> The body is in the field of the Earth, on or off, which regulators follow.
+      !> The body is in the field of the Earth, on or off, which controllers follow.
       logical :: in_earth_field = .false.
       type(geomagnetic_field_t) :: earth_field = geomagnetic_field_t()
    contains
@@ -80,10 +80,10 @@ module nutate_effect_list
       procedure :: needs_attitude
       !> The next time on which a step must end.
       procedure :: next_break
-      !> A regulator drives a wheel at all times.
+      !> A controller drives a wheel at all times.
       procedure :: feeds_back_to_wheels
-      !> A regulator drives the wheels, at all times or from sample to sample.
-      procedure :: regulates_wheels
+      !> A controller drives the wheels, at all times or from sample to sample.
+      procedure :: controls_wheels
    end type effect_list_t
 
 contains
@@ -253,7 +253,7 @@ contains
       call move_alloc(sorted, self%potentials)
    end subroutine sort_potentials
 
-   !> Shows to an archive which effects are on, which wheels at a limit, and what regulators hold.
+   !> Shows to an archive which effects are on, which wheels at a limit, and what controllers hold.
    subroutine transfer_switches(self, archive)
       !> The same effects as were shown before.
       class(effect_list_t), intent(inout) :: self
@@ -285,20 +285,20 @@ contains
       class(archive_t), intent(inout) :: archive
       call archive%transfer(motor%on)
       select type (motor)
-      class is (regulated_motor_t)
+      class is (controlled_motor_t)
          call archive%transfer(motor%cut)
-         call archive%transfer(motor%regulator%sense)
+         call archive%transfer(motor%controller%sense)
          call archive%transfer(motor%at_limit)
          call archive%transfer(motor%blocked)
       end select
    end subroutine transfer_motor
 
-   !> Shows to an archive what a regulator holds, and what of it is at a limit.
+   !> Shows to an archive what a controller holds, and what of it is at a limit.
    subroutine transfer_held(torque, archive)
       class(torque_t), intent(inout) :: torque
       class(archive_t), intent(inout) :: archive
       select type (torque)
-      class is (regulator_t)
+      class is (controller_t)
          call archive%transfer(torque%held)
          call archive%transfer(torque%held_by_wheels)
          call archive%transfer(torque%was_on)
@@ -309,7 +309,7 @@ contains
       end select
    end subroutine transfer_held
 
-   !> True where a regulator drives a wheel at all times, by what the body does.
+   !> True where a controller drives a wheel at all times, by what the body does.
    pure logical function feeds_back_to_wheels(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
@@ -317,24 +317,24 @@ contains
       do i = 1, self%n_wheels
          if (.not. allocated(self%wheels(i)%motor)) cycle
          select type (motor => self%wheels(i)%motor)
-         class is (regulated_motor_t)
+         class is (controlled_motor_t)
             feeds_back_to_wheels = .true.
          end select
       end do
    end function feeds_back_to_wheels
 
-   !> True where a regulator drives the wheels, at all times or from sample to sample.
-   pure logical function regulates_wheels(self)
+   !> True where a controller drives the wheels, at all times or from sample to sample.
+   pure logical function controls_wheels(self)
       class(effect_list_t), intent(in) :: self
       integer :: i
-      regulates_wheels = .false.
+      controls_wheels = .false.
       do i = 1, self%n_torques
-         select type (regulator => self%torques(i)%item)
-         class is (regulator_t)
-            regulates_wheels = regulates_wheels .or. regulator%by == BY_WHEELS
+         select type (controller => self%torques(i)%item)
+         class is (controller_t)
+            controls_wheels = controls_wheels .or. controller%by == BY_WHEELS
          end select
       end do
-   end function regulates_wheels
+   end function controls_wheels
 
    !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be certified to be
    !> the true one. They must hold for all γ up to |n| long; a later call replaces them.

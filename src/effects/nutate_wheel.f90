@@ -4,7 +4,7 @@
 !>     ḣ = u - cω,   L = JᵣΩ + Σ s h,   T = ½ΩᵀJᵣΩ + Σ h²/2Jw,   Jᵣ = J - Σ Jw ssᵀ
 !>
 !> with the torque u of the motor and the friction c of the bearing, both against the body. The motor's work is u ω, the
-!> friction's -cω². u is that of a motor of its own, or what a regulator commands. Where |ω| has reached its limit the
+!> friction's -cω². u is that of a motor of its own, or what a controller commands. Where |ω| has reached its limit the
 !> motor does not push further; it does so again once |ω| has fallen by a hundredth of it.
 module nutate_wheel
    use nutate_body, only: body_t
@@ -53,11 +53,11 @@ module nutate_wheel
       real(wp) :: friction = 0.0_wp
       !> The motor: u is component 1 of its torque. Not allocated: there is none.
       class(torque_t), allocatable :: motor
-      !> u of a wheel without a motor of its own, N m: what regulators hold.
+      !> u of a wheel without a motor of its own, N m: what controllers hold.
       real(wp) :: command = 0.0_wp
-      !> How often what regulators ask of the motor has come to the limit of its torque.
+      !> How often what controllers ask of the motor has come to the limit of its torque.
       type(saturation_count_t) :: saturations = saturation_count_t()
-      !> Limits of |u|, N m, for what regulators command, and of |ω|, rad/s, for the motor; huge: there is none.
+      !> Limits of |u|, N m, for what controllers command, and of |ω|, rad/s, for the motor; huge: there is none.
       real(wp) :: torque_limit = huge(1.0_wp), speed_limit = huge(1.0_wp)
       !> 1: ω has come to its limit; -1: to that below zero; 0: neither. Found by runs, as an event.
       integer :: at_limit = 0

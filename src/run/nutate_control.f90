@@ -1,12 +1,12 @@
-!> What a run watches over beside events: regulators take their samples at the ends of steps; wheels have limits of
-!> speed, and regulators of what they give.
+!> What a run watches over beside events: controllers take their samples at the ends of steps; wheels have limits of
+!> speed, and controllers of what they give.
 module nutate_control
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp
    use nutate_limit_event, only: limit_slot_t
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
-   use nutate_regulator, only: regulator_t
+   use nutate_controller, only: controller_t
    use nutate_saturation_count, only: side_of_limit
    use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, take_saturations
    use nutate_speed_limits, only: add_speed_limits, has_speed_limits, take_speed_limits
@@ -20,7 +20,7 @@ module nutate_control
 
 contains
 
-   !> True where only a run knows what acts: wheels with limits of their speed, regulators that take samples or have
+   !> True where only a run knows what acts: wheels with limits of their speed, controllers that take samples or have
    !> limits.
    pure logical function needs_control(effects)
       type(effect_list_t), intent(in) :: effects
@@ -42,7 +42,7 @@ contains
       words = ''
       if (switches) words = 'an accuracy is promised only where nothing is switched'
       if (needs_control(effects)) words = 'an accuracy is promised only where no wheel has a speed_limit, and no '// &
-                                          'regulator samples or has limits'
+                                          'controller samples or has limits'
    end function beyond_accuracy
 
    !> The events of all limits.
@@ -67,14 +67,14 @@ contains
       integer :: i
       has_samples = .false.
       do i = 1, effects%n_torques
-         select type (regulator => effects%torques(i)%item)
-         class is (regulator_t)
-            has_samples = has_samples .or. regulator%sample > 0.0_wp
+         select type (controller => effects%torques(i)%item)
+         class is (controller_t)
+            has_samples = has_samples .or. controller%sample > 0.0_wp
          end select
       end do
    end function has_samples
 
-   !> The next time at which a regulator takes a sample, starts or stops, s; huge where none does.
+   !> The next time at which a controller takes a sample, starts or stops, s; huge where none does.
    pure real(wp) function next_sample(effects, t, sense) result(next)
       type(effect_list_t), intent(in) :: effects
       !> s, and which way time goes: 1 or -1.
@@ -83,16 +83,16 @@ contains
       integer :: i
       next = sense*huge(next)
       do i = 1, effects%n_torques
-         select type (regulator => effects%torques(i)%item)
-         class is (regulator_t)
-            if (.not. regulator%sample > 0.0_wp) cycle
-            one = regulator%next_break(t, sense)
+         select type (controller => effects%torques(i)%item)
+         class is (controller_t)
+            if (.not. controller%sample > 0.0_wp) cycle
+            one = controller%next_break(t, sense)
             if (sense*one < sense*next) next = one
          end select
       end do
    end function next_sample
 
-   !> Takes the samples that are due: those of their time, and of regulators that have been switched.
+   !> Takes the samples that are due: those of their time, and of controllers that have been switched.
    subroutine take_samples(system, state, sense, margin, changed)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
@@ -106,20 +106,20 @@ contains
       integer :: i
       changed = .false.
       do i = 1, system%effects%n_torques
-         select type (regulator => system%effects%torques(i)%item)
-         class is (regulator_t)
-            if (.not. regulator%sample > 0.0_wp) cycle
-            if (sense*(regulator%next_break(state%t - 2*sense*margin, sense) - state%t) > margin .and. &
-                (regulator%on .eqv. regulator%was_on)) cycle
+         select type (controller => system%effects%torques(i)%item)
+         class is (controller_t)
+            if (.not. controller%sample > 0.0_wp) cycle
+            if (sense*(controller%next_break(state%t - 2*sense*margin, sense) - state%t) > margin .and. &
+                (controller%on .eqv. controller%was_on)) cycle
             if (.not. changed) call find_motion(system, state, motion)
             changed = .true.
-            call regulator%hold(state%t, quat_normalized(state%q), motion%relative, state%t + 2*sense*margin)
+            call controller%hold(state%t, quat_normalized(state%q), motion%relative, state%t + 2*sense*margin)
          end select
       end do
       if (changed) call command_wheels(system%effects, state%t)
    end subroutine take_samples
 
-   !> Gives the motors what all regulators hold, cut off at their limits.
+   !> Gives the motors what all controllers hold, cut off at their limits.
    pure subroutine command_wheels(effects, t)
       type(effect_list_t), intent(inout) :: effects
       !> s.
@@ -129,9 +129,9 @@ contains
       do k = 1, effects%n_wheels
          command = 0.0_wp
          do i = 1, effects%n_torques
-            select type (regulator => effects%torques(i)%item)
-            class is (regulator_t)
-               command = command + regulator%held_by_wheels(k)
+            select type (controller => effects%torques(i)%item)
+            class is (controller_t)
+               command = command + controller%held_by_wheels(k)
             end select
          end do
          associate (wheel => effects%wheels(k))

@@ -90,7 +90,7 @@ module nutate_event_tracker
       logical :: placed = .false.
       !> What belongs to the system as it is now: with switches made.
       type(system_t) :: system
-      !> When a regulator takes its next sample, s; beyond all times where none does, or before the run has begun.
+      !> When a controller takes its next sample, s; beyond all times where none does, or before the run has begun.
       real(wp) :: next_sample = huge(1.0_wp)
       !> Nothing can happen up to a time, s; which bounds of the motion say.
       logical :: asleep = .false.

@@ -1,5 +1,5 @@
-!> Events of a run that limits make, those of motors and regulators. Each ends a step, so that methods keep their order,
-!> and is settled before the next one.
+!> Events of a run that limits make, those of motors and controllers. Each ends a step, so that methods keep their
+!> order, and is settled before the next one.
 module nutate_limit_event
    use nutate_event, only: event_t
    use nutate_state, only: state_t

@@ -73,7 +73,7 @@ contains
       end do
    end subroutine drive_switched
 
-   !> Lets regulators take the samples that are due, and those that were switched.
+   !> Lets controllers take the samples that are due, and those that were switched.
    subroutine sample_state(policy, system, progress)
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(inout) :: system
@@ -88,7 +88,7 @@ contains
       call policy%take_commands()
    end subroutine sample_state
 
-   !> True at a sample of a regulator.
+   !> True at a sample of a controller.
    pure logical function is_sample_due(progress)
       type(progress_t), intent(in) :: progress
       is_sample_due = sign(1.0_wp, progress%plan%end_time - progress%t_first)* &

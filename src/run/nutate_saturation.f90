@@ -1,4 +1,4 @@
-!> Limits of what regulators ask for at all times, as events of a run: of the torque, of the moment of magnets, of the
+!> Limits of what controllers ask for at all times, as events of a run: of the torque, of the moment of magnets, of the
 !> torque of motors. At its limit a component stays there until the law asks for less. A motor whose wheel is at the
 !> limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further. And where e₀
 !> passes zero a law jumps, with limits or without: between its zeros its sign is held.
@@ -8,8 +8,8 @@ module nutate_saturation
    use nutate_limit_event, only: limit_event_t, limit_slot_t, SWITCH_LIMIT
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
-   use nutate_regulated_motor, only: regulated_motor_t
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, POINTING
+   use nutate_controlled_motor, only: controlled_motor_t
+   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, POINTING
    use nutate_saturation_count, only: side_of_limit
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -36,7 +36,7 @@ module nutate_saturation
       procedure :: side_held => side_of_cut
    end type saturation_event_t
 
-   !> e₀ of a regulator passes zero.
+   !> e₀ of a controller passes zero.
    type, extends(limit_event_t) :: turnover_event_t
       !> Which torque of the system.
       integer :: torque = 0
@@ -48,7 +48,7 @@ module nutate_saturation
 
 contains
 
-   !> True if a regulator that acts at all times has a limit.
+   !> True if a controller that acts at all times has a limit.
    pure logical function can_saturate(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -66,9 +66,9 @@ contains
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
       limit = huge(limit)
-      select type (regulator => effects%torques(i)%item)
-      class is (regulator_t)
-         if (.not. regulator%sample > 0.0_wp .and. regulator%by /= BY_WHEELS) limit = regulator%limit
+      select type (controller => effects%torques(i)%item)
+      class is (controller_t)
+         if (.not. controller%sample > 0.0_wp .and. controller%by /= BY_WHEELS) limit = controller%limit
       end select
    end function limit_of_torque
 
@@ -79,7 +79,7 @@ contains
       limit = huge(limit)
       if (.not. allocated(effects%wheels(i)%motor)) return
       select type (motor => effects%wheels(i)%motor)
-      class is (regulated_motor_t)
+      class is (controlled_motor_t)
          limit = motor%limit
       end select
    end function limit_of_motor
@@ -93,13 +93,13 @@ contains
       do i = 1, effects%n_torques
          if (turns_over(effects, i)) then
             do k = -1, 1, 2
-               call add_one(turnover_event_t(words='zero of e0 of '//controller(effects, i), torque=i, &
+               call add_one(turnover_event_t(words='zero of e0 of '//controller_words(effects, i), torque=i, &
                                              action=SWITCH_LIMIT, direction=k), events)
             end do
          end if
          if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
          do k = 1, 3
-            call add_sides(saturation_event_t(name=name_of(effects, i), words=controller(effects, i), torque=i, &
+            call add_sides(saturation_event_t(name=name_of(effects, i), words=controller_words(effects, i), torque=i, &
                                               place=k, action=SWITCH_LIMIT), limit_of_torque(effects, i), events)
          end do
       end do
@@ -115,7 +115,7 @@ contains
       end do
    end subroutine add_saturations
 
-   !> True where the law of a regulator, at all times, jumps with the sign of e₀.
+   !> True where the law of a controller, at all times, jumps with the sign of e₀.
    pure logical function can_jump(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
@@ -125,14 +125,14 @@ contains
       end do
    end function can_jump
 
-   !> True for a regulator whose law, at all times, jumps with the sign of e₀.
+   !> True for a controller whose law, at all times, jumps with the sign of e₀.
    pure logical function turns_over(effects, i)
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
       turns_over = .false.
-      select type (regulator => effects%torques(i)%item)
-      class is (regulator_t)
-         turns_over = regulator%law == POINTING .and. .not. regulator%sample > 0.0_wp
+      select type (controller => effects%torques(i)%item)
+      class is (controller_t)
+         turns_over = controller%law == POINTING .and. .not. controller%sample > 0.0_wp
       end select
    end function turns_over
 
@@ -145,15 +145,15 @@ contains
       end do
    end subroutine free_senses
 
-   !> What the limit of a regulator is one of.
+   !> What the limit of a controller is one of.
    pure function name_of(effects, i) result(name)
       type(effect_list_t), intent(in) :: effects
       integer, intent(in) :: i
       character(len=15) :: name
       name = 'limit of torque'
-      select type (regulator => effects%torques(i)%item)
-      class is (regulator_t)
-         if (regulator%by == BY_MAGNETS) name = 'limit of moment'
+      select type (controller => effects%torques(i)%item)
+      class is (controller_t)
+         if (controller%by == BY_MAGNETS) name = 'limit of moment'
       end select
    end function name_of
 
@@ -164,13 +164,13 @@ contains
       feeds_back = .false.
       if (.not. allocated(effects%wheels(i)%motor)) return
       select type (motor => effects%wheels(i)%motor)
-      class is (regulated_motor_t)
+      class is (controlled_motor_t)
          feeds_back = .true.
       end select
    end function feeds_back
 
    !> A controller in messages: by its name, or as the n-th one.
-   pure function controller(effects, i) result(words)
+   pure function controller_words(effects, i) result(words)
       type(effect_list_t), intent(in) :: effects
       !> Which torque it is.
       integer, intent(in) :: i
@@ -178,14 +178,14 @@ contains
       integer :: n, k
       n = 0
       do k = 1, i
-         select type (regulator => effects%torques(k)%item)
-         class is (regulator_t)
+         select type (controller => effects%torques(k)%item)
+         class is (controller_t)
             n = n + 1
          end select
       end do
       write (words, '(a,i0)') 'controller ', n
       if (effects%torques(i)%item%label /= '') words = "controller '"//trim(effects%torques(i)%item%label)//"'"
-   end function controller
+   end function controller_words
 
    !> The controller that drives the motors at all times; there is one at most.
    pure function driver(effects) result(words)
@@ -194,9 +194,9 @@ contains
       integer :: i
       words = ''
       do i = 1, effects%n_torques
-         select type (regulator => effects%torques(i)%item)
-         class is (regulator_t)
-            if (regulator%by == BY_WHEELS .and. .not. regulator%sample > 0.0_wp) words = controller(effects, i)
+         select type (controller => effects%torques(i)%item)
+         class is (controller_t)
+            if (controller%by == BY_WHEELS .and. .not. controller%sample > 0.0_wp) words = controller_words(effects, i)
          end select
       end do
    end function driver
@@ -243,14 +243,14 @@ contains
       real(wp) :: amounts(3)
       amount = 0.0_wp
       if (self%torque > 0) then
-         select type (regulator => system%effects%torques(self%torque)%item)
-         class is (regulator_t)
-            amounts = regulator%asked(motion%state%t, quat_normalized(motion%state%q), motion%relative)
+         select type (controller => system%effects%torques(self%torque)%item)
+         class is (controller_t)
+            amounts = controller%asked(motion%state%t, quat_normalized(motion%state%q), motion%relative)
             amount = amounts(self%place)
          end select
       else
          select type (motor => system%effects%wheels(self%place)%motor)
-         class is (regulated_motor_t)
+         class is (controlled_motor_t)
             amount = motor%asked(motion%state%t, quat_normalized(motion%state%q), motion%relative)
          end select
       end if
@@ -261,9 +261,9 @@ contains
       type(system_t), intent(in) :: system
       type(motion_t), intent(in) :: motion
       scalar = 0.0_wp
-      select type (regulator => system%effects%torques(self%torque)%item)
-      class is (regulator_t)
-         scalar = regulator%error_scalar(motion%state%t, quat_normalized(motion%state%q))
+      select type (controller => system%effects%torques(self%torque)%item)
+      class is (controller_t)
+         scalar = controller%error_scalar(motion%state%t, quat_normalized(motion%state%q))
       end select
    end function error_scalar
 
@@ -274,13 +274,13 @@ contains
       type(system_t), intent(in) :: system
       side = 0
       if (self%torque > 0) then
-         select type (regulator => system%effects%torques(self%torque)%item)
-         class is (regulator_t)
-            side = merge(self%side, -self%side, regulator%cut(self%place) == self%side)
+         select type (controller => system%effects%torques(self%torque)%item)
+         class is (controller_t)
+            side = merge(self%side, -self%side, controller%cut(self%place) == self%side)
          end select
       else
          select type (motor => system%effects%wheels(self%place)%motor)
-         class is (regulated_motor_t)
+         class is (controlled_motor_t)
             if (self%side == 0) then
                side = merge(motor%at_limit, -motor%at_limit, motor%blocked)
             else
@@ -294,9 +294,9 @@ contains
       class(turnover_event_t), intent(in) :: self
       type(system_t), intent(in) :: system
       side = 0
-      select type (regulator => system%effects%torques(self%torque)%item)
-      class is (regulator_t)
-         side = regulator%sense
+      select type (controller => system%effects%torques(self%torque)%item)
+      class is (controller_t)
+         side = controller%sense
       end select
    end function side_of_sense
 
@@ -309,7 +309,7 @@ contains
       call find_saturations(system, state)
    end subroutine settle_turnover
 
-   !> Gives a regulator, and the motors that it drives, the sign of e₀.
+   !> Gives a controller, and the motors that it drives, the sign of e₀.
    pure subroutine hold_sense(effects, torque, sense)
       type(effect_list_t), intent(inout) :: effects
       !> Which one.
@@ -319,17 +319,17 @@ contains
       logical :: drives
       integer :: i
       drives = .false.
-      select type (regulator => effects%torques(torque)%item)
-      class is (regulator_t)
-         regulator%sense = sense
-         drives = regulator%by == BY_WHEELS
+      select type (controller => effects%torques(torque)%item)
+      class is (controller_t)
+         controller%sense = sense
+         drives = controller%by == BY_WHEELS
       end select
       if (.not. drives) return
       do i = 1, effects%n_wheels
          if (.not. allocated(effects%wheels(i)%motor)) cycle
          select type (motor => effects%wheels(i)%motor)
-         class is (regulated_motor_t)
-            motor%regulator%sense = sense
+         class is (controlled_motor_t)
+            motor%controller%sense = sense
          end select
       end do
    end subroutine hold_sense
@@ -345,13 +345,13 @@ contains
       call find_motion(system, state, motion)
       amount = self%value(system, motion)
       if (self%torque > 0) then
-         select type (regulator => system%effects%torques(self%torque)%item)
-         class is (regulator_t)
-            regulator%cut(self%place) = cut_behind(self, amount, regulator%limit)
+         select type (controller => system%effects%torques(self%torque)%item)
+         class is (controller_t)
+            controller%cut(self%place) = cut_behind(self, amount, controller%limit)
          end select
       else
          select type (motor => system%effects%wheels(self%place)%motor)
-         class is (regulated_motor_t)
+         class is (controlled_motor_t)
             if (self%side == 0) then
                motor%blocked = motor%at_limit*self%direction > 0
             else
@@ -371,15 +371,15 @@ contains
       integer :: i
       do i = 1, effects%n_torques
          if (.not. limit_of_torque(effects, i) < huge(1.0_wp)) cycle
-         select type (regulator => effects%torques(i)%item)
-         class is (regulator_t)
-            call regulator%saturations%note(t, regulator%cut, regulator%on, regulator%start, regulator%stop)
+         select type (controller => effects%torques(i)%item)
+         class is (controller_t)
+            call controller%saturations%note(t, controller%cut, controller%on, controller%start, controller%stop)
          end select
       end do
       do i = 1, effects%n_wheels
          if (.not. limit_of_motor(effects, i) < huge(1.0_wp)) cycle
          select type (motor => effects%wheels(i)%motor)
-         class is (regulated_motor_t)
+         class is (controlled_motor_t)
             call motor%window(start, stop)
             call effects%wheels(i)%saturations%note(t, [motor%cut, 0, 0], motor%on, start, stop)
          end select
@@ -408,7 +408,7 @@ contains
       call find_saturations(system, state)
    end subroutine take_saturations
 
-   !> sgn(e₀) of a regulator; where e₀ is zero but for round-off, half a turn from the target, that to which it goes.
+   !> sgn(e₀) of a controller; where e₀ is zero but for round-off, half a turn from the target, that to which it goes.
    pure integer function sense_at(system, torque, state) result(sense)
       type(system_t), intent(in) :: system
       !> Which one.
@@ -436,18 +436,18 @@ contains
       q = quat_normalized(state%q)
       do i = 1, system%effects%n_torques
          if (.not. limit_of_torque(system%effects, i) < huge(1.0_wp)) cycle
-         select type (regulator => system%effects%torques(i)%item)
-         class is (regulator_t)
-            asked = regulator%asked(state%t, q, motion%relative)
+         select type (controller => system%effects%torques(i)%item)
+         class is (controller_t)
+            asked = controller%asked(state%t, q, motion%relative)
             do k = 1, 3
-               regulator%cut(k) = side_of_limit(asked(k), regulator%limit)
+               controller%cut(k) = side_of_limit(asked(k), controller%limit)
             end do
          end select
       end do
       do i = 1, system%effects%n_wheels
          if (.not. feeds_back(system%effects, i)) cycle
          select type (motor => system%effects%wheels(i)%motor)
-         class is (regulated_motor_t)
+         class is (controlled_motor_t)
             amount = motor%asked(state%t, q, motion%relative)
             motor%cut = side_of_limit(amount, motor%limit)
             motor%blocked = motor%at_limit*amount > 0.0_wp

@@ -7,7 +7,7 @@ module nutate_speed_limits
    use nutate_motion, only: find_motion, motion_t
    use nutate_motion_bounds, only: speed_bounds_t
    use nutate_quaternion, only: quat_normalized
-   use nutate_regulated_motor, only: regulated_motor_t
+   use nutate_controlled_motor, only: controlled_motor_t
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    use nutate_wheel, only: released_at, wheel_t
@@ -110,7 +110,7 @@ contains
       integer, intent(in) :: side
       if (allocated(wheel%motor)) then
          select type (motor => wheel%motor)
-         class is (regulated_motor_t)
+         class is (controlled_motor_t)
             motor%at_limit = side
             return
          end select
@@ -128,7 +128,7 @@ contains
       if (.not. allocated(system%effects%wheels(i)%motor)) return
       call find_motion(system, state, motion)
       select type (motor => system%effects%wheels(i)%motor)
-      class is (regulated_motor_t)
+      class is (controlled_motor_t)
          motor%blocked = motor%at_limit*motor%asked(state%t, quat_normalized(state%q), motion%relative) > 0.0_wp
       end select
    end subroutine block_motor

@@ -6,7 +6,7 @@ module nutate_invariants
    use nutate_kinds, only: wp
    use nutate_limits, only: is_direction
    use nutate_quaternion, only: cross
-   use nutate_regulator, only: regulator_t, BY_WHEELS
+   use nutate_controller, only: controller_t, BY_WHEELS
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -213,14 +213,14 @@ contains
       follows = components == ALONG_AXIS
    end function follows_turning_axes
 
-   !> True if there is a torque on the body from outside: that of a regulator by wheels is none.
+   !> True if there is a torque on the body from outside: that of a controller by wheels is none.
    pure logical function has_outer_torques(effects)
       type(effect_list_t), intent(in) :: effects
       integer :: i
       has_outer_torques = .false.
       do i = 1, effects%n_torques
          select type (torque => effects%torques(i)%item)
-         class is (regulator_t)
+         class is (controller_t)
             has_outer_torques = has_outer_torques .or. torque%by /= BY_WHEELS
          class default
             has_outer_torques = .true.

@@ -350,7 +350,7 @@ def wheel(dice, scales):
     return group("wheel", lines)
 
 
-def regulator(dice, scales):
+def controller(dice, scales):
     lines = [f"sample = {scales.text(time=1, signed=False)}"] if dice.random() < 0.5 else []
     if dice.random() < 0.3:
         lines.append(f"limit = {scales.text(length=2, mass=1, time=-2, signed=False)}")
@@ -365,7 +365,7 @@ def regulator(dice, scales):
         lines += dice.choice(([], [], ["target_from = 'orbit'"]))
         lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnets'", f"field = {scales.text(3)}"]))
     lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
-    return group("regulator", lines)
+    return group("controller", lines)
 
 
 def from_samples(name, keys):
@@ -386,7 +386,7 @@ EVENT_COLUMNS = [*(f"q{i}" for i in range(4)), *(f"omega{i}" for i in (1, 2, 3))
 
 # In the units of a scene, and then those that have no function of their own.
 EFFECTS = [gravity, dipole, gravity_gradient, spring, damping, torque, rotor, rotating_frame, orbit, earth_field, force, wheel,
-           regulator]
+           controller]
 EFFECTS += [from_samples(name, keys) for name, keys in read_effects().items()
             if name not in [effect.__name__ for effect in EFFECTS]]
 

@@ -54,8 +54,8 @@ SUN_COLUMNS = {"eclipse": ["eclipse", "shadow_depth"]}
 EFFECT_COLUMNS = {"energies": ["energy_EFFECT"], "works": ["work_EFFECT"]}
 WHEEL_COLUMNS = {f"wheel{i}": [f"wheel{i}_{name}" for name in ("speed", "momentum", "motor_work", "friction_work")]
                  for i in range(1, 7)}
-CONTROL_COLUMNS = {f"regulator{i}": [f"regulator{i}_{kind}{k}" for kind in ("commanded", "applied") for k in (1, 2, 3)]
-                   + [f"regulator{i}_saturations"] for i in range(1, 7)}
+CONTROL_COLUMNS = {f"controller{i}": [f"controller{i}_{kind}{k}" for kind in ("commanded", "applied") for k in (1, 2, 3)]
+                   + [f"controller{i}_saturations"] for i in range(1, 7)}
 POINTING_COLUMNS = {f"pointing_error{i}": [f"pointing_error{i}"] for i in range(1, 7)}
 FIELD_COLUMNS = {"magnetic_field": ["B1", "B2", "B3"]}
 

@@ -19,7 +19,7 @@ RUN = """&integrator local_tolerance = 1e-8, end_time = 64.0, method = '{}' /
 WHEELS = "".join(f"&wheel axis = {axis}, inertia = 0.05, torque_limit = 2.0, speed_limit = 9000.0 /\n"
                  for axis in ("1, 1, 1", "-1, 1, 1", "1, -1, 1", "1, 1, -1"))
 AXES = [tuple(c / math.sqrt(3) for c in axis) for axis in ((1, 1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, -1))]
-LAW = f"&regulator law = 'quaternion', attitude_gain = {K}, rate_gain = {D}, target = 0.5, 0.5, 0.5, 0.5"
+LAW = f"&controller law = 'quaternion', attitude_gain = {K}, rate_gain = {D}, target = 0.5, 0.5, 0.5, 0.5"
 MAGNETS = f", by = 'magnets', field = {FIELD[0]}, {FIELD[1]}, {FIELD[2]}"
 
 
@@ -79,8 +79,8 @@ class ControlColumns(CommandLineTest):
             row["momentum"] = tuple(row[f"l_{i}"] for i in "xyz")
             for kind in ("commanded", "applied"):
                 for n in (1, 2):
-                    if f"regulator{n}_{kind}1" in row:
-                        row[f"{kind}{n}"] = tuple(row[f"regulator{n}_{kind}{i}"] for i in (1, 2, 3))
+                    if f"controller{n}_{kind}1" in row:
+                        row[f"{kind}{n}"] = tuple(row[f"controller{n}_{kind}{i}"] for i in (1, 2, 3))
             rows.append(row)
         return rows
 
@@ -105,7 +105,7 @@ class ControlColumns(CommandLineTest):
                 before = sides(held)
             self.equal(row["commanded1"], held, 10.0)
             self.equal(row["applied1"], clipped(held), 10.0)
-            self.assertEqual(row["regulator1_saturations"], count)
+            self.assertEqual(row["controller1_saturations"], count)
             if row["t"] % sample == 0 and row is not rows[0]:
                 held = law(row)
                 count += sum(a != 0 and a != b for a, b in zip(sides(held), before))
@@ -115,7 +115,7 @@ class ControlColumns(CommandLineTest):
     def test_samples_of_a_torque_are_those_of_the_law(self):
         for method in ("taylor", "nielsen_krenk", "rk8", "dop853"):
             rows = self.rows("sampled", LAW + f", sample = 0.5, limit = {LIMIT} /\n" + BODY +
-                             RUN.format(method, "'regulator1', 'pointing_error1'"))
+                             RUN.format(method, "'controller1', 'pointing_error1'"))
             self.check_samples(rows, pointing, 0.5)
             for row in rows:
                 self.assertAlmostEqual(row["pointing_error1"], error_of(row["q"])[1], delta=1e-13)
@@ -132,15 +132,15 @@ class ControlColumns(CommandLineTest):
             return tuple(x / dot(b, b) for x in cross(b, pointing(row)))
 
         rows = self.rows("magnets", LAW + MAGNETS + f", sample = 0.25, limit = {LIMIT} /\n" + BODY +
-                         RUN.format("taylor", "'regulator1', 'magnetic_field'"))
+                         RUN.format("taylor", "'controller1', 'magnetic_field'"))
         self.check_samples(rows, moment, 0.25)
         self.check_field(rows)
 
     def test_motors_give_what_is_applied(self):
         # The momentum of a wheel without friction changes by the torque of its motor alone; two controllers share them.
         second = LAW.replace("0.5, 0.5, 0.5, 0.5", "1, 0, 0, 0").replace(str(K), "0.02")
-        columns = "'regulator1', 'regulator2', " + ", ".join(f"'wheel{i}'" for i in (1, 2, 3, 4))
-        for laws, names in (([LAW], "'regulator1', " + columns[28:]), ([LAW, second], columns)):
+        columns = "'controller1', 'controller2', " + ", ".join(f"'wheel{i}'" for i in (1, 2, 3, 4))
+        for laws, names in (([LAW], "'controller1', " + columns[28:]), ([LAW, second], columns)):
             text = WHEELS + "".join(law + ", by = 'wheels', sample = 0.5 /\n" for law in laws) + BODY
             rows = self.rows("wheels", text + RUN.format("taylor", names))
             limited = False
@@ -167,13 +167,13 @@ class ControlColumns(CommandLineTest):
             now = sides([-0.75 * dot(axis, row["commanded1"]) for axis in AXES], 2.0)
             count += sum(a != 0 and a != b for a, b in zip(now, before))
             before = now
-            self.assertEqual(row["regulator1_saturations"], count)
+            self.assertEqual(row["controller1_saturations"], count)
         self.assertGreater(count, 2)
 
     def test_laws_at_all_times_are_cut_off_at_their_limits(self):
         for method in ("dop853", "nielsen_krenk"):
             rows = self.rows("always", LAW + f", limit = {LIMIT}, start = 4.0, stop = 60.0 /\n" + BODY +
-                             RUN.format(method, "'regulator1', 'pointing_error1'"))
+                             RUN.format(method, "'controller1', 'pointing_error1'"))
             before, count = [0, 0, 0], 0
             for row in rows:
                 acts = 4 <= row["t"] <= 60
@@ -184,11 +184,11 @@ class ControlColumns(CommandLineTest):
                 now = sides(asked)
                 count += sum(a != 0 and a != b for a, b in zip(now, before))
                 before = now
-                self.assertEqual(row["regulator1_saturations"], count, row["t"])
+                self.assertEqual(row["controller1_saturations"], count, row["t"])
             self.assertGreater(count, 2)
 
     def test_motors_at_all_times_give_what_is_applied(self):
-        columns = "'regulator1', " + ", ".join(f"'wheel{i}'" for i in (1, 2, 3, 4))
+        columns = "'controller1', " + ", ".join(f"'wheel{i}'" for i in (1, 2, 3, 4))
         rows = self.rows("motors", WHEELS + LAW + ", by = 'wheels' /\n" + BODY + RUN.format("dop853", columns))
         before, count = [0] * 4, 0
         for row in rows:
@@ -199,7 +199,7 @@ class ControlColumns(CommandLineTest):
             now = sides(motors, 2.0)
             count += sum(a != 0 and a != b for a, b in zip(now, before))
             before = now
-            self.assertEqual(row["regulator1_saturations"], count)
+            self.assertEqual(row["controller1_saturations"], count)
         self.assertGreater(count, 2)
         # And the wheels turn by it: the middle of three rows, by Simpson's rule.
         for a, b, c in zip(rows, rows[1:], rows[2:]):
@@ -211,18 +211,18 @@ class ControlColumns(CommandLineTest):
                                        0.25 / 6 * (u[0] + 4 * u[1] + u[2]), delta=1e-5)
 
     def test_b_dot_opposes_the_change_of_the_field(self):
-        rows = self.rows("bdot", f"&regulator law = 'bdot', gain = 30, field = {FIELD[0]}, {FIELD[1]}, {FIELD[2]} /\n" + BODY +
-                         RUN.format("dop853", "'regulator1', 'magnetic_field'"))
+        rows = self.rows("bdot", f"&controller law = 'bdot', gain = 30, field = {FIELD[0]}, {FIELD[1]}, {FIELD[2]} /\n" + BODY +
+                         RUN.format("dop853", "'controller1', 'magnetic_field'"))
         self.check_field(rows)
         for row in rows:
             b = to_body(row["q"], FIELD)
             self.equal(row["commanded1"], [-30 * x for x in cross(b, row["omega"])], 10.0)
             self.assertEqual(row["applied1"], row["commanded1"])
-            self.assertEqual(row["regulator1_saturations"], 0)
+            self.assertEqual(row["controller1_saturations"], 0)
 
     def test_gain_matrices_are_given_row_by_row(self):
-        rows = self.rows("matrix", "&regulator law = 'quaternion', attitude_gain_matrix = 2, 3, 4, 0.5, -1, 0.7,\n"
-                         "rate_gain_matrix = 45, 9, -9, -4, 50, 1, 3, 1, 20 /\n" + BODY + RUN.format("dop853", "'regulator1'"))
+        rows = self.rows("matrix", "&controller law = 'quaternion', attitude_gain_matrix = 2, 3, 4, 0.5, -1, 0.7,\n"
+                         "rate_gain_matrix = 45, 9, -9, -4, 50, 1, 3, 1, 20 /\n" + BODY + RUN.format("dop853", "'controller1'"))
         k, d = ((2, 0.5, -1), (0.5, 3, 0.7), (-1, 0.7, 4)), ((45, 9, -9), (-4, 50, 1), (3, 1, 20))
         for row in rows:
             e = error_of(row["q"], (1.0, 0.0, 0.0, 0.0))[0]
@@ -255,13 +255,13 @@ class ControlColumns(CommandLineTest):
 
     def test_switches_and_interruptions_keep_the_counts(self):
         scene = LAW + ", {}, name = 'law' /\n" + BODY + "&event when = 'q1', crosses = 0.2, switch = 'law off' /\n" \
-            "&event when = 'q1', crosses = 0.25, switch = 'law on' /\n" + RUN.format("dop853", "'regulator1', 'pointing_error1'")
+            "&event when = 'q1', crosses = 0.25, switch = 'law on' /\n" + RUN.format("dop853", "'controller1', 'pointing_error1'")
         for kind in (f"sample = 0.5, limit = {LIMIT}", f"limit = {LIMIT}"):
             rows = self.rows("whole", scene.format(kind))
             off = [row for row in rows if row["commanded1"] == (0, 0, 0)]
             self.assertTrue(all(row["applied1"] == (0, 0, 0) for row in off))
             self.assertGreater(len(off), 1)
-            self.assertGreater(rows[-1]["regulator1_saturations"], 2)
+            self.assertGreater(rows[-1]["controller1_saturations"], 2)
             whole = self.read("whole.csv")
             for steps in ("9", "14", "21"):
                 self.fail_with(3, "run", "whole.nml", "--quiet", "--output", "part.csv", "--checkpoint", "a.ck", "--max-steps", steps)
@@ -269,7 +269,7 @@ class ControlColumns(CommandLineTest):
                 self.assertEqual(self.read("part.csv"), whole)
 
     def test_sweeps_have_the_last_row_of_runs(self):
-        columns = "'regulator1', 'pointing_error1', 'magnetic_field'"
+        columns = "'controller1', 'pointing_error1', 'magnetic_field'"
         scene = LAW + MAGNETS + f", sample = 0.5, limit = {LIMIT} /\n" + BODY + \
             RUN.format("taylor", columns) + "&ensemble members = 4, histories = 1, 2, 3, 4 /\n" \
             "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.01, 0.01, 0.01 /\n"

@@ -36,11 +36,11 @@ MOVING = """&body inertia = 4.0, 5.0, 6.0 /
 &wheel axis = 1, 0, 0, inertia = 0.05, friction = 1e-4 /
 &wheel axis = 0, 1, 0, inertia = 0.05 /
 &wheel axis = 0, 0, 1, inertia = 0.05 /
-&regulator law = 'quaternion', by = 'wheels', attitude_gain = 1e-4, rate_gain = 1e-2, sample = 10.0 /
+&controller law = 'quaternion', by = 'wheels', attitude_gain = 1e-4, rate_gain = 1e-2, sample = 10.0 /
 &initial axis = 1, 1, 1, angle = 0.7, angular_velocity = 0.01, -0.02, 0.01 /
 &integrator time_step = 5.0, end_time = 300.0 /
 """
-MOVING_WORKS = ["work_damping", "work_regulator"] + [f"work_{name}{i}" for i in (1, 2, 3) for name in ("motor", "friction")]
+MOVING_WORKS = ["work_damping", "work_controller"] + [f"work_{name}{i}" for i in (1, 2, 3) for name in ("motor", "friction")]
 
 # Rows at the ends of steps, between them at equal intervals, and at times of their own.
 ROWS = {"time_step=": ("output.every=1", "output.times={times}"),

@@ -18,7 +18,7 @@ MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination
 &force body_point = 0.0, 0.1, 0.02, force = -1e-5, 2e-5, 0, axes = 'orbit' /
 &force body_point = 0.0, 0.1, 0.02, force = 0, 2e-5, 1e-5, axes = 'orbit', start = 1000, stop = 2500 /
 &force body_point = 0.1, 0.0, 0.0, force = 0, 2e-6, 0, axes = 'body', stop = 1000 /
-&regulator law = 'bdot', gain = 1e4, sample = 20, start = 500 /
+&controller law = 'bdot', gain = 1e4, sample = 20, start = 500 /
 &integrator time_step = 5, end_time = 4000 /
 &output columns = 'quaternion', 'energy', 'time_dependent_work', every = 5 /
 """

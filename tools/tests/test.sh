@@ -36,7 +36,7 @@ total() {
 
 # Those that take longest, which begin first: whoever waits for the last one then waits least.
 longest='stability_stiff exact_round_off path_attack test_cost test_fuzz test_signals stability_large_steps stability_scales'
-longest+=' effects test_sweep test_malformed accuracy wheel_limits controllers event_attack'
+longest+=' effects test_sweep test_malformed accuracy wheel_limits random_controllers event_attack'
 
 # What is to be run, `unit SUITE` or `cli MODULE`, a line each.
 list_parts() {

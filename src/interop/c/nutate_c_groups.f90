@@ -234,8 +234,8 @@ contains
          return
       end if
       associate (wheel => system%effects%wheels(number))
-         if (allocated(wheel%motor) .or. system%effects%regulates_wheels()) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the wheel is driven already (expected one motor, or a regulator)', &
+         if (allocated(wheel%motor) .or. system%effects%controls_wheels()) then
+            status = fail(NUTATE_BAD_ARGUMENT, 'the wheel is driven already (expected one motor, or a controller)', &
                           'wheel')
             return
          end if

@@ -62,7 +62,8 @@ contains
       type(stepper_handle_t), intent(inout) :: handle
       type(status_t), intent(out) :: status
       if (needs_control(handle%system%effects) .or. handle%system%effects%n_wheels > 0) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a state has more to it than q and p: there are wheels, or a regulator '// &
+         status = fail(NUTATE_BAD_ARGUMENT, &
+                       'a state has more to it than q and p: there are wheels, or a controller '// &
                        'with a sample or limits (expected rows of a run at times of your own)', 'stepper')
          return
       end if

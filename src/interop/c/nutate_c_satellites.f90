@@ -1,4 +1,4 @@
-!> C interface: frames, orbits, the Earth's field, forces, wheels and regulators of a system. What each function does
+!> C interface: frames, orbits, the Earth's field, forces, wheels and controllers of a system. What each function does
 !> stands in `include/nutate_satellites.h`.
 module nutate_c_satellites
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -200,7 +200,7 @@ contains
       call put_numbers(group, 'rate_gain', [rate_gain])
       call put_text(group, 'gains', trim(merge('inertia', 'scalar ', by_inertia /= 0)))
       call put_held(group, field, sample, limit)
-      code = add(system, 'regulator', group, .not. c_associated(by))
+      code = add(system, 'controller', group, .not. c_associated(by))
    end function nutate_system_add_pointing
 
    integer(c_int) function nutate_system_add_detumbling(system, gain, field, sample, limit) result(code) bind(C)
@@ -211,10 +211,10 @@ contains
       call put_text(group, 'law', 'bdot')
       call put_numbers(group, 'gain', [gain])
       call put_held(group, field, sample, limit)
-      code = add(system, 'regulator', group, .false.)
+      code = add(system, 'controller', group, .false.)
    end function nutate_system_add_detumbling
 
-   !> What regulators share: the field, if there is one, samples and limits.
+   !> What controllers share: the field, if there is one, samples and limits.
    subroutine put_held(group, field, sample, limit)
       type(group_t), intent(inout) :: group
       real(wp), intent(in), optional :: field(3)

@@ -85,7 +85,7 @@ contains
       handle%plain = .false.
       call prepare_if_needed(handle, status)
       if (status%ok() .and. needs_control(handle%system%effects)) status = fail( &
-         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits, which only runs '// &
+         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a controller a sample or limits, which only runs '// &
                                              'watch over (expected nutate_stepper_run or nutate_stepper_run_to)')
       if (status%ok()) call test_step(handle, dt, status)
       if (.not. status%ok()) return
@@ -152,7 +152,7 @@ contains
       end if
       ! What was held in the last step may not be what is held now.
       if (needs_control(handle%system%effects)) status = fail( &
-         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a regulator a sample or limits (expected rows of a '// &
+         NUTATE_BAD_ARGUMENT, 'a wheel has a speed_limit, or a controller a sample or limits (expected rows of a '// &
                                              'run at times of your own)', 't')
       if (status%ok()) then
          handle%failure = 0

@@ -73,8 +73,8 @@ contains
       type(status_t), intent(out) :: status
       if (wheel < 1 .or. wheel > effects%n_wheels) then
          status = fail(NUTATE_BAD_ARGUMENT, 'there is no such wheel (expected 1 to the number of wheels)', 'wheel')
-      else if (effects%regulates_wheels()) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a regulator drives the wheels (expected none by wheels)', 'wheel')
+      else if (effects%controls_wheels()) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a controller drives the wheels (expected none by wheels)', 'wheel')
       else if (allocated(effects%wheels(wheel)%motor)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the wheel has a motor of its own (expected one without)', 'wheel')
       else if (.not. is_moderate(torque)) then

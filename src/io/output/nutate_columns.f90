@@ -97,23 +97,23 @@ module nutate_columns
       column_set_t('euler_323', 3, 'euler_323_1,euler_323_2,euler_323_3', last_angle=3, sequence='323'), &
       column_set_t('energies', 0, 'energy_EFFECT', attitude=.false.), &
       column_set_t('works', 0, 'work_EFFECT', attitude=.false.), &
-      column_set_t('regulator1', 7, 'regulator1_commanded1,regulator1_commanded2,regulator1_commanded3,'// &
-                   'regulator1_applied1,regulator1_applied2,regulator1_applied3,regulator1_saturations', &
+      column_set_t('controller1', 7, 'controller1_commanded1,controller1_commanded2,controller1_commanded3,'// &
+                   'controller1_applied1,controller1_applied2,controller1_applied3,controller1_saturations', &
                    controller=1), &
-      column_set_t('regulator2', 7, 'regulator2_commanded1,regulator2_commanded2,regulator2_commanded3,'// &
-                   'regulator2_applied1,regulator2_applied2,regulator2_applied3,regulator2_saturations', &
+      column_set_t('controller2', 7, 'controller2_commanded1,controller2_commanded2,controller2_commanded3,'// &
+                   'controller2_applied1,controller2_applied2,controller2_applied3,controller2_saturations', &
                    controller=2), &
-      column_set_t('regulator3', 7, 'regulator3_commanded1,regulator3_commanded2,regulator3_commanded3,'// &
-                   'regulator3_applied1,regulator3_applied2,regulator3_applied3,regulator3_saturations', &
+      column_set_t('controller3', 7, 'controller3_commanded1,controller3_commanded2,controller3_commanded3,'// &
+                   'controller3_applied1,controller3_applied2,controller3_applied3,controller3_saturations', &
                    controller=3), &
-      column_set_t('regulator4', 7, 'regulator4_commanded1,regulator4_commanded2,regulator4_commanded3,'// &
-                   'regulator4_applied1,regulator4_applied2,regulator4_applied3,regulator4_saturations', &
+      column_set_t('controller4', 7, 'controller4_commanded1,controller4_commanded2,controller4_commanded3,'// &
+                   'controller4_applied1,controller4_applied2,controller4_applied3,controller4_saturations', &
                    controller=4), &
-      column_set_t('regulator5', 7, 'regulator5_commanded1,regulator5_commanded2,regulator5_commanded3,'// &
-                   'regulator5_applied1,regulator5_applied2,regulator5_applied3,regulator5_saturations', &
+      column_set_t('controller5', 7, 'controller5_commanded1,controller5_commanded2,controller5_commanded3,'// &
+                   'controller5_applied1,controller5_applied2,controller5_applied3,controller5_saturations', &
                    controller=5), &
-      column_set_t('regulator6', 7, 'regulator6_commanded1,regulator6_commanded2,regulator6_commanded3,'// &
-                   'regulator6_applied1,regulator6_applied2,regulator6_applied3,regulator6_saturations', &
+      column_set_t('controller6', 7, 'controller6_commanded1,controller6_commanded2,controller6_commanded3,'// &
+                   'controller6_applied1,controller6_applied2,controller6_applied3,controller6_saturations', &
                    controller=6), &
       column_set_t('pointing_error1', 1, 'pointing_error1', last_angle=1, controller=1, points=.true.), &
       column_set_t('pointing_error2', 1, 'pointing_error2', last_angle=1, controller=2, points=.true.), &
@@ -247,11 +247,11 @@ contains
                        '(expected one group &wheel for each)', 'columns')
       else if (set%controller > 0 .and. .not. has_controller(set%controller, set%points, effects)) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a controller that there is not "// &
-                       '(expected one group &regulator for each'//trim(merge(', which points', '              ', &
+                       '(expected one group &controller for each'//trim(merge(', which points', '              ', &
                                                                              set%points))//')', 'columns')
       else if (set%field .and. .not. has_field(effects)) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a field that there is not "// &
-                       '(expected &earth_field, or field in &regulator or &dipole)', 'columns')
+                       '(expected &earth_field, or field in &controller or &dipole)', 'columns')
       else if (set%orbit .and. .not. effects%on_orbit) then
          status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of an orbit that there is not "// &
                        '(expected &orbit with them)', 'columns')

@@ -5,8 +5,8 @@ module nutate_control_columns
    use nutate_hamiltonian, only: relative_rate
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized, rotate_to_body
-   use nutate_regulated_motor, only: regulated_motor_t
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, POINTING
+   use nutate_controlled_motor, only: controlled_motor_t
+   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, POINTING
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -33,7 +33,7 @@ contains
       q = quat_normalized(state%q)
       rate = relative_rate(system, state)
       select type (controller => system%effects%torques(place)%item)
-      class is (regulator_t)
+      class is (controller_t)
          acts = controller%on .and. state%t >= controller%start .and. state%t <= controller%stop
          if (controller%sample > 0.0_wp) then
             values(1:3) = controller%commanded
@@ -55,7 +55,7 @@ contains
    !> Torque that the motors give the body for a controller, N m, body axes; shape (3). Of several controllers that a
    !> motor cannot give all that they ask for together, each gets the same part of it.
    pure function torque_by_wheels(controller, effects, t, q, rate) result(torque)
-      class(regulator_t), intent(in) :: controller
+      class(controller_t), intent(in) :: controller
       type(effect_list_t), intent(in) :: effects
       !> s.
       real(wp), intent(in) :: t
@@ -91,7 +91,7 @@ contains
       command = 0.0_wp
       do i = 1, effects%n_torques
          select type (controller => effects%torques(i)%item)
-         class is (regulator_t)
+         class is (controller_t)
             command = command + controller%held_by_wheels(wheel)
          end select
       end do
@@ -99,7 +99,7 @@ contains
 
    !> How often a component, or the torque of a motor, has come to its limit.
    pure integer function saturations_of(controller, effects, t) result(number)
-      class(regulator_t), intent(in) :: controller
+      class(controller_t), intent(in) :: controller
       type(effect_list_t), intent(in) :: effects
       !> s.
       real(wp), intent(in) :: t
@@ -119,7 +119,7 @@ contains
                cycle
             end if
             select type (motor => wheel%motor)
-            class is (regulated_motor_t)
+            class is (controlled_motor_t)
                call motor%window(start, stop)
                number = number + wheel%saturations%shown(t, [motor%cut, 0, 0], motor%on, start, stop)
             end select
@@ -138,7 +138,7 @@ contains
       place = place_of(system%effects, n)
       if (place == 0) return
       select type (controller => system%effects%torques(place)%item)
-      class is (regulator_t)
+      class is (controller_t)
          angle = controller%error_angle(state%t, quat_normalized(state%q))
       end select
    end function pointing_error
@@ -166,7 +166,7 @@ contains
       do i = 1, effects%n_torques
          if (found) return
          select type (controller => effects%torques(i)%item)
-         class is (regulator_t)
+         class is (controller_t)
             found = controller%by == BY_MAGNETS .and. .not. controller%follows_earth
             if (found) b = controller%field
          end select
@@ -199,7 +199,7 @@ contains
       has = place > 0
       if (.not. (has .and. points)) return
       select type (controller => effects%torques(place)%item)
-      class is (regulator_t)
+      class is (controller_t)
          has = controller%law == POINTING
       end select
    end function has_controller
@@ -213,7 +213,7 @@ contains
       k = 0
       do i = 1, effects%n_torques
          select type (controller => effects%torques(i)%item)
-         class is (regulator_t)
+         class is (controller_t)
             k = k + 1
             if (k == n) place = i
          end select

@@ -170,7 +170,7 @@ contains
          integrator%line_of('method'), "method 'exact' solves free bodies only", expected='no effects with it')
    end subroutine check_free
 
-   !> Raises an error where an accuracy is asked for and a run would have to watch over wheels or regulators.
+   !> Raises an error where an accuracy is asked for and a run would have to watch over wheels or controllers.
    subroutine check_control(effects, plan, integrator, error)
       type(effect_list_t), intent(in) :: effects
       type(run_plan_t), intent(in) :: plan

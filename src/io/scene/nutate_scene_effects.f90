@@ -8,8 +8,8 @@ module nutate_scene_effects
    use nutate_orbital_effects, only: build_on_orbit, goes_by_orbit
    use nutate_range, only: check_strength
    use nutate_scene_error, only: scene_error_t
-   use nutate_regulator, only: regulator_t
-   use nutate_regulator_mounting, only: add_regulator
+   use nutate_controller, only: controller_t
+   use nutate_controller_mounting, only: add_controller
    use nutate_rotating_frame, only: rotating_frame_t
    use nutate_scene_table, only: read_torque_table
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
@@ -42,8 +42,8 @@ contains
       end do
    end subroutine add_effect_kinds
 
-   !> Adds the effects that the groups name, in their order but an orbit first and regulators last, to a system. What is
-   !> made from a body is made from the whole one, its wheels locked.
+   !> Adds the effects that the groups name, in their order but an orbit first and controllers last, to a system. What
+   !> is made from a body is made from the whole one, its wheels locked.
    subroutine build_effects(groups, system, error, folder, nominal)
       !> The tables that they name are read.
       type(group_t), intent(inout) :: groups(:)
@@ -78,14 +78,14 @@ contains
       end do
    end subroutine build_effects
 
-   !> In which pass a group is built: what others are made from comes first, and regulators act by wheels, wherever
+   !> In which pass a group is built: what others are made from comes first, and controllers act by wheels, wherever
    !> these stand in the scene.
    pure integer function pass_of(group)
       type(group_t), intent(in) :: group
       select case (group%name)
       case ('orbit')
          pass_of = FIRST
-      case ('regulator')
+      case ('controller')
          pass_of = LAST
       case default
          pass_of = MIDDLE
@@ -130,7 +130,7 @@ contains
    end subroutine take_switch
 
    !> Adds an effect. A rotor, a rotating frame or an orbit that is off, which cannot be switched, is not there then.
-   !> Errors: those of `add_wheel` and `add_regulator`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit.
+   !> Errors: those of `add_wheel` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit.
    subroutine take_effect(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
@@ -142,8 +142,8 @@ contains
          if (effect%on) call take_frame(system, effect, status)
       type is (wheel_t)
          call add_wheel(system, effect, status)
-      type is (regulator_t)
-         call add_regulator(system, effect, status)
+      type is (controller_t)
+         call add_controller(system, effect, status)
       class default
          call system%effects%add(effect)
       end select

@@ -95,8 +95,8 @@ contains
    subroutine demand_series(effect, status)
       class(effect_t), intent(in) :: effect
       type(status_t), intent(inout) :: status
-      if (effect%series_kind() == NO_SERIES .and. effect%name == 'regulator') then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a regulator that acts at all times has no series (expected sample in '// &
+      if (effect%series_kind() == NO_SERIES .and. effect%name == 'controller') then
+         status = fail(NUTATE_BAD_ARGUMENT, 'a controller that acts at all times has no series (expected sample in '// &
                        "it, or method = 'dop853' with conserve = .true.)", 'method')
       else if (effect%series_kind() == NO_SERIES) then
          status = fail(NUTATE_BAD_ARGUMENT, "effect '"//trim(effect%name)// &

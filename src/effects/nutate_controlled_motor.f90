@@ -1,19 +1,19 @@
-!> The motor of a wheel by which a regulator acts at all times: it gives its share of what the law asks for.
+!> The motor of a wheel by which a controller acts at all times: it gives its share of what the law asks for.
 !>
 !> Where that has come to the limit of the motor's torque, the torque stays there until the law asks for less; where the
 !> wheel has come to the limit of its speed, the motor brakes but does not push. Runs locate these moments.
-module nutate_regulated_motor
+module nutate_controlled_motor
    use nutate_effect, only: torque_t
    use nutate_kinds, only: wp
-   use nutate_regulator, only: regulator_t
+   use nutate_controller, only: controller_t
    implicit none
    private
 
-   public :: regulated_motor_t
+   public :: controlled_motor_t
 
    !> A motor; its torque is component 1.
-   type, extends(torque_t) :: regulated_motor_t
-      type(regulator_t) :: regulator = regulator_t()
+   type, extends(torque_t) :: controlled_motor_t
+      type(controller_t) :: controller = controller_t()
       !> Which wheel.
       integer :: wheel = 1
       !> Limit of its torque, N m.
@@ -29,22 +29,22 @@ module nutate_regulated_motor
       procedure :: window => motor_window
       !> What the law asks for.
       procedure :: asked
-   end type regulated_motor_t
+   end type controlled_motor_t
 
 contains
 
    !> Torque, N m.
    pure real(wp) function asked(self, t, q, omega)
-      class(regulated_motor_t), intent(in) :: self
+      class(controlled_motor_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
       real(wp), intent(in) :: q(4), omega(3)
-      asked = dot_product(self%regulator%share(:, self%wheel), self%regulator%wanted(t, q, omega))
+      asked = dot_product(self%controller%share(:, self%wheel), self%controller%wanted(t, q, omega))
    end function asked
 
    pure function motor_torque(self, t, q, omega) result(tau)
-      class(regulated_motor_t), intent(in) :: self
+      class(controlled_motor_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
       tau = 0.0_wp
@@ -57,10 +57,10 @@ contains
    end function motor_torque
 
    pure subroutine motor_window(self, start, stop)
-      class(regulated_motor_t), intent(in) :: self
+      class(controlled_motor_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
-      start = self%regulator%start
-      stop = self%regulator%stop
+      start = self%controller%start
+      stop = self%controller%stop
    end subroutine motor_window
 
-end module nutate_regulated_motor
+end module nutate_controlled_motor

@@ -1,42 +1,43 @@
-!> Regulators of a system: those that act by its wheels share their torque among the motors.
-module nutate_regulator_mounting
+!> Controllers of a system: those that act by its wheels share their torque among the motors.
+module nutate_controller_mounting
    use nutate_kinds, only: wp
    use nutate_lapack, only: symmetric_eigen
-   use nutate_regulated_motor, only: regulated_motor_t
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
+   use nutate_controlled_motor, only: controlled_motor_t
+   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: add_regulator
+   public :: add_controller
 
    !> Eigenvalue of SSᵀ, over the largest, below which there is no axis in a direction.
    real(wp), parameter :: nearly_flat = 1e-10_wp
 
 contains
 
-   !> Adds a regulator to a system, behind all wheels that it acts by. Of one that is not sampled, and acts by wheels,
+   !> Adds a controller to a system, behind all wheels that it acts by. Of one that is not sampled, and acts by wheels,
    !> they get motors.
    !>
    !> Errors, with the system as it was: `NUTATE_BAD_ARGUMENT` for one that is none; one by wheels where there are none,
    !> or one with a motor of its own; one that follows the field of the Earth, or an orbit, where there is none.
-   subroutine add_regulator(system, regulator, status)
+   subroutine add_controller(system, controller, status)
       type(system_t), intent(inout) :: system
-      type(regulator_t), intent(in) :: regulator
+      type(controller_t), intent(in) :: controller
       type(status_t), intent(out) :: status
-      type(regulator_t) :: mounted
+      type(controller_t) :: mounted
       integer :: i
-      mounted = regulator
-      if (regulator%follows_earth) then
+      mounted = controller
+      if (controller%follows_earth) then
          if (.not. system%effects%in_earth_field) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the magnets of a regulator have no field (expected field in it, or '// &
+            status = fail(NUTATE_BAD_ARGUMENT, &
+                          'the magnets of a controller have no field (expected field in it, or '// &
                           '&earth_field)', 'law')
             return
          end if
          call mounted%follow(system%effects%earth_field)
       end if
-      if (regulator%follows_orbit) then
+      if (controller%follows_orbit) then
          if (.not. system%effects%on_orbit) then
             status = fail(NUTATE_BAD_ARGUMENT, 'the target is seen from an orbit, and there is none '// &
                           '(expected &orbit)', 'target_from')
@@ -44,40 +45,41 @@ contains
          end if
          call mounted%follow_orbit(system%effects%orbit)
       end if
-      if (.not. mounted%is_moderate() .or. (regulator%law == DETUMBLING .and. regulator%by /= BY_MAGNETS)) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the regulator is none (expected a unit quaternion as its target, '// &
-                       'finite gains up to 1e100 in SI units, magnets to detumble)', 'regulator')
+      if (.not. mounted%is_moderate() .or. (controller%law == DETUMBLING .and. controller%by /= BY_MAGNETS)) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the controller is none (expected a unit quaternion as its target, '// &
+                       'finite gains up to 1e100 in SI units, magnets to detumble)', 'controller')
          return
       end if
-      if (regulator%by == BY_WHEELS) call check_wheels(system, regulator, status)
+      if (controller%by == BY_WHEELS) call check_wheels(system, controller, status)
       if (.not. status%ok()) return
-      if (regulator%by == BY_WHEELS) call share_torque(system, mounted, status)
+      if (controller%by == BY_WHEELS) call share_torque(system, mounted, status)
       if (.not. status%ok()) return
       call system%effects%add(mounted)
-      if (regulator%by /= BY_WHEELS .or. regulator%sample > 0.0_wp) return
+      if (controller%by /= BY_WHEELS .or. controller%sample > 0.0_wp) return
       do i = 1, system%effects%n_wheels
          allocate (system%effects%wheels(i)%motor, &
-                   source=regulated_motor_t(name='regulator', label=regulator%label, on=regulator%on, &
-                                            regulator=mounted, wheel=i, &
+                   source=controlled_motor_t(name='controller', label=controller%label, on=controller%on, &
+                                            controller=mounted, wheel=i, &
                                             limit=system%effects%wheels(i)%torque_limit))
       end do
-   end subroutine add_regulator
+   end subroutine add_controller
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for wheels that a regulator cannot act by.
-   subroutine check_wheels(system, regulator, status)
+   !> Errors: `NUTATE_BAD_ARGUMENT` for wheels that a controller cannot act by.
+   subroutine check_wheels(system, controller, status)
       type(system_t), intent(in) :: system
-      type(regulator_t), intent(in) :: regulator
+      type(controller_t), intent(in) :: controller
       type(status_t), intent(inout) :: status
       integer :: i
       if (system%effects%n_wheels == 0) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a regulator by wheels, and there is none (expected &wheel)', 'by')
+         status = fail(NUTATE_BAD_ARGUMENT, 'a controller by wheels, and there is none (expected &wheel)', 'by')
          return
       end if
       do i = 1, system%effects%n_wheels
          associate (wheel => system%effects%wheels(i))
             if (allocated(wheel%motor)) then
-               status = fail(NUTATE_BAD_ARGUMENT, 'a regulator by wheels, and one has a motor of its own (expected '// &
-                             'neither torque nor table in &wheel, nor another regulator by wheels without '// &
+               status = fail(NUTATE_BAD_ARGUMENT, &
+                             'a controller by wheels, and one has a motor of its own (expected '// &
+                             'neither torque nor table in &wheel, nor another controller by wheels without '// &
                              'sample)', 'by')
             end if
          end associate
@@ -85,9 +87,9 @@ contains
    end subroutine check_wheels
 
    !> u = -S⁺τ, S the axes as columns, S⁺ = Sᵀ(SSᵀ)⁺: what lies in no axis is left out. Errors: those of LAPACK.
-   subroutine share_torque(system, regulator, status)
+   subroutine share_torque(system, controller, status)
       type(system_t), intent(in) :: system
-      type(regulator_t), intent(inout) :: regulator
+      type(controller_t), intent(inout) :: controller
       type(status_t), intent(inout) :: status
       real(wp) :: square(3, 3), values(3), vectors(3, 3)
       integer :: i, k
@@ -101,15 +103,15 @@ contains
       end do
       call symmetric_eigen(square, values, vectors, status)
       if (.not. status%ok()) return
-      regulator%share = 0.0_wp
+      controller%share = 0.0_wp
       do i = 1, system%effects%n_wheels
          associate (axis => system%effects%wheels(i)%axis)
             do k = 1, 3
-               if (values(k) > nearly_flat*values(3)) regulator%share(:, i) = regulator%share(:, i) &
+               if (values(k) > nearly_flat*values(3)) controller%share(:, i) = controller%share(:, i) &
                   - (dot_product(vectors(:, k), axis)/values(k))*vectors(:, k)
             end do
          end associate
       end do
    end subroutine share_torque
 
-end module nutate_regulator_mounting
+end module nutate_controller_mounting

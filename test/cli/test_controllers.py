@@ -1,4 +1,4 @@
-"""Regulators: samples that are held by every method, switches, refusals, and runs that go on."""
+"""Controllers: samples that are held by every method, switches, refusals, and runs that go on."""
 import unittest
 
 from support import CommandLineTest
@@ -10,11 +10,11 @@ BODY = """&body inertia = 90.0, 100.0, 40.0 /
 """
 WHEELS = "".join(f"&wheel axis = {axis}, inertia = 0.05, torque_limit = 0.3, speed_limit = 90.0 /\n"
                  for axis in ("1, 1, 1", "-1, 1, 1", "1, -1, 1", "1, 1, -1"))
-LAW = "&regulator law = 'quaternion', attitude_gain = 0.01, rate_gain = 0.12, target = 0.5, 0.5, 0.5, 0.5"
+LAW = "&controller law = 'quaternion', attitude_gain = 0.01, rate_gain = 0.12, target = 0.5, 0.5, 0.5, 0.5"
 METHODS = ("nielsen_krenk", "rk4", "rk8", "dop853", "taylor")
 
 
-class Regulators(CommandLineTest):
+class Controllers(CommandLineTest):
     def test_every_method_holds_the_samples_of_wheels(self):
         self.write("wheels.nml", WHEELS + LAW + ", by = 'wheels', sample = 0.5, name = 'law' /\n" + BODY)
         ends = {}
@@ -56,7 +56,7 @@ class Regulators(CommandLineTest):
 
     def test_laws_at_all_times_keep_their_limits(self):
         # Springy, so that what it asks for grows from the start on.
-        law = "&regulator law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.12"
+        law = "&controller law = 'quaternion', attitude_gain = 0.1, rate_gain = 0.12"
         wheels = WHEELS.replace("torque_limit = 0.3, speed_limit = 90.0", "torque_limit = 0.15, speed_limit = 12.0")
         columns = BODY.replace("'energy', ", "'energy', 'wheel1', ")
         for kind, scene, said in (("torque", law + ", limit = 0.3 /\n" + BODY, "limit of torque"),
@@ -88,7 +88,7 @@ class Regulators(CommandLineTest):
                 member = str(int(row[0]))
                 inertia = ",".join(repr(x) for x in row[2:5])
                 # The true inertia to the body, the nominal one to the controller; and what a controller would do that knew it.
-                own, nominal = ["--set", f"body.inertia={inertia}"], ["--set", "regulator.inertia=90,100,40"]
+                own, nominal = ["--set", f"body.inertia={inertia}"], ["--set", "controller.inertia=90,100,40"]
                 ends = [self.history("run.csv")[1][-1] for options in (own + nominal, own)
                         if self.succeed("run", f"{name}.nml", "--quiet", "--output", "run.csv", *options)]
                 self.assertEqual(row[5:5 + len(ends[0])], ends[0])
@@ -108,7 +108,7 @@ class Regulators(CommandLineTest):
                            ("transposed", "attitude_gain = 0.25, rate_gain_matrix = 45, -4, 3, 9, 50, 1, -9, 1, 20"),
                            ("scalar", "attitude_gain = 2, rate_gain = 3, gains = 'scalar'"),
                            ("diagonal", "attitude_gain_matrix = 2, 2, 2, rate_gain_matrix = 3, 3, 3")):
-            self.write(f"{name}.nml", f"&regulator law = 'quaternion', {keys} /\n" + tensor)
+            self.write(f"{name}.nml", f"&controller law = 'quaternion', {keys} /\n" + tensor)
             self.succeed("run", f"{name}.nml", "--quiet")
             rows[name] = self.read(f"{name}.csv")
         for name in ("given", "symmetric", "full"):
@@ -124,9 +124,9 @@ class Regulators(CommandLineTest):
         own = "gains times the inertia of the body, 90, 100, 40 kg m^2"
         for scene, settings, said, unsaid in (
                 ("plain", (), own, "before variation"), ("varied", (), own + ", before variation", "given"),
-                ("varied", ("regulator.inertia=90,100,41",), "gains times the inertia given", "before variation"),
-                ("plain", ("regulator.gains='scalar'",), "gains = scalar", "gains times"),
-                ("plain", ("regulator.attitude_gain_matrix=1,1,1", "regulator.rate_gain_matrix=2,2,2"),
+                ("varied", ("controller.inertia=90,100,41",), "gains times the inertia given", "before variation"),
+                ("plain", ("controller.gains='scalar'",), "gains = scalar", "gains times"),
+                ("plain", ("controller.attitude_gain_matrix=1,1,1", "controller.rate_gain_matrix=2,2,2"),
                  "attitude_gain_matrix = 1, 1, 1", "gains times")):
             options = [word for setting in settings for word in ("--set", setting)]
             text = self.succeed("check", f"{scene}.nml", *options).stdout
@@ -136,8 +136,8 @@ class Regulators(CommandLineTest):
             self.assertNotIn("&earth_field", line)
 
     def test_magnets_leave_the_momentum_along_their_field(self):
-        for law in ("law = 'bdot', gain = 3", LAW[len("&regulator "):] + ", by = 'magnets', sample = 0.5"):
-            magnets = "&regulator " + law + ", field = 0, 0.3, -0.4 /\n"
+        for law in ("law = 'bdot', gain = 3", LAW[len("&controller "):] + ", by = 'magnets', sample = 0.5"):
+            magnets = "&controller " + law + ", field = 0, 0.3, -0.4 /\n"
             self.write("magnets.nml", magnets + BODY)
             said = "the exact motion keeps the component along the field of the magnets, 0, 0.6, -0.8; it is not measured"
             self.assertIn(said, self.succeed("check", "magnets.nml").stdout)
@@ -153,7 +153,7 @@ class Regulators(CommandLineTest):
         self.fail_with(2, "run", "all_times.nml", "--set", "integrator.method=taylor", says=("expected sample",))
         self.assertIn("dop853", self.succeed("check", "all_times.nml", "--set", "integrator.accuracy=1e-6").stdout)
         self.write("sampled.nml", LAW + ", sample = 0.5 /\n" + BODY)
-        self.fail_with(2, "cost", "sampled.nml", says=("no sample and no limits in &regulator",))
+        self.fail_with(2, "cost", "sampled.nml", says=("no sample and no limits in &controller",))
         free = WHEELS.replace(", torque_limit = 0.3, speed_limit = 90.0", "")
         self.write("by_wheels.nml", free + LAW + ", by = 'wheels' /\n" + BODY)
         self.fail_with(2, "run", "by_wheels.nml", says=("expected sample", "dop853"))

@@ -1,5 +1,5 @@
-!> The scene group `&regulator`.
-module nutate_regulator_group
+!> The scene group `&controller`.
+module nutate_controller_group
    use nutate_admissible, only: ANY_DIRECTION, NON_NEGATIVE, POSITIVE
    use nutate_body, only: body_t, diagonal, make_body, symmetric
    use nutate_effect, only: effect_t
@@ -7,15 +7,15 @@ module nutate_regulator_group
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_unit
    use nutate_quaternion, only: quat_normalized
-   use nutate_regulator, only: regulator_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
 
-   public :: regulator_keys, build_regulator
+   public :: controller_keys, build_controller
 
-   !> Keys of the scene group `&regulator`.
-   type(key_t), parameter :: regulator_keys(16) = [ &
+   !> Keys of the scene group `&controller`.
+   type(key_t), parameter :: controller_keys(16) = [ &
       key_t(name='law', kind=KEY_TEXT, choices='quaternion,bdot', required=.true.), &
       key_t(name='by', kind=KEY_TEXT, choices='torque,wheels,magnets'), &
       key_t(name='target', least=4, most=4), &
@@ -35,72 +35,72 @@ module nutate_regulator_group
 
 contains
 
-   !> A regulator as a scene's group asks for it. Magnets without a field follow that of the Earth, which
-   !> `add_regulator` gives them.
+   !> A controller as a scene's group asks for it. Magnets without a field follow that of the Earth, which
+   !> `add_controller` gives them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses; a target that is no unit
    !> quaternion; an empty window. `NUTATE_BAD_BODY` for an inertia that no body has.
-   subroutine build_regulator(group, body, effect, status)
+   subroutine build_controller(group, body, effect, status)
       type(group_t), intent(in) :: group
       !> Its wheels locked; in an ensemble that of the scene before variation, which the controller is designed for.
       type(body_t), intent(in) :: body
       class(effect_t), allocatable, intent(out) :: effect
       type(status_t), intent(out) :: status
-      type(regulator_t) :: regulator
+      type(controller_t) :: controller
       call check_keys(group, status)
       if (.not. status%ok()) return
-      regulator%name = 'regulator'
-      regulator%field = group%vector('field', regulator%field)
-      regulator%follows_earth = .not. group%has('field') .and. &
+      controller%name = 'controller'
+      controller%field = group%vector('field', controller%field)
+      controller%follows_earth = .not. group%has('field') .and. &
                                 (group%text('law', '') == 'bdot' .or. group%text('by', '') == 'magnets')
-      regulator%sample = group%number('sample', regulator%sample)
-      regulator%limit = group%number('limit', regulator%limit)
-      regulator%start = group%number('start', regulator%start)
-      regulator%stop = group%number('stop', regulator%stop)
-      if (.not. regulator%stop > regulator%start) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the regulator stops before it starts (expected stop > start)', 'stop')
+      controller%sample = group%number('sample', controller%sample)
+      controller%limit = group%number('limit', controller%limit)
+      controller%start = group%number('start', controller%start)
+      controller%stop = group%number('stop', controller%stop)
+      if (.not. controller%stop > controller%start) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the controller stops before it starts (expected stop > start)', 'stop')
       else if (group%text('law', '') == 'bdot') then
-         regulator%law = DETUMBLING
-         regulator%by = BY_MAGNETS
-         regulator%gain = group%number('gain', 0.0_wp)
+         controller%law = DETUMBLING
+         controller%by = BY_MAGNETS
+         controller%gain = group%number('gain', 0.0_wp)
       else
-         call take_pointing(group, body, regulator, status)
+         call take_pointing(group, body, controller, status)
       end if
-      if (status%ok()) allocate (effect, source=regulator)
-   end subroutine build_regulator
+      if (status%ok()) allocate (effect, source=controller)
+   end subroutine build_controller
 
    !> Target, gains and what acts. Errors: `NUTATE_BAD_ARGUMENT` for a target that is no unit quaternion.
-   subroutine take_pointing(group, body, regulator, status)
+   subroutine take_pointing(group, body, controller, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
-      type(regulator_t), intent(inout) :: regulator
+      type(controller_t), intent(inout) :: controller
       type(status_t), intent(inout) :: status
       select case (group%text('by', 'torque'))
       case ('wheels')
-         regulator%by = BY_WHEELS
+         controller%by = BY_WHEELS
       case ('magnets')
-         regulator%by = BY_MAGNETS
+         controller%by = BY_MAGNETS
       case default
-         regulator%by = BY_TORQUE
+         controller%by = BY_TORQUE
       end select
-      regulator%target = group%vector('target', regulator%target)
-      if (.not. is_unit(regulator%target, attitude_tolerance)) then
+      controller%target = group%vector('target', controller%target)
+      if (.not. is_unit(controller%target, attitude_tolerance)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the target is no unit quaternion (expected a norm of 1 to within 1e-6)', &
                        'target')
          return
       end if
-      regulator%target = quat_normalized(regulator%target)
-      regulator%follows_orbit = group%text('target_from', 'space') == 'orbit'
-      call take_gains(group, body%inertia, regulator, status)
+      controller%target = quat_normalized(controller%target)
+      controller%follows_orbit = group%text('target_from', 'space') == 'orbit'
+      call take_gains(group, body%inertia, controller, status)
    end subroutine take_pointing
 
    !> K and D: matrices as given, or gains times the inertia or the unit matrix. Errors: `NUTATE_BAD_BODY` for a given
    !> inertia that no body has.
-   subroutine take_gains(group, inertia, regulator, status)
+   subroutine take_gains(group, inertia, controller, status)
       type(group_t), intent(in) :: group
       !> Where the group gives none, kg m²; shape (3,3).
       real(wp), intent(in) :: inertia(3, 3)
-      type(regulator_t), intent(inout) :: regulator
+      type(controller_t), intent(inout) :: controller
       type(status_t), intent(inout) :: status
       type(body_t) :: nominal
       real(wp) :: unit(3, 3)
@@ -112,10 +112,10 @@ contains
          unit = nominal%inertia
       end if
       if (group%text('gains', 'inertia') == 'scalar') unit = diagonal([1.0_wp, 1.0_wp, 1.0_wp])
-      regulator%attitude_gain = group%number('attitude_gain', 0.0_wp)*unit
-      if (group%has('attitude_gain_matrix')) regulator%attitude_gain = matrix_of(group, 'attitude_gain_matrix')
-      regulator%rate_gain = group%number('rate_gain', 0.0_wp)*unit
-      if (group%has('rate_gain_matrix')) regulator%rate_gain = matrix_of(group, 'rate_gain_matrix')
+      controller%attitude_gain = group%number('attitude_gain', 0.0_wp)*unit
+      if (group%has('attitude_gain_matrix')) controller%attitude_gain = matrix_of(group, 'attitude_gain_matrix')
+      controller%rate_gain = group%number('rate_gain', 0.0_wp)*unit
+      if (group%has('rate_gain_matrix')) controller%rate_gain = matrix_of(group, 'rate_gain_matrix')
    end subroutine take_gains
 
    !> The matrix of three numbers (its diagonal), six (a symmetric one: 11, 22, 33, 12, 13, 23) or nine (row by row).
@@ -166,7 +166,7 @@ contains
       subroutine demand(key)
          character(len=*), intent(in) :: key
          if (status%ok() .and. .not. group%has(key)) &
-            status = fail(NUTATE_BAD_ARGUMENT, 'the regulator has no '//key//' (expected it)')
+            status = fail(NUTATE_BAD_ARGUMENT, 'the controller has no '//key//' (expected it)')
       end subroutine demand
 
       subroutine refuse(key, words)
@@ -198,7 +198,7 @@ contains
       subroutine check_gain(key, matrix)
          character(len=*), intent(in) :: key, matrix
          if (.not. (group%has(key) .or. group%has(matrix))) &
-            call refuse('the regulator has no '//key//' (expected it)', '')
+            call refuse('the controller has no '//key//' (expected it)', '')
          if (group%has(key) .and. group%has(matrix)) &
             call refuse(matrix//' beside '//key//' (expected one of them)', matrix)
          if (all(group%count_of(matrix) /= [0, 3, 6, 9])) &
@@ -212,4 +212,4 @@ contains
 
    end subroutine check_gains
 
-end module nutate_regulator_group
+end module nutate_controller_group

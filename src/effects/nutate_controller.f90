@@ -1,4 +1,4 @@
-!> A regulator: a torque that follows from attitude and rate, to point a body or to stop its tumbling.
+!> A controller: a torque that follows from attitude and rate, to point a body or to stop its tumbling.
 !>
 !> **Pointing**, the quaternion law of Wie, Weiss and Arapostathis (1989): with e = q_t*∘q, the attitude seen from the
 !> target,
@@ -16,7 +16,7 @@
 !>
 !> With a period of samples the torque of the body, the torques of the motors or the moment, in body axes, are held from
 !> one sample to the next: they are what runs set there (`hold`).
-module nutate_regulator
+module nutate_controller
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use nutate_effect, only: GENERAL_SERIES, NO_SERIES, torque_t
    use nutate_geomagnetic_field, only: geomagnetic_field_t
@@ -29,14 +29,14 @@ module nutate_regulator
    implicit none
    private
 
-   public :: regulator_t
+   public :: controller_t
 
    !> Laws, and what they act by.
    integer, parameter, public :: POINTING = 1, DETUMBLING = 2
    integer, parameter, public :: BY_TORQUE = 1, BY_WHEELS = 2, BY_MAGNETS = 3
 
-   !> A regulator that acts from start to stop.
-   type, extends(torque_t) :: regulator_t
+   !> A controller that acts from start to stop.
+   type, extends(torque_t) :: controller_t
       !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETS`: the last alone detumble.
       integer :: law = POINTING, by = BY_TORQUE
       !> q_t, body→space, unit quaternion; shape (4). Where `follows_orbit`, body→orbital axes, and those of the orbit
@@ -72,18 +72,18 @@ module nutate_regulator
       type(saturation_count_t) :: saturations = saturation_count_t()
       !> It was on at the last sample.
       logical :: was_on = .false.
-      !> The torque of motor i is share(:, i)·τ; set by `add_regulator`; shape (3, most_wheels).
+      !> The torque of motor i is share(:, i)·τ; set by `add_controller`; shape (3, most_wheels).
       real(wp) :: share(3, most_wheels) = 0.0_wp
    contains
-      procedure :: torque => regulating_torque
-      procedure :: derivatives => regulating_derivatives
-      procedure :: window => regulating_window
-      procedure :: next_break => regulating_break
-      procedure :: series_kind => regulator_series
-      procedure :: series_direction => regulator_direction
+      procedure :: torque => controlling_torque
+      procedure :: derivatives => controlling_derivatives
+      procedure :: window => controlling_window
+      procedure :: next_break => controlling_break
+      procedure :: series_kind => controller_series
+      procedure :: series_direction => controller_direction
       procedure :: direction_series => series_of_field
-      procedure :: series_torque => regulator_series_torque
-      procedure :: is_moderate => regulator_is_moderate
+      procedure :: series_torque => controller_series_torque
+      procedure :: is_moderate => controller_is_moderate
       !> Takes the field of the Earth as that of its magnets.
       procedure :: follow
       !> Takes the axes of an orbit as those of its target.
@@ -97,13 +97,13 @@ module nutate_regulator
       procedure :: next_sample
       !> Holds from now on what the law asks for.
       procedure :: hold
-   end type regulator_t
+   end type controller_t
 
 contains
 
    !> Takes the field of the Earth as that of its magnets.
    pure subroutine follow(self, earth)
-      class(regulator_t), intent(inout) :: self
+      class(controller_t), intent(inout) :: self
       !> Along the orbit, in the space axes of the scene.
       type(geomagnetic_field_t), intent(in) :: earth
       self%follows_earth = .true.
@@ -114,7 +114,7 @@ contains
 
    !> Takes the axes of an orbit as those of its target. Where they are the space axes nothing changes.
    pure subroutine follow_orbit(self, orbit)
-      class(regulator_t), intent(inout) :: self
+      class(controller_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit
       self%follows_orbit = .not. orbit%is_frame
       self%orbit = orbit
@@ -122,7 +122,7 @@ contains
 
    !> B, body axes, T; shape (3).
    pure function field_at(self, t, q) result(b)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> s; attitude, unit quaternion, body→space, shape (4).
       real(wp), intent(in) :: t, q(4)
       real(wp) :: b(3)
@@ -133,7 +133,7 @@ contains
 
    !> -K sgn(e₀) e_v - D Ω, or m×B with m = -k B×Ω; body axes, N m.
    pure function wanted(self, t, q, omega) result(tau)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
@@ -150,7 +150,7 @@ contains
 
    !> What has the limit: the torque, N m, or the moment of the magnets, A m²; body axes, shape (3).
    pure function asked(self, t, q, omega)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> As in `wanted`.
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: asked(3), b(3)
@@ -177,7 +177,7 @@ contains
 
    !> -K sgn(e₀) e_v - D Ω, Ω against the axes of the target.
    pure function pointing_torque(self, t, q, omega) result(tau)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3), e(4)
       e = error_of(self, t, q)
@@ -186,7 +186,7 @@ contains
 
    !> e₀, before its sign is looked at.
    pure real(wp) function error_scalar(self, t, q)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> s; attitude, unit quaternion, body→space; shape (4).
       real(wp), intent(in) :: t, q(4)
       real(wp) :: e(4)
@@ -196,7 +196,7 @@ contains
 
    !> Angle of the rotation from the target to the attitude, 0 to π, rad.
    pure real(wp) function error_angle(self, t, q)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> As in `error_scalar`.
       real(wp), intent(in) :: t, q(4)
       real(wp) :: e(4)
@@ -206,7 +206,7 @@ contains
 
    !> q_t*∘q; shape (4).
    pure function seen_from_target(self, t, q) result(e)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4)
       real(wp) :: e(4), target(4)
       target = self%target
@@ -216,7 +216,7 @@ contains
 
    !> sgn(e₀) e; shape (4).
    pure function error_of(self, t, q) result(e)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4)
       real(wp) :: e(4)
       e = seen_from_target(self, t, q)
@@ -229,7 +229,7 @@ contains
 
    !> Rate of the target against the space axes, body axes, rad/s; shape (3).
    pure function rate_of_target(self, t, q) result(rate)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4)
       real(wp) :: rate(3)
       rate = 0.0_wp
@@ -247,8 +247,8 @@ contains
    end function across
 
    !> The law, or what is held. That of motors acts inside of the body.
-   pure function regulating_torque(self, t, q, omega) result(tau)
-      class(regulator_t), intent(in) :: self
+   pure function controlling_torque(self, t, q, omega) result(tau)
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: tau(3)
       if (self%by == BY_WHEELS) then
@@ -265,11 +265,11 @@ contains
       else
          tau = self%held
       end if
-   end function regulating_torque
+   end function controlling_torque
 
    !> Torque or moment with the components that are at the limit there; shape (3).
    pure function cut_off(self, amount) result(cut)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: amount(3)
       real(wp) :: cut(3)
       cut = amount
@@ -277,8 +277,8 @@ contains
    end function cut_off
 
    !> A small rotation θ of the body changes e_v by ½(e₀θ + e_v×θ), and B by B×θ.
-   pure subroutine regulating_derivatives(self, t, q, omega, by_rotation, by_rate)
-      class(regulator_t), intent(in) :: self
+   pure subroutine controlling_derivatives(self, t, q, omega, by_rotation, by_rate)
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp), intent(out) :: by_rotation(3, 3), by_rate(3, 3)
       real(wp) :: b(3), theta(3)
@@ -305,11 +305,11 @@ contains
             call differentiate_pointing(self, t, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
          end if
       end do
-   end subroutine regulating_derivatives
+   end subroutine controlling_derivatives
 
    !> The derivatives of the quaternion law by one small rotation, and by one component of Ω.
    pure subroutine differentiate_pointing(self, t, q, omega, b, theta, by_rotation, by_rate)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> B, body axes, T; shape (3); a unit vector.
       real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
@@ -329,7 +329,7 @@ contains
 
    !> That of `pointing_torque` by a small rotation; the rate of the target, r, changes by r×θ.
    pure function change_by_rotation(self, t, q, theta) result(change)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, q(4), theta(3)
       real(wp) :: change(3), e(4)
       e = error_of(self, t, q)
@@ -340,7 +340,7 @@ contains
 
    !> The same of a torque, or of m×B, where components of it, or of m, stand at the limit and do not change.
    pure subroutine differentiate_cut(self, t, q, omega, b, theta, by_rotation, by_rate)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> B, body axes, T; shape (3); a unit vector.
       real(wp), intent(in) :: t, q(4), omega(3), b(3), theta(3)
       real(wp), intent(out) :: by_rotation(3), by_rate(3)
@@ -370,19 +370,19 @@ contains
    end subroutine differentiate_cut
 
    !> From start to stop; by wheels never, since the motors act then.
-   pure subroutine regulating_window(self, start, stop)
-      class(regulator_t), intent(in) :: self
+   pure subroutine controlling_window(self, start, stop)
+      class(controller_t), intent(in) :: self
       real(wp), intent(out) :: start, stop
       start = self%start
       stop = self%stop
       if (self%by /= BY_WHEELS) return
       start = huge(1.0_wp)
       stop = -huge(1.0_wp)
-   end subroutine regulating_window
+   end subroutine controlling_window
 
    !> The next sample, and the ends of the window.
-   pure real(wp) function regulating_break(self, t, sense) result(next)
-      class(regulator_t), intent(in) :: self
+   pure real(wp) function controlling_break(self, t, sense) result(next)
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, sense
       real(wp) :: ends(2)
       integer :: i
@@ -391,11 +391,11 @@ contains
       do i = 1, 2
          if (sense*ends(i) > sense*t .and. sense*ends(i) < sense*next) next = ends(i)
       end do
-   end function regulating_break
+   end function controlling_break
 
    !> The first sample behind a time, s; huge where there is none, or none that can be told from others.
    pure real(wp) function next_sample(self, t, sense) result(next)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       !> s, and which way time goes: 1 or -1.
       real(wp), intent(in) :: t, sense
       real(wp) :: first, n
@@ -415,7 +415,7 @@ contains
 
    !> Holds from now on what the law asks for, cut off at the limit; nothing outside of the window.
    pure subroutine hold(self, t, q, omega, moment)
-      class(regulator_t), intent(inout) :: self
+      class(controller_t), intent(inout) :: self
       !> Time of the sample, s.
       real(wp), intent(in) :: t
       !> Attitude, unit quaternion, body→space, and Ω against the space axes, body axes, rad/s; shapes (4), (3).
@@ -436,31 +436,31 @@ contains
    end subroutine hold
 
    !> What is held has a series; the law, a feedback, has none.
-   pure integer function regulator_series(self) result(kind)
-      class(regulator_t), intent(in) :: self
+   pure integer function controller_series(self) result(kind)
+      class(controller_t), intent(in) :: self
       kind = merge(GENERAL_SERIES, NO_SERIES, self%sample > 0.0_wp)
-   end function regulator_series
+   end function controller_series
 
    !> b, for magnets; that of t = 0 where it moves.
-   pure function regulator_direction(self) result(direction)
-      class(regulator_t), intent(in) :: self
+   pure function controller_direction(self) result(direction)
+      class(controller_t), intent(in) :: self
       real(wp) :: direction(3)
       direction = 0.0_wp
       if (self%by /= BY_MAGNETS) return
       direction = self%field
       if (self%follows_earth) direction = self%earth%at(0.0_wp)
-   end function regulator_direction
+   end function controller_direction
 
    pure subroutine series_of_field(self, t, time_unit, n)
-      class(regulator_t), intent(in) :: self
+      class(controller_t), intent(in) :: self
       real(wp), intent(in) :: t, time_unit
       real(wp), intent(out) :: n(:, 0:)
       call self%earth%series(t, time_unit, n)
    end subroutine series_of_field
 
    !> What is held: a constant torque, or m×B.
-   pure subroutine regulator_series_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
-      class(regulator_t), intent(in) :: self
+   pure subroutine controller_series_torque(self, k, t, time_unit, omega, gamma, auxiliary, tau)
+      class(controller_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: t, time_unit, omega(3, 0:k), gamma(3, 0:k)
       real(wp), intent(inout) :: auxiliary(0:, :)
@@ -468,11 +468,11 @@ contains
       tau = 0.0_wp
       if (self%by == BY_MAGNETS) tau = cross(self%held, gamma(:, k))
       if (self%by == BY_TORQUE .and. k == 0) tau = self%held
-   end subroutine regulator_series_torque
+   end subroutine controller_series_torque
 
    !> Start and stop may be anything that can be compared.
-   pure logical function regulator_is_moderate(self) result(moderate)
-      class(regulator_t), intent(in) :: self
+   pure logical function controller_is_moderate(self) result(moderate)
+      class(controller_t), intent(in) :: self
       real(wp) :: strongest
       integer :: i
       moderate = is_unit(self%target, attitude_tolerance) .and. all(is_moderate(self%field)) .and. &
@@ -491,6 +491,6 @@ contains
       if (self%follows_earth) strongest = self%earth%greatest()
       moderate = strongest <= 1e50_wp
       if (moderate) moderate = is_moderate(self%gain*strongest**2)
-   end function regulator_is_moderate
+   end function controller_is_moderate
 
-end module nutate_regulator
+end module nutate_controller
