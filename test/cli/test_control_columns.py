@@ -140,7 +140,7 @@ class ControlColumns(CommandLineTest):
         # The momentum of a wheel without friction changes by the torque of its motor alone; two controllers share them.
         second = LAW.replace("0.5, 0.5, 0.5, 0.5", "1, 0, 0, 0").replace(str(K), "0.02")
         columns = "'controller1', 'controller2', " + ", ".join(f"'wheel{i}'" for i in (1, 2, 3, 4))
-        for laws, names in (([LAW], "'controller1', " + columns[28:]), ([LAW, second], columns)):
+        for laws, names in (([LAW], "'controller1', " + columns[len("'controller1', 'controller2', "):]), ([LAW, second], columns)):
             text = WHEELS + "".join(law + ", by = 'wheels', sample = 0.5 /\n" for law in laws) + BODY
             rows = self.rows("wheels", text + RUN.format("taylor", names))
             limited = False

@@ -47,8 +47,8 @@ def step_part(bench):
 # Names of the methods and what they need in &integrator.
 METHODS = {
     "full, order 2": {"method": "nielsen_krenk"},
-    "reduced, order 2": {"method": "nielsen_krenk", "linear_solver": "reduced"},
-    "reduced, order 8": {"method": "nielsen_krenk", "linear_solver": "reduced", "order": 8},
+    "reduced, order 2": {"method": "nielsen_krenk", "formulation": "reduced"},
+    "reduced, order 8": {"method": "nielsen_krenk", "formulation": "reduced", "order": 8},
     "rk4": {"method": "rk4"},
     "rk4, projected": {"method": "rk4", "conserve": True},
     "dop853": {"method": "dop853"},
