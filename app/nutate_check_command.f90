@@ -179,14 +179,16 @@ contains
       text = text(min(3, len(text) + 1):)
    end function settings_text
 
-   !> What a controller is given from elsewhere: the field of its magnets, the inertia that its gains are multiplied by.
+   !> What a controller is given from elsewhere: the field of its magnetorquers, the inertia that its gains are
+   !> multiplied by.
    pure function controller_text(scene, group) result(text)
       type(scene_t), intent(in) :: scene
       type(group_t), intent(in) :: group
       character(len=:), allocatable :: text
       text = ''
       if (group%name /= 'controller') return
-      if (.not. group%has('field') .and. (group%text('law', '') == 'bdot' .or. group%text('by', '') == 'magnets')) &
+      if (.not. group%has('field') .and. (group%text('law', '') == 'bdot' .or. group%text('by', '') == &
+                                          'magnetorquers')) &
          text = '; field = &earth_field (default)'
       if (group%text('gains', 'inertia') == 'scalar') return
       if (.not. (group%has('attitude_gain') .or. group%has('rate_gain'))) return

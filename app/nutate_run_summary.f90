@@ -7,7 +7,7 @@ module nutate_run_summary
    use nutate_kinds, only: wp, long
    use nutate_notes, only: note_t
    use nutate_printable, only: printable_path
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS
    use nutate_run, only: run_t
    use nutate_run_plan, only: run_plan_t
    use nutate_run_watcher, only: run_watcher_t
@@ -185,15 +185,15 @@ contains
                 invariants%axis*sign(1.0_wp, invariants%axis(maxloc(abs(invariants%axis), 1))))
       case default
          text = 'no component is conserved by these effects'
-         b = field_of_magnets(effects)
-         if (norm2(b) > 0.0_wp) text = 'the exact motion keeps the component along the field of the magnets, '// &
+         b = field_of_magnetorquers(effects)
+         if (norm2(b) > 0.0_wp) text = 'the exact motion keeps the component along the field of the magnetorquers, '// &
                                        vector_text(b/norm2(b))//'; it is not measured'
       end select
    end function kept_momentum
 
-   !> The field of magnets, space axes, T, where nothing but they, in one field at rest, and wheels act: m×B is across
-   !> it. Zero elsewhere; shape (3).
-   pure function field_of_magnets(effects) result(b)
+   !> The field of magnetorquers, space axes, T, where nothing but they, in one field at rest, and wheels act: m×B is
+   !> across it. Zero elsewhere; shape (3).
+   pure function field_of_magnetorquers(effects) result(b)
       type(effect_list_t), intent(in) :: effects
       real(wp) :: b(3)
       logical :: alone
@@ -205,14 +205,14 @@ contains
          class is (controller_t)
             if (torque%by == BY_WHEELS) cycle
             if (.not. norm2(b) > 0.0_wp) b = torque%field
-            alone = alone .and. torque%by == BY_MAGNETS .and. .not. torque%follows_earth .and. &
+            alone = alone .and. torque%by == BY_MAGNETORQUERS .and. .not. torque%follows_earth .and. &
                     all(abs(torque%field - b) <= 0.0_wp)
          class default
             alone = .false.
          end select
       end do
       if (.not. alone) b = 0.0_wp
-   end function field_of_magnets
+   end function field_of_magnetorquers
 
    !> Name of what does work: of a torque, or `motor 1`, `friction 1`, ... of a wheel, or time-dependent potentials.
    function worker_name(effects, i) result(name)

@@ -41,7 +41,7 @@ int nutate_system_add_orbit(nutate_system *system, double semi_major_axis, doubl
 int nutate_system_add_orbital_gradient(nutate_system *system);
 
 /* A magnetic moment in the field of the Earth along that orbit: &earth_field.
- *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for the magnets of a controller alone
+ *   ==>  moment       [3], body axes, A m2; or NULL: 0, a field for the magnetorquers of a controller alone
  *   ==>  epoch_angle  of Greenwich at t = 0 from the equinox, rad
  *   ==>  coefficients [3], g11, h11, g10 of the dipole, T; or NULL: those of 2025
  * Status: NUTATE_BAD_ARGUMENT without an orbit. */
@@ -78,16 +78,16 @@ int nutate_system_add_motor_table(nutate_system *system, size_t wheel, size_t n,
                                   const char *keys);
 
 /* A controller that points the body: &controller law = 'quaternion', behind all wheels that it acts by.
- *   ==>  by          "torque", "wheels" or "magnets"
+ *   ==>  by          "torque", "wheels" or "magnetorquers"
  *   ==>  target      [4], attitude, body to space; or NULL: 1
  *   ==>  attitude_gain, rate_gain   >= 0; with by_inertia times the inertia of the body, 1/s2 and 1/s, else as they are,
  *                                   N m and N m s; a nominal inertia, and gain matrices: nutate_system_add_groups
- *   ==>  field       [3], space axes, T, for magnets; or NULL: with magnets that of the Earth
+ *   ==>  field       [3], space axes, T, for magnetorquers; or NULL: with magnetorquers that of the Earth
  *   ==>  sample      s, from one sample to the next; 0: it acts at all times
- *   ==>  limit       of each component of the torque, N m, or of the moment of the magnets, A m2; INFINITY: none */
+ *   ==>  limit       of each component of the torque, N m, or of the moment of the magnetorquers, A m2; INFINITY: none */
 int nutate_system_add_pointing(nutate_system *system, const char *by, const double *target, double attitude_gain,
                                double rate_gain, int by_inertia, const double *field, double sample, double limit);
-/* One that stops its tumbling by magnets: law = 'bdot'.
+/* One that stops its tumbling by magnetorquers: law = 'bdot'.
  *   ==>  gain, A m2 s/T; field [3], space axes, T, or NULL: that of the Earth; sample, limit: as above */
 int nutate_system_add_detumbling(nutate_system *system, double gain, const double field[3], double sample, double limit);
 

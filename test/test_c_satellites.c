@@ -151,7 +151,7 @@ static int add_by_functions(nutate_system *system, int which)
     case 3:
         EXPECT(NUTATE_OK, nutate_system_add_orbit(system, 7e6, 0.0, NULL, 4e14, 0));
         EXPECT(NUTATE_OK, nutate_system_add_orbital_gradient(system));
-        EXPECT(NUTATE_OK, nutate_system_add_pointing(system, "magnets", NULL, 0.01, 0.1, 1, field, 0.0, INFINITY));
+        EXPECT(NUTATE_OK, nutate_system_add_pointing(system, "magnetorquers", NULL, 0.01, 0.1, 1, field, 0.0, INFINITY));
         break;
     case 4:
         EXPECT(NUTATE_OK, nutate_system_add_orbit(system, 7e6, 0.1, angles, 0.0, 0));
@@ -180,7 +180,7 @@ int test_c_satellites_by_functions(void)
         NULL, "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_perigee = 0.3, "
         "mean_anomaly = 0.7 / &gravity_gradient / &controller law = 'quaternion', by = 'torque', gains = 'scalar', "
         "target = 0.6, 0, 0, 0.8, attitude_gain = 0.5, rate_gain = 2, sample = 0.25, limit = 1 /",
-        "&orbit semi_major_axis = 7e6, mu = 4e14 / &gravity_gradient / &controller law = 'quaternion', by = 'magnets', "
+        "&orbit semi_major_axis = 7e6, mu = 4e14 / &gravity_gradient / &controller law = 'quaternion', by = 'magnetorquers', "
         "attitude_gain = 0.01, rate_gain = 0.1, field = 2e-5, 1e-5, -3e-5 /",
         "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_perigee = 0.3, "
         "mean_anomaly = 0.7 / &earth_field moment = 1, 2, 2, epoch_angle = 0.4, coefficients = 2e-5, 1e-5, -3e-5 / "

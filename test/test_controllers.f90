@@ -1,5 +1,5 @@
-!> Controllers: samples that are held, in closed form with every method; laws that act at all times; what magnets and
-!> wheels cannot do; account and momentum; runs that are interrupted.
+!> Controllers: samples that are held, in closed form with every method; laws that act at all times; what magnetorquers
+!> and wheels cannot do; account and momentum; runs that are interrupted.
 module test_controllers
    use nutate_body, only: diagonal, make_body
    use nutate_hamiltonian, only: angular_velocity, kinetic_energy, make_state, space_momentum, total_energy
@@ -9,7 +9,7 @@ module test_controllers
    use nutate_orbit, only: orbit_t
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_product
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -55,7 +55,7 @@ contains
       controller%sample = sample
       controller%attitude_gain = 0.6_wp*diagonal(moments)
       controller%rate_gain = 0.5_wp*diagonal(moments)
-      if (by == BY_MAGNETS) controller%field = field
+      if (by == BY_MAGNETORQUERS) controller%field = field
    end function pointing
 
    !> A body that turns about its axis 3, θ(0) = 1 rad, with a controller by torque or by a wheel.
@@ -192,8 +192,8 @@ contains
       real(wp) :: errors(2), step
       integer :: i, m, k
       laws(1) = pointing([4.0_wp, 5.0_wp, 3.0_wp], BY_TORQUE, 0.0_wp)
-      laws(2) = pointing([4.0_wp, 5.0_wp, 3.0_wp], BY_MAGNETS, 0.0_wp)
-      laws(3) = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field)
+      laws(2) = pointing([4.0_wp, 5.0_wp, 3.0_wp], BY_MAGNETORQUERS, 0.0_wp)
+      laws(3) = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETORQUERS, gain=1.5_wp, field=field)
       laws(4) = pointing([4.0_wp, 5.0_wp, 3.0_wp], BY_WHEELS, 0.0_wp)
       do i = 1, size(laws)
          problem = tumbling(laws(i))
@@ -227,7 +227,7 @@ contains
       type(problem_t) :: problem
       real(wp) :: errors(2), step
       integer :: by, m, k
-      do by = BY_TORQUE, BY_MAGNETS
+      do by = BY_TORQUE, BY_MAGNETORQUERS
          problem = orbiting(by)
          wanted = problem%start
          call integrate(problem%system, integrator_settings_t(method='dop853', order=8, formulation=''), wanted, &
@@ -304,7 +304,7 @@ contains
       real(wp) :: change(3), tolerance
       integer :: m, way
       do way = 1, 2
-         controller = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETS, gain=3.0_wp, field=field, &
+         controller = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETORQUERS, gain=3.0_wp, field=field, &
                                  sample=merge(0.1_wp, 0.0_wp, way == 1))
          problem = plain_turn(controller)
          do m = 1, size(methods)
@@ -333,7 +333,7 @@ contains
       real(wp) :: energy
       integer :: m, way
       do way = 1, 3
-         controller = pointing([4.0_wp, 5.0_wp, 3.0_wp], merge(BY_MAGNETS, BY_WHEELS, way == 3), 0.25_wp)
+         controller = pointing([4.0_wp, 5.0_wp, 3.0_wp], merge(BY_MAGNETORQUERS, BY_WHEELS, way == 3), 0.25_wp)
          if (way == 1) problem = tumbling(controller)
          if (way > 1) problem = tumbling(controller, forced=.true.)
          do m = 1, size(methods)
@@ -362,7 +362,7 @@ contains
       do way = 1, 3
          do m = 1, size(methods)
             if (methods(m)%name == 'exact' .or. (methods(m)%name == 'taylor' .and. way == 3)) cycle
-            controller = pointing([4.0_wp, 5.0_wp, 3.0_wp], merge(BY_MAGNETS, BY_WHEELS, way > 1), 0.11_wp)
+            controller = pointing([4.0_wp, 5.0_wp, 3.0_wp], merge(BY_MAGNETORQUERS, BY_WHEELS, way > 1), 0.11_wp)
             if (way == 3) controller%sample = 0.0_wp
             call check_run(error, tumbling(controller, forced=.true.), settings_of(methods(m)), &
                            run_plan_t(time_step=0.05_wp, end_time=1.0_wp, every=3_long), [2, 3, 7, 14], &
@@ -390,7 +390,7 @@ contains
       call refused('a negative period', 'the controller is none')
       controller = controller_t(law=DETUMBLING)
       if (.not. allocated(error)) call add_controller(problem%system, controller, status)
-      call refused('B-dot without magnets', 'magnets to detumble')
+      call refused('B-dot without magnetorquers', 'magnetorquers to detumble')
       if (allocated(error)) return
       problem = tumbling(pointing(moments, BY_WHEELS, 0.0_wp))
       call add_controller(problem%system, pointing(moments, BY_WHEELS, 0.5_wp), status)

@@ -16,7 +16,7 @@ module test_moving_fields
    use nutate_observer, only: observer_t, run_record_t
    use nutate_orbit, only: orbit_t
    use nutate_quaternion, only: cross, quat_product, rotate_to_body, rotate_to_space
-   use nutate_controller, only: controller_t, BY_MAGNETS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, DETUMBLING
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -66,7 +66,7 @@ contains
                   new_unittest("the account closes in every form, at every order", account_closes), &
                   new_unittest("orders 2, 4 and 6", orders), &
                   new_unittest("forces are weights, torques and windows of each other", forces_are_known), &
-                  new_unittest("B-dot in the field of the Earth", magnets)]
+                  new_unittest("B-dot in the field of the Earth", magnetorquers)]
    end subroutine collect_moving_fields
 
    subroutine watch_account(self, system, state, record, status)
@@ -333,7 +333,7 @@ contains
    end subroutine check_same
 
    !> At all times against the equations of motion; sampled, with every method the same motion, and the account closes.
-   subroutine magnets(error)
+   subroutine magnetorquers(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
       type(controller_t) :: controller
@@ -345,11 +345,11 @@ contains
       call follow_equations(MAGNETIC, path_of(0.3_wp), .true., q, omega)
       controller%name = 'controller'
       controller%law = DETUMBLING
-      controller%by = BY_MAGNETS
+      controller%by = BY_MAGNETORQUERS
       controller%gain = gain
       controller%follows_earth = .true.
       problem = satellite(orbit_t(path_of(0.3_wp)), MAGNETIC)
-      call add_magnets(earth_field_t([0.0_wp, 0.0_wp, 0.0_wp], field_along(problem%system%effects%orbit)))
+      call add_magnetorquers(earth_field_t([0.0_wp, 0.0_wp, 0.0_wp], field_along(problem%system%effects%orbit)))
       if (allocated(error)) return
       do m = 1, n_methods
          if (m == 3) cycle
@@ -359,7 +359,7 @@ contains
          call check_close(error, state%q, q, 1e-9_wp, name_of(m)//", at all times")
       end do
       controller%sample = 10.0_wp
-      call add_magnets(earth_field_t(magnet, field_along(problem%system%effects%orbit)))
+      call add_magnetorquers(earth_field_t(magnet, field_along(problem%system%effects%orbit)))
       if (allocated(error)) return
       do m = 1, n_methods
          state = problem%start
@@ -374,7 +374,7 @@ contains
    contains
 
       !> A body with a field and the controller alone.
-      subroutine add_magnets(field)
+      subroutine add_magnetorquers(field)
          class(effect_t), intent(in) :: field
          type(system_t) :: system
          system%body = problem%system%body
@@ -383,8 +383,8 @@ contains
          problem%system = system
          call add_controller(problem%system, controller, status)
          call check(error, status%ok(), trim(status%message))
-      end subroutine add_magnets
+      end subroutine add_magnetorquers
 
-   end subroutine magnets
+   end subroutine magnetorquers
 
 end module test_moving_fields

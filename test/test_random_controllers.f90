@@ -12,7 +12,7 @@ module test_random_controllers
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_normalized
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -94,7 +94,7 @@ contains
       step = 10**(2*random_unit(seed) - 2)
       controller%name = 'controller'
       controller%law = DETUMBLING
-      controller%by = BY_MAGNETS
+      controller%by = BY_MAGNETORQUERS
       controller%field = [(random_unit(seed) - 0.5_wp, i=1, 3)]
       controller%gain = 10**(0.5_wp + random_unit(seed))*minval(moments)/(step*sum(controller%field**2))
       controller%limit = controller%gain*norm2(controller%field)*rate*10**(-3*random_unit(seed))
@@ -133,7 +133,7 @@ contains
       type(limit_slot_t), allocatable :: events(:)
       type(problem_t) :: problem
       integer :: i, k
-      do k = BY_TORQUE, BY_MAGNETS
+      do k = BY_TORQUE, BY_MAGNETORQUERS
          problem = turning(k, 1, label=merge('fine', '    ', k == BY_WHEELS))
          events = limit_events(problem%system%effects)
          call check(error, size(events) > 0, 'there are limits')
@@ -166,7 +166,7 @@ contains
       controller%attitude_gain = 10**(random_unit(seed) - 1)*diagonal(moments)
       controller%rate_gain = 0.3_wp*random_unit(seed)*diagonal(moments)
       controller%target = random_unit_quaternion(seed)
-      if (by == BY_MAGNETS) controller%field = random_vector(seed)
+      if (by == BY_MAGNETORQUERS) controller%field = random_vector(seed)
       do i = 1, merge(3, 0, by == BY_WHEELS)
          axis = 0.0_wp
          axis(i) = 1.0_wp

@@ -12,7 +12,7 @@ module test_saturation
    use nutate_orbit, only: orbit_t
    use nutate_progress, only: run_summary_t
    use nutate_quaternion, only: attitude_distance, quat_exp, quat_product
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -66,7 +66,7 @@ contains
       controller%limit = limit
       controller%attitude_gain = 0.6_wp*diagonal(moments)
       controller%rate_gain = 0.5_wp*diagonal(moments)
-      if (by == BY_MAGNETS) controller%field = field
+      if (by == BY_MAGNETORQUERS) controller%field = field
    end function pointing
 
    !> A body that turns about its axis 3, θ(0) = 1 rad.
@@ -209,11 +209,11 @@ contains
       type(run_summary_t) :: summary
       real(wp) :: errors(halvings), step
       integer :: i, m, k, by(4)
-      by = [BY_TORQUE, BY_MAGNETS, BY_MAGNETS, BY_WHEELS]
+      by = [BY_TORQUE, BY_MAGNETORQUERS, BY_MAGNETORQUERS, BY_WHEELS]
       problems(1) = tumbling(pointing(BY_TORQUE, 0.5_wp), .false., huge(1.0_wp), huge(1.0_wp))
-      problems(2) = tumbling(pointing(BY_MAGNETS, 0.8_wp), .false., huge(1.0_wp), huge(1.0_wp))
-      problems(3) = tumbling(controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
-                                         limit=0.15_wp), .false., huge(1.0_wp), huge(1.0_wp))
+      problems(2) = tumbling(pointing(BY_MAGNETORQUERS, 0.8_wp), .false., huge(1.0_wp), huge(1.0_wp))
+      problems(3) = tumbling(controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETORQUERS, gain=1.5_wp, &
+                                          field=field, limit=0.15_wp), .false., huge(1.0_wp), huge(1.0_wp))
       problems(4) = tumbling(pointing(BY_WHEELS, huge(1.0_wp)), .false., 0.3_wp, 12.0_wp)
       do i = 1, size(problems)
          wanted = problems(i)%start
@@ -246,7 +246,7 @@ contains
       real(wp) :: energy
       integer :: m, way, by
       do way = 1, 4
-         by = merge(BY_WHEELS, merge(BY_MAGNETS, BY_TORQUE, way == 3), way < 3)
+         by = merge(BY_WHEELS, merge(BY_MAGNETORQUERS, BY_TORQUE, way == 3), way < 3)
          problem = tumbling(pointing(by, merge(huge(1.0_wp), 0.6_wp, by == BY_WHEELS)), way > 1, &
                             0.2_wp, merge(huge(1.0_wp), 12.0_wp, way > 2))
          do m = 1, size(methods)
@@ -334,8 +334,8 @@ contains
       real(wp) :: q(4), omega(3), by_rotation(3, 3), by_rate(3, 3), change(3), shift(3), t
       integer :: r, c, i
       controllers = pointing(BY_TORQUE, 0.7_wp)
-      controllers(2) = pointing(BY_MAGNETS, 0.7_wp)
-      controllers(3) = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETS, gain=1.5_wp, field=field, &
+      controllers(2) = pointing(BY_MAGNETORQUERS, 0.7_wp)
+      controllers(3) = controller_t(name='controller', law=DETUMBLING, by=BY_MAGNETORQUERS, gain=1.5_wp, field=field, &
                                   limit=0.4_wp)
       call controllers(4)%follow_orbit(orbit_t(kepler_orbit_t(eccentricity=0.4_wp, inclination=0.4_wp, raan=1.0_wp)))
       t = 0.7_wp
@@ -365,7 +365,7 @@ contains
       type(problem_t) :: problem
       integer :: m, way, by
       do way = 1, 3
-         by = merge(BY_WHEELS, merge(BY_MAGNETS, BY_TORQUE, way == 2), way == 1)
+         by = merge(BY_WHEELS, merge(BY_MAGNETORQUERS, BY_TORQUE, way == 2), way == 1)
          problem = tumbling(pointing(by, merge(huge(1.0_wp), 0.6_wp, by == BY_WHEELS)), .true., 0.2_wp, 6.0_wp)
          do m = 1, size(methods)
             if (.not. takes_laws(methods(m), by)) cycle

@@ -11,7 +11,7 @@ module test_uncertified
    use nutate_orbital_gradient, only: orbital_gradient_t
    use nutate_progress, only: run_summary_t
    use nutate_projected_stepper, only: projected_stepper_t
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
    use nutate_controller_mounting, only: add_controller
    use nutate_run, only: integrate, run_t
    use nutate_run_plan, only: run_goal_t, run_plan_t
@@ -192,7 +192,7 @@ contains
                                  rate_gain=1e-6_wp*diagonal(moments), gain=1.0_wp, field=1e-5_wp*x)
          if (i == 2) controller%by = BY_WHEELS
          if (i == 2 .or. i == 4 .or. i == 6) controller%sample = 1.0_wp
-         if (i >= 5 .and. i <= 7) controller%by = BY_MAGNETS
+         if (i >= 5 .and. i <= 7) controller%by = BY_MAGNETORQUERS
          if (i == 6 .or. i == 7) controller%law = DETUMBLING
          controller%follows_earth = i == 7
          if (i == 7) call effects%add(earth_field_t(0*x, field_along(orbit)))

@@ -127,13 +127,13 @@ class SatellitesTest(unittest.TestCase):
     def test_columns_of_controllers_are_those_of_scenes(self):
         columns = ("controller1", "pointing_error1", "magnetic_field")
         text = """&body inertia = 90, 100, 40 / &initial angular_velocity = 0.02, -0.01, 0.03 /
-            &controller law = 'quaternion', by = 'magnets', field = 0.3, -0.2, 0.4, attitude_gain = 0.1, rate_gain = 0.12, sample = 0.5,
+            &controller law = 'quaternion', by = 'magnetorquers', field = 0.3, -0.2, 0.4, attitude_gain = 0.1, rate_gain = 0.12, sample = 0.5,
             limit = 3.0, target = 0.5, 0.5, 0.5, 0.5 / &output columns = 'controller1', 'pointing_error1', 'magnetic_field' /
             &integrator time_step = 0.25, end_time = 20, method = 'taylor' /"""
         with nutate.Scene(text=text) as scene:
             expected = scene.run()
         system = nutate.System(moments=(90, 100, 40))
-        system.add("controller", law="quaternion", by="magnets", field=(0.3, -0.2, 0.4), attitude_gain=0.1, rate_gain=0.12, sample=0.5,
+        system.add("controller", law="quaternion", by="magnetorquers", field=(0.3, -0.2, 0.4), attitude_gain=0.1, rate_gain=0.12, sample=0.5,
                    limit=3.0, target=(0.5, 0.5, 0.5, 0.5))
         stepper = nutate.Stepper(system, time_step=0.25, method="taylor")
         stepper.set_state(q=(1, 0, 0, 0), omega=(0.02, -0.01, 0.03))

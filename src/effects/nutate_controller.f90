@@ -6,8 +6,8 @@
 !>     τ = -K sgn(e₀) e_v - D Ω
 !>
 !> K and D the gains times the inertia of the body, or times the unit matrix; e₀ = 0 counts as positive. By wheels their
-!> motors give -τ, shared by the pseudo-inverse of the axes; by magnets the body has the moment m = B×τ/|B|² in the
-!> field B, of which the part of τ across B is left.
+!> motors give -τ, shared by the pseudo-inverse of the axes; by magnetorquers the body has the moment m = B×τ/|B|² in
+!> the field B, of which the part of τ across B is left.
 !>
 !> **Detumbling**, B-dot: m = -k Ḃ, Ḃ = B×Ω the change of the field as the body sees it, B = R(q)ᵀb: τ = m×B takes
 !> the energy k|B×Ω|² from the body in a second.
@@ -33,11 +33,11 @@ module nutate_controller
 
    !> Laws, and what they act by.
    integer, parameter, public :: POINTING = 1, DETUMBLING = 2
-   integer, parameter, public :: BY_TORQUE = 1, BY_WHEELS = 2, BY_MAGNETS = 3
+   integer, parameter, public :: BY_TORQUE = 1, BY_WHEELS = 2, BY_MAGNETORQUERS = 3
 
    !> A controller that acts from start to stop.
    type, extends(torque_t) :: controller_t
-      !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETS`: the last alone detumble.
+      !> `POINTING` or `DETUMBLING`; `BY_TORQUE`, `BY_WHEELS` or `BY_MAGNETORQUERS`: the last alone detumble.
       integer :: law = POINTING, by = BY_TORQUE
       !> q_t, body→space, unit quaternion; shape (4). Where `follows_orbit`, body→orbital axes, and those of the orbit
       !> that the body is on take the place of the space axes (`follow_orbit`).
@@ -84,7 +84,7 @@ module nutate_controller
       procedure :: direction_series => series_of_field
       procedure :: series_torque => controller_series_torque
       procedure :: is_moderate => controller_is_moderate
-      !> Takes the field of the Earth as that of its magnets.
+      !> Takes the field of the Earth as that of its magnetorquers.
       procedure :: follow
       !> Takes the axes of an orbit as those of its target.
       procedure :: follow_orbit
@@ -101,7 +101,7 @@ module nutate_controller
 
 contains
 
-   !> Takes the field of the Earth as that of its magnets.
+   !> Takes the field of the Earth as that of its magnetorquers.
    pure subroutine follow(self, earth)
       class(controller_t), intent(inout) :: self
       !> Along the orbit, in the space axes of the scene.
@@ -144,17 +144,17 @@ contains
          tau = -self%gain*cross(cross(b, omega), b)
       else
          tau = pointing_torque(self, t, q, omega)
-         if (self%by == BY_MAGNETS) tau = across(field_at(self, t, q), tau)
+         if (self%by == BY_MAGNETORQUERS) tau = across(field_at(self, t, q), tau)
       end if
    end function wanted
 
-   !> What has the limit: the torque, N m, or the moment of the magnets, A m²; body axes, shape (3).
+   !> What has the limit: the torque, N m, or the moment of the magnetorquers, A m²; body axes, shape (3).
    pure function asked(self, t, q, omega)
       class(controller_t), intent(in) :: self
       !> As in `wanted`.
       real(wp), intent(in) :: t, q(4), omega(3)
       real(wp) :: asked(3), b(3)
-      if (self%by /= BY_MAGNETS) then
+      if (self%by /= BY_MAGNETORQUERS) then
          asked = self%wanted(t, q, omega)
          return
       end if
@@ -256,11 +256,11 @@ contains
       else if (.not. self%sample > 0.0_wp) then
          if (any(self%cut /= 0)) then
             tau = cut_off(self, self%asked(t, q, omega))
-            if (self%by == BY_MAGNETS) tau = cross(tau, field_at(self, t, q))
+            if (self%by == BY_MAGNETORQUERS) tau = cross(tau, field_at(self, t, q))
          else
             tau = self%wanted(t, q, omega)
          end if
-      else if (self%by == BY_MAGNETS) then
+      else if (self%by == BY_MAGNETORQUERS) then
          tau = cross(self%held, field_at(self, t, q))
       else
          tau = self%held
@@ -287,14 +287,14 @@ contains
       by_rate = 0.0_wp
       if (self%by == BY_WHEELS) return
       b = 0.0_wp
-      if (self%by == BY_MAGNETS) b = field_at(self, t, q)
+      if (self%by == BY_MAGNETORQUERS) b = field_at(self, t, q)
       do i = 1, 3
          theta = 0.0_wp
          theta(i) = 1.0_wp
          if (any(self%cut /= 0)) then
             call differentiate_cut(self, t, q, omega, b, theta, by_rotation(:, i), by_rate(:, i))
          else if (self%sample > 0.0_wp) then
-            if (self%by == BY_MAGNETS) by_rotation(:, i) = cross(self%held, cross(b, theta))
+            if (self%by == BY_MAGNETORQUERS) by_rotation(:, i) = cross(self%held, cross(b, theta))
          else if (self%law == DETUMBLING) then
             associate (change => cross(b, theta))
                by_rotation(:, i) = self%gain*(dot_product(b, omega)*change + dot_product(change, omega)*b - &
@@ -316,7 +316,7 @@ contains
       real(wp) :: tau(3), unit(3), change(3)
       by_rotation = change_by_rotation(self, t, q, theta)
       by_rate = -times_vector(self%rate_gain, theta)
-      if (self%by /= BY_MAGNETS) return
+      if (self%by /= BY_MAGNETORQUERS) return
       by_rotation = across(b, by_rotation)
       by_rate = across(b, by_rate)
       if (.not. maxval(abs(b)) > 0.0_wp) return
@@ -352,7 +352,7 @@ contains
       else
          by_rotation = change_by_rotation(self, t, q, theta)
          by_rate = -times_vector(self%rate_gain, theta)
-         if (self%by == BY_MAGNETS) then
+         if (self%by == BY_MAGNETORQUERS) then
             ! |B| stays: of B×τ/|B|² either factor changes.
             by_rotation = moment_for(b, by_rotation)
             if (maxval(abs(b)) > 0.0_wp) by_rotation = by_rotation + &
@@ -364,7 +364,7 @@ contains
          by_rotation = 0.0_wp
          by_rate = 0.0_wp
       end where
-      if (self%by /= BY_MAGNETS) return
+      if (self%by /= BY_MAGNETORQUERS) return
       by_rotation = cross(by_rotation, b) + cross(cut_off(self, self%asked(t, q, omega)), turned)
       by_rate = cross(by_rate, b)
    end subroutine differentiate_cut
@@ -441,12 +441,12 @@ contains
       kind = merge(GENERAL_SERIES, NO_SERIES, self%sample > 0.0_wp)
    end function controller_series
 
-   !> b, for magnets; that of t = 0 where it moves.
+   !> b, for magnetorquers; that of t = 0 where it moves.
    pure function controller_direction(self) result(direction)
       class(controller_t), intent(in) :: self
       real(wp) :: direction(3)
       direction = 0.0_wp
-      if (self%by /= BY_MAGNETS) return
+      if (self%by /= BY_MAGNETORQUERS) return
       direction = self%field
       if (self%follows_earth) direction = self%earth%at(0.0_wp)
    end function controller_direction
@@ -466,7 +466,7 @@ contains
       real(wp), intent(inout) :: auxiliary(0:, :)
       real(wp), intent(out) :: tau(3)
       tau = 0.0_wp
-      if (self%by == BY_MAGNETS) tau = cross(self%held, gamma(:, k))
+      if (self%by == BY_MAGNETORQUERS) tau = cross(self%held, gamma(:, k))
       if (self%by == BY_TORQUE .and. k == 0) tau = self%held
    end subroutine controller_series_torque
 

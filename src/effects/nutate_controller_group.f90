@@ -7,7 +7,7 @@ module nutate_controller_group
    use nutate_kinds, only: wp
    use nutate_limits, only: attitude_tolerance, is_unit
    use nutate_quaternion, only: quat_normalized
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_TORQUE, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    implicit none
    private
@@ -17,7 +17,7 @@ module nutate_controller_group
    !> Keys of the scene group `&controller`.
    type(key_t), parameter :: controller_keys(16) = [ &
       key_t(name='law', kind=KEY_TEXT, choices='quaternion,bdot', required=.true.), &
-      key_t(name='by', kind=KEY_TEXT, choices='torque,wheels,magnets'), &
+      key_t(name='by', kind=KEY_TEXT, choices='torque,wheels,magnetorquers'), &
       key_t(name='target', least=4, most=4), &
       key_t(name='target_from', kind=KEY_TEXT, choices='space,orbit'), &
       key_t(name='attitude_gain', range=NON_NEGATIVE, instead_of='attitude_gain_matrix'), &
@@ -35,7 +35,7 @@ module nutate_controller_group
 
 contains
 
-   !> A controller as a scene's group asks for it. Magnets without a field follow that of the Earth, which
+   !> A controller as a scene's group asks for it. Magnetorquers without a field follow that of the Earth, which
    !> `add_controller` gives them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` for a key that the law does not have, or misses; a target that is no unit
@@ -52,7 +52,7 @@ contains
       controller%name = 'controller'
       controller%field = group%vector('field', controller%field)
       controller%follows_earth = .not. group%has('field') .and. &
-                                (group%text('law', '') == 'bdot' .or. group%text('by', '') == 'magnets')
+                                (group%text('law', '') == 'bdot' .or. group%text('by', '') == 'magnetorquers')
       controller%sample = group%number('sample', controller%sample)
       controller%limit = group%number('limit', controller%limit)
       controller%start = group%number('start', controller%start)
@@ -61,7 +61,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the controller stops before it starts (expected stop > start)', 'stop')
       else if (group%text('law', '') == 'bdot') then
          controller%law = DETUMBLING
-         controller%by = BY_MAGNETS
+         controller%by = BY_MAGNETORQUERS
          controller%gain = group%number('gain', 0.0_wp)
       else
          call take_pointing(group, body, controller, status)
@@ -78,8 +78,8 @@ contains
       select case (group%text('by', 'torque'))
       case ('wheels')
          controller%by = BY_WHEELS
-      case ('magnets')
-         controller%by = BY_MAGNETS
+      case ('magnetorquers')
+         controller%by = BY_MAGNETORQUERS
       case default
          controller%by = BY_TORQUE
       end select
@@ -149,14 +149,14 @@ contains
       if (group%text('law', '') == 'bdot') then
          do i = 1, size(of_pointing)
             if (group%has(trim(of_pointing(i)))) &
-               call refuse(of_pointing(i), " with the law 'bdot' (expected gain and field; it acts by magnets)")
+               call refuse(of_pointing(i), " with the law 'bdot' (expected gain and field; it acts by magnetorquers)")
          end do
          call demand('gain')
       else
          if (group%has('gain')) call refuse('gain', " with the law 'quaternion' (expected attitude_gain and rate_gain)")
          call check_gains(group, status)
-         if (group%text('by', 'torque') /= 'magnets' .and. group%has('field')) &
-            call refuse('field', " without magnets (expected by = 'magnets' with it)")
+         if (group%text('by', 'torque') /= 'magnetorquers' .and. group%has('field')) &
+            call refuse('field', " without magnetorquers (expected by = 'magnetorquers' with it)")
       end if
       if (group%has('limit') .and. group%text('by', '') == 'wheels') &
          call refuse('limit', ' with wheels (expected torque_limit in &wheel)')

@@ -1,7 +1,7 @@
-!> Limits of what controllers ask for at all times, as events of a run: of the torque, of the moment of magnets, of the
-!> torque of motors. At its limit a component stays there until the law asks for less. A motor whose wheel is at the
-!> limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further. And where e₀
-!> passes zero a law jumps, with limits or without: between its zeros its sign is held.
+!> Limits of what controllers ask for at all times, as events of a run: of the torque, of the moment of magnetorquers,
+!> of the torque of motors. At its limit a component stays there until the law asks for less. A motor whose wheel is at
+!> the limit of its speed is watched too: it gives nothing as long as the law asks to push the wheel further. And where
+!> e₀ passes zero a law jumps, with limits or without: between its zeros its sign is held.
 module nutate_saturation
    use nutate_effect_list, only: effect_list_t
    use nutate_kinds, only: wp, eps
@@ -9,7 +9,7 @@ module nutate_saturation
    use nutate_motion, only: find_motion, motion_t
    use nutate_quaternion, only: quat_normalized
    use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, POINTING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, POINTING
    use nutate_saturation_count, only: side_of_limit
    use nutate_state, only: state_t
    use nutate_system, only: system_t
@@ -153,7 +153,7 @@ contains
       name = 'limit of torque'
       select type (controller => effects%torques(i)%item)
       class is (controller_t)
-         if (controller%by == BY_MAGNETS) name = 'limit of moment'
+         if (controller%by == BY_MAGNETORQUERS) name = 'limit of moment'
       end select
    end function name_of
 

@@ -3,7 +3,7 @@ module nutate_controller_mounting
    use nutate_kinds, only: wp
    use nutate_lapack, only: symmetric_eigen
    use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, DETUMBLING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, DETUMBLING
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT
    use nutate_system, only: system_t
    implicit none
@@ -31,7 +31,7 @@ contains
       if (controller%follows_earth) then
          if (.not. system%effects%in_earth_field) then
             status = fail(NUTATE_BAD_ARGUMENT, &
-                          'the magnets of a controller have no field (expected field in it, or '// &
+                          'the magnetorquers of a controller have no field (expected field in it, or '// &
                           '&earth_field)', 'law')
             return
          end if
@@ -45,9 +45,9 @@ contains
          end if
          call mounted%follow_orbit(system%effects%orbit)
       end if
-      if (.not. mounted%is_moderate() .or. (controller%law == DETUMBLING .and. controller%by /= BY_MAGNETS)) then
+      if (.not. mounted%is_moderate() .or. (controller%law == DETUMBLING .and. controller%by /= BY_MAGNETORQUERS)) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the controller is none (expected a unit quaternion as its target, '// &
-                       'finite gains up to 1e100 in SI units, magnets to detumble)', 'controller')
+                       'finite gains up to 1e100 in SI units, magnetorquers to detumble)', 'controller')
          return
       end if
       if (controller%by == BY_WHEELS) call check_wheels(system, controller, status)

@@ -363,7 +363,7 @@ def controller(dice, scales):
                                   [f"inertia = {scales.text(3, length=2, mass=1, signed=False)}"]))]
         lines += dice.choice(([], ["target = 0.0, 0.6, 0.0, -0.8"]))
         lines += dice.choice(([], [], ["target_from = 'orbit'"]))
-        lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnets'", f"field = {scales.text(3)}"]))
+        lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnetorquers'", f"field = {scales.text(3)}"]))
     lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
     return group("controller", lines)
 

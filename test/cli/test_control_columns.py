@@ -20,7 +20,7 @@ WHEELS = "".join(f"&wheel axis = {axis}, inertia = 0.05, torque_limit = 2.0, spe
                  for axis in ("1, 1, 1", "-1, 1, 1", "1, -1, 1", "1, 1, -1"))
 AXES = [tuple(c / math.sqrt(3) for c in axis) for axis in ((1, 1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, -1))]
 LAW = f"&controller law = 'quaternion', attitude_gain = {K}, rate_gain = {D}, target = 0.5, 0.5, 0.5, 0.5"
-MAGNETS = f", by = 'magnets', field = {FIELD[0]}, {FIELD[1]}, {FIELD[2]}"
+MAGNETORQUERS = f", by = 'magnetorquers', field = {FIELD[0]}, {FIELD[1]}, {FIELD[2]}"
 
 
 def product(a, b):
@@ -131,7 +131,7 @@ class ControlColumns(CommandLineTest):
             b = to_body(row["q"], FIELD)
             return tuple(x / dot(b, b) for x in cross(b, pointing(row)))
 
-        rows = self.rows("magnets", LAW + MAGNETS + f", sample = 0.25, limit = {LIMIT} /\n" + BODY +
+        rows = self.rows("magnetorquers", LAW + MAGNETORQUERS + f", sample = 0.25, limit = {LIMIT} /\n" + BODY +
                          RUN.format("taylor", "'controller1', 'magnetic_field'"))
         self.check_samples(rows, moment, 0.25)
         self.check_field(rows)
@@ -270,7 +270,7 @@ class ControlColumns(CommandLineTest):
 
     def test_sweeps_have_the_last_row_of_runs(self):
         columns = "'controller1', 'pointing_error1', 'magnetic_field'"
-        scene = LAW + MAGNETS + f", sample = 0.5, limit = {LIMIT} /\n" + BODY + \
+        scene = LAW + MAGNETORQUERS + f", sample = 0.5, limit = {LIMIT} /\n" + BODY + \
             RUN.format("taylor", columns) + "&ensemble members = 4, histories = 1, 2, 3, 4 /\n" \
             "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 0.01, 0.01, 0.01 /\n"
         self.write("many.nml", scene)

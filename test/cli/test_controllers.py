@@ -43,7 +43,7 @@ class Controllers(CommandLineTest):
         self.assertAlmostEqual(rows[-1][8], rows[-20][8], delta=1e-13)
 
     def test_interrupted_runs_go_on(self):
-        for kind, by in (("wheels", ", by = 'wheels'"), ("magnets", ", by = 'magnets', field = 0.3, -0.2, 0.4"), ("torque", "")):
+        for kind, by in (("wheels", ", by = 'wheels'"), ("magnetorquers", ", by = 'magnetorquers', field = 0.3, -0.2, 0.4"), ("torque", "")):
             self.write(f"{kind}.nml", WHEELS + LAW + by + ", sample = 0.7 /\n" + BODY)
             for method in (["nielsen_krenk"], ["taylor"], ["dop853"]):
                 options = ["--set", f"integrator.method={method[0]}"]
@@ -60,7 +60,7 @@ class Controllers(CommandLineTest):
         wheels = WHEELS.replace("torque_limit = 0.3, speed_limit = 90.0", "torque_limit = 0.15, speed_limit = 12.0")
         columns = BODY.replace("'energy', ", "'energy', 'wheel1', ")
         for kind, scene, said in (("torque", law + ", limit = 0.3 /\n" + BODY, "limit of torque"),
-                                  ("magnets", law + ", by = 'magnets', field = 0.3, -0.2, 0.4, limit = 0.5 /\n" + BODY,
+                                  ("magnetorquers", law + ", by = 'magnetorquers', field = 0.3, -0.2, 0.4, limit = 0.5 /\n" + BODY,
                                    "limit of moment"),
                                   ("wheels", wheels + law + ", by = 'wheels' /\n" + columns, "limit of motor")):
             self.write(f"{kind}.nml", scene)
@@ -135,18 +135,18 @@ class Controllers(CommandLineTest):
             self.assertNotIn(unsaid, line)
             self.assertNotIn("&earth_field", line)
 
-    def test_magnets_leave_the_momentum_along_their_field(self):
-        for law in ("law = 'bdot', gain = 3", LAW[len("&controller "):] + ", by = 'magnets', sample = 0.5"):
-            magnets = "&controller " + law + ", field = 0, 0.3, -0.4 /\n"
-            self.write("magnets.nml", magnets + BODY)
-            said = "the exact motion keeps the component along the field of the magnets, 0, 0.6, -0.8; it is not measured"
-            self.assertIn(said, self.succeed("check", "magnets.nml").stdout)
-            self.assertIn(said, self.succeed("run", "magnets.nml").stderr)
-            momenta = [0.6 * row[9] - 0.8 * row[10] for row in self.history("magnets.csv")[1]]
+    def test_magnetorquers_leave_the_momentum_along_their_field(self):
+        for law in ("law = 'bdot', gain = 3", LAW[len("&controller "):] + ", by = 'magnetorquers', sample = 0.5"):
+            magnetorquers = "&controller " + law + ", field = 0, 0.3, -0.4 /\n"
+            self.write("magnetorquers.nml", magnetorquers + BODY)
+            said = "the exact motion keeps the component along the field of the magnetorquers, 0, 0.6, -0.8; it is not measured"
+            self.assertIn(said, self.succeed("check", "magnetorquers.nml").stdout)
+            self.assertIn(said, self.succeed("run", "magnetorquers.nml").stderr)
+            momenta = [0.6 * row[9] - 0.8 * row[10] for row in self.history("magnetorquers.csv")[1]]
             self.assertLess(max(momenta) - min(momenta), 1e-12)
-            for other in ("&gravity_gradient direction = 0, 0, 1, strength = 1e-6 /\n", magnets.replace("0.3", "0.31")):
-                self.write("magnets.nml", magnets + other + BODY)
-                self.assertIn("no component is conserved", self.succeed("check", "magnets.nml").stdout)
+            for other in ("&gravity_gradient direction = 0, 0, 1, strength = 1e-6 /\n", magnetorquers.replace("0.3", "0.31")):
+                self.write("magnetorquers.nml", magnetorquers + other + BODY)
+                self.assertIn("no component is conserved", self.succeed("check", "magnetorquers.nml").stdout)
 
     def test_what_does_not_go_is_said(self):
         self.write("all_times.nml", LAW + " /\n" + BODY)

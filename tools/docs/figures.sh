@@ -47,7 +47,7 @@ draw flips
 simulate bang_bang scenes/bang_bang.nml
 draw bang_bang
 
-# Control: magnets and wheels, and the motor of one wheel.
+# Control: magnetorquers and wheels, and the motor of one wheel.
 simulate detumbling scenes/detumbling.nml
 draw detumbling
 simulate dual_spin scenes/dual_spin.nml output.every=4

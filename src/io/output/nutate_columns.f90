@@ -27,7 +27,7 @@ module nutate_columns
       !> Number of its columns; 0: one for each effect of the system.
       integer :: width = 0
       !> Their names, comma separated; of a set with one for each effect the pattern of them.
-      character(len=152) :: headers = ''
+      character(len=160) :: headers = ''
       !> Its values depend on the attitude; the potential energy does not count, since potentials need the attitude
       !> anyway.
       logical :: attitude = .true.

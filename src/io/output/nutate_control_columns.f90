@@ -6,7 +6,7 @@ module nutate_control_columns
    use nutate_kinds, only: wp
    use nutate_quaternion, only: quat_normalized, rotate_to_body
    use nutate_controlled_motor, only: controlled_motor_t
-   use nutate_controller, only: controller_t, BY_MAGNETS, BY_WHEELS, POINTING
+   use nutate_controller, only: controller_t, BY_MAGNETORQUERS, BY_WHEELS, POINTING
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
@@ -16,8 +16,8 @@ module nutate_control_columns
 
 contains
 
-   !> Commanded and applied torque, N m, or moment of magnets, A m², body axes, and how often a component of it, or
-   !> the torque of a motor, has come to its limit; shape (7). Zeros for a controller that there is not, and for the
+   !> Commanded and applied torque, N m, or moment of magnetorquers, A m², body axes, and how often a component of it,
+   !> or the torque of a motor, has come to its limit; shape (7). Zeros for a controller that there is not, and for the
    !> commands of one that does not act.
    pure function controller_values(n, system, state) result(values)
       !> Which controller, in the order of the scene.
@@ -143,8 +143,8 @@ contains
       end select
    end function pointing_error
 
-   !> The magnetic field, body axes, T; shape (3): that of the Earth, or of the first magnets that have one of their
-   !> own, or of the first dipole.
+   !> The magnetic field, body axes, T; shape (3): that of the Earth, or of the first magnetorquers that have one of
+   !> their own, or of the first dipole.
    pure function field_in_body(effects, state) result(b)
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
@@ -167,7 +167,7 @@ contains
          if (found) return
          select type (controller => effects%torques(i)%item)
          class is (controller_t)
-            found = controller%by == BY_MAGNETS .and. .not. controller%follows_earth
+            found = controller%by == BY_MAGNETORQUERS .and. .not. controller%follows_earth
             if (found) b = controller%field
          end select
       end do
