@@ -92,7 +92,7 @@ class Runner:
         self.runs_scenes = "reference" in path.parts
         ran, wrong, program = 0, [], ""
         for block in BLOCK.finditer(text):
-            place = f"{path.relative_to(ROOT)}:{text.count(chr(10), 0, block.start()) + 1}"
+            place = f"{os.path.relpath(path, ROOT)}:{text.count(chr(10), 0, block.start()) + 1}"
             mark, kind = block["mark"] or "", block["kind"] or ""
             if mark.startswith("not run: ") or not (strict or mark or block["command"]):
                 continue
@@ -108,7 +108,7 @@ class Runner:
             status, printed = self.shell("python page.py")
             ran += 1
             if status:
-                wrong.append(f"{path.relative_to(ROOT)}: its Python fails\n{printed}")
+                wrong.append(f"{os.path.relpath(path, ROOT)}: its Python fails\n{printed}")
         return ran, wrong
 
     def block(self, mark, kind, text, command):

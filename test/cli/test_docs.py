@@ -2,6 +2,7 @@
 
 tools/checks/check-docs.py runs all of their blocks, with an installed nutate."""
 import os
+import pathlib
 import re
 import unittest
 
@@ -19,10 +20,8 @@ class Pages(CommandLineTest):
 
     def run_page(self, text):
         """What is wrong with a page of this text."""
-        path = ROOT / "test" / "cli" / "page.md"
-        self.addCleanup(path.unlink)
-        path.write_text(text, encoding="utf-8")
-        return self.runner.problems(path)
+        self.write("page.md", text)
+        return self.runner.problems(pathlib.Path(self.path("page.md")))
 
     def test_commands_of_pages_do_what_they_show(self):
         for path in pages():
