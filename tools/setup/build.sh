@@ -4,7 +4,7 @@
 set -u
 . "$(dirname "$0")/../environment.sh"
 
-[ -x "$program" ] || say "Building with $FFLAGS (the first build takes half a minute)"
+[ -x "$program" ] || say "Building with $FFLAGS (the first build takes a minute)"
 [ $# -gt 0 ] || set -- nutate_program
 cmake_build build --target "$@" || exit 1
 [ ! -x "$cmake_folder/nutate" ] || ln -sf "${cmake_folder#"$top/build/"}/nutate" "$program"
