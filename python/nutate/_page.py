@@ -24,6 +24,8 @@ from .systems import System
 # Turn between two frames, rad: the one that is aimed at, and the largest; and how many frames there are.
 FRAME_TURN, LARGEST_TURN = 0.2, 0.3
 LEAST_FRAMES, MOST_FRAMES, OVERVIEW = 240, 8000, 2000
+# A centre of mass that is nearer to the reference point, by the size of the body, is not followed.
+NEAR = 0.05
 # Rates that the eye follows, rad/s, and how long it likes to look, s: a motion in these bounds is shown in real time.
 SLOWEST, FASTEST, LONGEST, PLEASANT = 0.3, 12.0, 120.0, 4.0
 Rows = Mapping[str, Array]
@@ -233,26 +235,32 @@ def nice(number: float) -> float:
     return float(f"{best * power:.3g}")
 
 
-def path_of(system: System) -> dict[str, Any]:
-    """What is followed: the centre of mass where it moves, else the axis of symmetry, else the body axis that is nearest to the
-    angular velocity, which the caller puts in its place."""
-    if np.linalg.norm(system.center_of_mass) > 0:
-        return {"name": "the centre of mass", "point": system.center_of_mass}
+def path_of(system: System, surface: Surface, rows: Rows) -> dict[str, Any]:
+    """What is followed: the centre of mass where it is not near the reference point, else the axis of symmetry, else the body axis
+    that is nearest to the angular momentum at the start."""
+    center = system.center_of_mass
+    if np.linalg.norm(center) > NEAR * surface.size:
+        return {"name": "the centre of mass", "point": center, "hangs": True}
     moments, axes = np.linalg.eigh(system.inertia)
     first, second = np.isclose(moments[0], moments[1], rtol=1e-9), np.isclose(moments[1], moments[2], rtol=1e-9)
     if first != second:
-        return {"name": "the symmetry axis", "point": axes[:, 2] if first else axes[:, 0]}
-    return {"name": "", "point": None}
+        return {"name": "the symmetry axis", "point": axes[:, 2] if first else axes[:, 0], "hangs": False}
+    q = np.array([rows[f"q{i}"][0] for i in range(4)]) * (1, -1, -1, -1)
+    axis = int(np.argmax(np.abs(rotated(q, np.array([rows[name][0] for name in ("l_x", "l_y", "l_z")])))))
+    return {"name": f"axis {axis + 1}", "point": np.eye(3)[axis], "hangs": False}
+
+
+def rotated(q: Array, u: Array) -> Array:
+    """Vectors u turned by unit quaternions q; shapes (..., 3) and (..., 4)."""
+    a, v = q[..., :1], q[..., 1:]
+    return np.asarray(u + 2 * np.cross(v, np.cross(v, u) + a * u))
 
 
 def page_of(rows: Rows, overview: Rows, events: Sequence[tuple[str, float]], system: System,
             surface: Surface, scene: Optional[Scene], title: str, play: bool, begin: float) -> str:
     """The text of the page."""
     rows = with_momentum(rows, system)
-    path = path_of(system)
-    if path["point"] is None:
-        axis = int(np.argmax(np.abs([rows[f"omega{i}"][0] for i in (1, 2, 3)])))
-        path = {"name": f"axis {axis + 1}", "point": np.eye(3)[axis]}
+    path = path_of(system, surface, rows)
     factor, factors = factors_of(rows)
     notes = []
     whole, shown = (abs(float(each["t"][-1] - each["t"][0])) for each in (overview, rows))
@@ -279,9 +287,7 @@ def with_momentum(rows: Rows, system: System) -> Rows:
     if "l_x" in rows:
         return rows
     q, omega = stacked(dict(rows), "q", range(4)), stacked(dict(rows), "omega", range(1, 4))
-    u, a, v = omega @ system.inertia.T, q[:, :1], q[:, 1:]
-    momentum = u + 2 * np.cross(v, np.cross(v, u) + a * u)
-    return {**rows, **dict(zip(("l_x", "l_y", "l_z"), momentum.T))}
+    return {**rows, **dict(zip(("l_x", "l_y", "l_z"), rotated(q, omega @ system.inertia.T).T))}
 
 
 def panels_of(rows: Rows) -> list[dict[str, Any]]:

@@ -189,7 +189,7 @@
 
   // The body, convex, in body axes; drawn larger than it is where it would hardly be seen.
   const com = motion.center, farthest = (points, from) => Math.max(...points.map((p) => norm(add(p, from, -1))));
-  const hangs = norm(com) > 0;
+  const hangs = motion.path.hangs;
   const places = Array.from(t, (_, k) => toSpace(matrix(three(rows, Q, k)), com));
   const lower = [0, 1, 2].map((i) => places.reduce((least, p) => Math.min(least, p[i]), 0));
   const upper = [0, 1, 2].map((i) => places.reduce((most, p) => Math.max(most, p[i]), 0));
@@ -306,7 +306,7 @@
       const ends = edge.ends.map((p) => toSpace(r, p));
       if (edge.faces.some((face) => space.faces(ends[0], toSpace(r, face.normal)))) space.line(ends, INK, 1.3);
     }
-    motion.wheels.forEach((axis, i) => drawWheel(space, r, axis, i, at));
+    motion.wheels.forEach((axis, i) => drawWheel(space, r, axis, i));
     parts.filter((part) => part.after).forEach(drawLine);
     drawPath(space, r, true, at);
     parts.filter((part) => part.after && part.to === part.whole.to).forEach((part) => drawName(space, part.whole));
@@ -332,8 +332,8 @@
     context.fill();
   }
 
-  // A ring about the axis of a reaction wheel, outside of the body, with its speed.
-  function drawWheel(space, r, axis, i, at) {
+  // A ring about the axis of a reaction wheel, outside of the body, with its number.
+  function drawWheel(space, r, axis, i) {
     const along = unit(axis), aside = unit(cross(along, Math.abs(along[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0]));
     const other = cross(along, aside), radius = 0.2 * size;
     // On the side where the arrow of a body axis does not leave the body.
@@ -343,10 +343,8 @@
     const seen = space.faces(toSpace(r, base), toSpace(r, times(along, -1)));
     if (seen) space.polygon(ring, "rgba(120, 120, 120, 0.35)");
     space.line(ring, seen ? INK : "rgba(34, 34, 34, 0.25)", 1.5);
-    const column = `wheel${i + 1}_speed`;
-    if (!seen || !rows[column]) return;
     const [x, y] = space.point(toSpace(r, base));
-    label(space.view.context, `wheel ${i + 1}: ${short(valuesAt([column], at)[0])} rad/s`, x, y + 4, "#444444", "center");
+    if (seen) label(space.view.context, `wheel ${i + 1}`, x, y + 4, "#444444", "center");
   }
 
   // The directions of space, in the corner.
@@ -368,6 +366,9 @@
     const event = motion.events.filter((each) => passed(each) >= 0 && passed(each) < near).pop();
     const text = [`path of ${motion.path.name}`, ...(larger > 1 ? [`body drawn ${short(larger)} × larger`] : [])];
     text.forEach((line, i) => label(space.view.context, line, 12, 20 + 18 * i, i ? "#555555" : "#9a6a00"));
+    const wheels = motion.wheels.map((_, i) => `wheel${i + 1}_speed`).filter((name) => rows[name]);
+    wheels.forEach((name, i) => label(space.view.context, `wheel ${name[5]}: ${short(valuesAt([name], at)[0])} rad/s`,
+      space.view.width - 12, space.view.height - 14 - 18 * (wheels.length - 1 - i), "#444444", "right"));
     if (event) label(space.view.context, event.name, space.view.width - 12, 20, "#b03a00", "right");
   }
 

@@ -86,7 +86,7 @@ for start in 0,0.55 0,0.6 0,0.72 0,2.31 0,2.33 0,2.66 0,2.75 0,2.9 0,3.2 0,3.35 
 done
 draw hyperion
 
-# A page of nutate view in a browser without a window, if they are to be had.
+# A page of nutate view, and the bodies of the gallery, in a browser without a window, if there is one.
 if bash tools/setup/setup.sh view; then
    page=$top/$data/box.html
    quietly figure-library bash tools/setup/build.sh nutate && PYTHONPATH=python NUTATE_LIBRARY=$cmake_folder/libnutate.so \
@@ -95,6 +95,9 @@ if bash tools/setup/setup.sh view; then
    quietly figure-view chromium --headless --no-sandbox --hide-scrollbars --window-size=1000,640 --virtual-time-budget=5000 \
       --screenshot=docs/figures/view_box.png "file://$page" || exit 1
    say "Drawn: docs/figures/view_box.png"
+   PYTHONPATH=python NUTATE_LIBRARY=$cmake_folder/libnutate.so quietly figure-gallery "$venv/bin/python" tools/docs/gallery.py \
+      "$program" || exit 1
+   say "Drawn: docs/gallery"
 fi
 
 # What accuracy costs: timings of this machine, which differ from run to run.

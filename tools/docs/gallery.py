@@ -1,0 +1,159 @@
+"""Writes the gallery, docs/gallery, from tools/docs/gallery.ini: a page for each scene of scenes/ with its pictures, and an index
+with thumbnails.
+
+    tools/docs/gallery.py PROGRAM   pages and pictures; those of the bodies with a headless Chromium, where there is one
+    tools/docs/gallery.py --check   exit status 1 where a scene has no entry here or no picture, or a page is not as written here
+"""
+
+import configparser
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import textwrap
+
+TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+GALLERY = os.path.join(TOP, "docs", "gallery")
+SIZE = 480, 360
+# Leaves the body alone on the page of nutate.view.
+ALONE = "<style>header, #nutate-polhode, #nutate-curves { display: none !important } body { display: block !important } " \
+        "#nutate-body { height: 100vh; margin: 0 !important; background: #fff !important }</style></head>"
+
+SCENES = configparser.ConfigParser(interpolation=None)
+SCENES.read(os.path.join(TOP, "tools", "docs", "gallery.ini"), encoding="utf-8")
+
+
+def title_of(name):
+    """The title of a scene."""
+    with open(os.path.join(TOP, "scenes", f"{name}.nml"), encoding="utf-8") as file:
+        return re.search(r"title\s*=\s*'(.*)'", file.read())[1]
+
+
+def settings_of(name):
+    """Overrides for the pictures of a scene."""
+    return SCENES[name].get("settings", "").split()
+
+
+def has_ensemble(name):
+    """True for a scene that is made for a sweep."""
+    with open(os.path.join(TOP, "scenes", f"{name}.nml"), encoding="utf-8") as file:
+        return re.search(r"^&ensemble", file.read(), re.MULTILINE) is not None
+
+
+def page_of(name):
+    """The page of a scene."""
+    scene = SCENES[name]
+    picture = scene["picture"]
+    drawn = f"../figures/{picture}" if picture.endswith(".svg") else f"{name}_plot.png"
+    command = f"nutate run scenes/{name}.nml"
+    if not picture.endswith(".svg"):
+        command += f"\nnutate plot {name}.csv --columns {picture}"
+    if has_ensemble(name):
+        command = f"nutate sweep scenes/{name}.nml"
+    text = textwrap.fill(f"**{scene['question']}** " + " ".join(scene["answer"].split()), 140, break_on_hyphens=False)
+    return f"""# {title_of(name)}
+
+{text}
+
+![The body, and the path of its axis or centre of mass]({name}.png)
+
+<!-- not run: from the folder of the project -->
+```sh
+{command}
+nutate view scenes/{name}.nml
+```
+
+![What the run gives]({drawn})
+
+Scene: [{name}.nml](../../scenes/{name}.nml).
+"""
+
+
+def index():
+    """The page with the thumbnails."""
+    lines = ["# Gallery", "", "Every bundled scene, the question it answers and the command that runs it.", "",
+             "| | | |", "|:-:|:-:|:-:|"]
+    names = SCENES.sections()
+    for i in range(0, len(names), 3):
+        row = [(SCENES[name]["caption"], names.index(name) + 1) for name in names[i:i + 3]]
+        lines.append("| " + " | ".join(f"[![{caption}][p{k}]][{k}]" for caption, k in row) + " |")
+        lines.append("| " + " | ".join(f"[{caption}][{k}]" for caption, k in row) + " |")
+    lines += ["", *(f"[{k}]: {name}.md\n[p{k}]: {name}.png" for k, name in enumerate(names, 1))]
+    lines += ["", "```{toctree}", ":hidden:", "", *names, "```", ""]
+    return "\n".join(lines)
+
+
+def pages():
+    """All pages by their paths."""
+    texts = {name: page_of(name) for name in SCENES.sections()} | {"index": index()}
+    return {os.path.join(GALLERY, f"{name}.md"): text for name, text in texts.items()}
+
+
+def draw(program, name, folder):
+    """The curves of a scene, where no figure of docs/figures has them."""
+    picture = SCENES[name]["picture"]
+    if picture.endswith(".svg"):
+        return
+    settings = [word for setting in settings_of(name) for word in ("--set", setting)]
+    history = os.path.join(folder, f"{name}.csv")
+    run = [program, "run", os.path.join(TOP, "scenes", f"{name}.nml"), "--quiet", "--output", history, *settings]
+    subprocess.run([*run, "--set", "output.columns='angular_velocity','angular_momentum_space','euler','energy'"], check=True)
+    subprocess.run([program, "plot", history, "--columns", picture, "--title", title_of(name), "--output",
+                    os.path.join(GALLERY, f"{name}_plot.png")], check=True)
+
+
+def photograph(browser, name, folder):
+    """The picture of the body."""
+    import nutate
+    page = nutate.view(os.path.join(TOP, "scenes", f"{name}.nml"), None, *settings_of(name),
+                       begin=float(SCENES[name]["begin"]))
+    path = os.path.join(folder, f"{name}.html")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(page.text.replace("</head>", ALONE, 1))
+    subprocess.run([browser, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
+                    f"--user-data-dir={folder}/profile",
+                    f"--window-size={SIZE[0]},{SIZE[1]}", "--virtual-time-budget=3000",
+                    f"--screenshot={os.path.join(GALLERY, name)}.png", f"file://{path}"], check=True, capture_output=True,
+                   timeout=120)
+
+
+def check():
+    """Complaints about what is not there, or not as it is written here."""
+    bundled = {name[:-4] for name in os.listdir(os.path.join(TOP, "scenes")) if name.endswith(".nml")}
+    found = [f"tools/docs/gallery.ini: no entry for scenes/{name}.nml" for name in sorted(bundled - set(SCENES.sections()))]
+    found += [f"tools/docs/gallery.ini: there is no scenes/{name}.nml" for name in sorted(set(SCENES.sections()) - bundled)]
+    for path, text in ({} if found else pages()).items():
+        name = os.path.relpath(path, TOP)
+        if not os.path.exists(path) or open(path, encoding="utf-8").read() != text:
+            found.append(f"{name}: not as tools/docs/gallery.py writes it (expected make figures)")
+        for picture in re.findall(r"\]\(([^)]*\.(?:png|svg))\)", text):
+            if not os.path.exists(os.path.join(GALLERY, picture)):
+                found.append(f"{name}: there is no {picture} (expected make figures)")
+    return found
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    if sys.argv[1] == "--check":
+        complaints = check()
+        print("\n".join(complaints), end="\n" if complaints else "")
+        return 1 if complaints else 0
+    os.makedirs(GALLERY, exist_ok=True)
+    for path, text in pages().items():
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+    browser = shutil.which("chromium")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in SCENES.sections():
+            draw(os.path.abspath(sys.argv[1]), name, folder)
+            if browser:
+                photograph(browser, name, folder)
+    print("Drawn: docs/gallery")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
