@@ -63,7 +63,7 @@ METHODS = {
 def instructions(program, scene, step, settings, lines=""):
     """Returns the instructions of a step, from runs of two lengths by callgrind, so that start and end cancel."""
     counts = []
-    short, long = 300, 1300
+    short, long = 64, 256
     for steps in (short, long):
         with tempfile.TemporaryDirectory() as folder:
             with open(f"scenes/{scene}.nml", encoding="utf-8") as file:
