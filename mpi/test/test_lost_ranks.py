@@ -14,6 +14,8 @@ class LostRanks(RankTest):
     """Sweeps long enough for ranks to be lost on the way."""
 
     LONG = ("--set", "integrator.end_time=400", "--set", "ensemble.chunk=3")
+    # The bytes of one process, by the settings: a run of seconds, which several tests compare with.
+    WHOLE = {}
 
     def start(self, ranks, *arguments):
         return subprocess.Popen([*mpirun(ranks), self.ranks, "sweep", "tumble.nml", "--quiet", *arguments], cwd=self.folder,
@@ -52,7 +54,8 @@ class LostRanks(RankTest):
 
     def resumes(self, number, victims, seed, output, *settings):
         """Ranks are lost again and again; in the end, by whatever ranks, the bytes are those of one process."""
-        whole = self.sweep(0, *settings, *self.LONG, output="whole" + output)
+        if settings not in self.WHOLE:
+            self.WHOLE[settings] = self.sweep(0, *settings, *self.LONG, output="whole" + output)
         dice = random.Random(seed)
         lost = 0
         # A signal may come when all is done: mpirun takes its time to pass it on. Then the sweep begins anew.
@@ -64,7 +67,8 @@ class LostRanks(RankTest):
             if lost > 1:
                 break
         self.assertGreater(lost, 1)
-        self.assertEqual(self.sweep(dice.choice((0, 2, 5)), "--resume", *settings, *self.LONG, output=output), whole)
+        self.assertEqual(self.sweep(dice.choice((0, 2, 5)), "--resume", *settings, *self.LONG, output=output),
+                         self.WHOLE[settings])
         self.assertNotIn(output + ".partial", self.names())
 
     def test_one_rank_is_killed(self):
