@@ -48,15 +48,3 @@ html_show_search_summary = False
 html_extra_path = [os.environ[name] for name in ("NUTATE_FORD",) if name in os.environ]
 pygments_style = "friendly"
 pygments_dark_style = "monokai"
-
-
-def without_empty(app, name, source):
-    """Leaves out of the index what has no pages."""
-    if name == "index":
-        source[0] = re.sub(r"^([\w-]+)/\*$", lambda found: found[0] if any((ROOT / "docs").glob(found[0] + ".md")) else "",
-                           source[0], flags=re.MULTILINE)
-
-
-def setup(app):
-    """Registers the above."""
-    app.connect("source-read", without_empty)
