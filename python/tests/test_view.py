@@ -283,6 +283,18 @@ class BrowserTest(unittest.TestCase):
         self.assertGreater(np.count_nonzero(is_like(image[60:420, 600:], "#b9d3e8")), 3000)
         self.assertGreater(np.count_nonzero(is_like(image[440:], "#d55e00")), 100)
 
+    def test_a_ball_on_a_long_wire_is_seen(self):
+        pendulum = nutate.Scene(text="&body shape = 'sphere', size = 0.1, mass = 28.0, center_of_mass = 0.0, 0.0, -67.0 /\n"
+                                "&gravity acceleration = 0.0, 0.0, -9.81 /\n&initial axis = 1.0, 0.0, 0.0, angle = 0.1, "
+                                "angular_velocity = 0.0, 0.0, 0.0 /\n&integrator order = 4, time_step = 0.1, end_time = 20.0 /\n")
+        with tempfile.TemporaryDirectory() as folder:
+            path, picture = os.path.join(folder, "ball.html"), os.path.join(folder, "ball.png")
+            nutate.view(pendulum).save(path)
+            _, console = browse(self.browser, path, "--virtual-time-budget=20000", f"--screenshot={picture}")
+            self.assertEqual(console, [])
+            body = read_png(picture)[60:420, :600]
+        self.assertGreater(sum(np.count_nonzero(is_like(body, colour)) for colour in shapes.SECTORS[:3]), 500)
+
     def test_it_plays(self):
         box = nutate.System(moments=(5, 20, 17), mass=12)
         page = nutate.view(nutate.solve(box, omega0=(0.1, 0, 10), t_span=(0, 6)), play=True)
