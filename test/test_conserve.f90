@@ -39,7 +39,9 @@ contains
                   new_unittest("momentum alone", momentum_alone), &
                   new_unittest("controlled runs and rows between steps", controlled_runs), &
                   new_unittest("a step tried again keeps the targets", a_step_tried_again), &
+                  new_unittest("steps that are taken back leave no trace", steps_aside_leave_no_trace), &
                   new_unittest("another state starts anew", another_state_starts_anew), &
+                  new_unittest("a balance of another system is not used", another_system_starts_anew), &
                   new_unittest("parts of a step are known to be such", parts_are_known), &
                   new_unittest("implicit steps move by round-off alone", implicit_steps_move_little), &
                   new_unittest("only methods with round-off to take away have it", only_where_it_has_a_use)]
@@ -282,6 +284,67 @@ contains
          call check_guard(error, guard)
       end do
    end subroutine a_step_tried_again
+
+   !> All that a projection goes by travels with the state: a stepper that tries steps of other lengths and has them
+   !> taken back gives the digits of one that does not. (`taylor` uses the series of such a step again.)
+   subroutine steps_aside_leave_no_trace(error)
+      type(error_type), allocatable, intent(out) :: error
+      character(len=6), parameter :: names(3) = ['rk4   ', 'dop853', 'rk8   ']
+      type(problem_t) :: problem
+      class(stepper_t), allocatable :: tries, plain
+      type(state_t) :: a, b, aside
+      type(status_t) :: status, refused
+      integer :: i, k, m
+      do k = 1, 2
+         problem = box()
+         if (k == 2) problem = forced_body()
+         do m = 1, size(names)
+            call get_stepper(problem, names(m), .true., tries, status)
+            call get_stepper(problem, names(m), .true., plain, status)
+            a = problem%start
+            b = problem%start
+            do i = 1, 500
+               aside = a
+               call tries%step(problem%system, aside, 0.003_wp*mod(7*i, 11) + 0.001_wp, refused)
+               if (status%ok()) call tries%step(problem%system, a, 0.01_wp, status)
+               if (status%ok()) call plain%step(problem%system, b, 0.01_wp, status)
+            end do
+            call check(error, status%ok(), trim(names(m))//': '//trim(status%message))
+            call check_close(error, [a%t, a%q, a%p], [b%t, b%q, b%p], 0.0_wp, trim(names(m)))
+         end do
+      end do
+   end subroutine steps_aside_leave_no_trace
+
+   !> A stepper that is prepared for another system does not use the balance that a state brings along.
+   subroutine another_system_starts_anew(error)
+      type(error_type), allocatable, intent(out) :: error
+      type(problem_t) :: first, second
+      class(stepper_t), allocatable :: stepper
+      type(state_t) :: a, b
+      type(status_t) :: status
+      integer :: m
+      first = box()
+      second = bruls_top()
+      do m = 1, 2
+         call get_stepper(first, methods(m), .true., stepper, status)
+         a = first%start
+         call march(first%system, stepper, a, 0.01_wp, 10, status)
+         b = make_state(second%system, a%q, [0.3_wp, -0.2_wp, 9.0_wp])
+         b%t = a%t
+         a%q = b%q
+         a%p = b%p
+         a%q_compensation = 0.0_wp
+         a%p_compensation = 0.0_wp
+         ! As if the first system had left this very state.
+         call a%balance_here()
+         call get_stepper(second, methods(m), .true., stepper, status)
+         if (status%ok()) call march(second%system, stepper, a, 0.001_wp, 10, status)
+         call get_stepper(second, methods(m), .true., stepper, status)
+         if (status%ok()) call march(second%system, stepper, b, 0.001_wp, 10, status)
+         call check(error, status%ok(), trim(status%message))
+         call check_close(error, [a%t, a%q, a%p], [b%t, b%q, b%p], 0.0_wp, trim(methods(m)))
+      end do
+   end subroutine another_system_starts_anew
 
    !> A stepper that has been elsewhere gives the digits of a new one.
    subroutine another_state_starts_anew(error)

@@ -86,7 +86,7 @@ contains
       if (fits) call put_potentials(self%others, lane, system%effects, plan%others, fits)
       if (.not. fits) return
       call read_point(plan, system%effects, state, point)
-      call target%take(plan%components, point, state%t)
+      call target%take(plan%components, point)
       self%target(lane, :) = merge(plan%axis, target%momentum, self%along)
       self%component(lane) = target%component
       self%slope(lane, :) = -plan%weight

@@ -2,6 +2,7 @@
 !> the compensated summation that keeps them.
 module nutate_state
    use nutate_archive, only: archive_t
+   use nutate_energy_balance, only: energy_balance_t
    use nutate_kinds, only: wp
    use nutate_limits, only: is_same_time, most_wheels
    implicit none
@@ -27,11 +28,17 @@ module nutate_state
       real(wp) :: time_dependent_work = 0.0_wp
       !> Time up to which it is counted, s: a rounding from `t` where that was put to the end of a step.
       real(wp) :: time_dependent_until = -huge(1.0_wp)
+      !> What the invariants are to be, for steppers that project onto them.
+      type(energy_balance_t) :: balance
    contains
       !> Becomes a copy of another one.
       procedure :: take
-      !> True for this attitude and momentum, to the last digit.
-      procedure :: is_at
+      !> True if the balance belongs to this state.
+      procedure :: is_balanced
+      !> Makes the balance belong to this state.
+      procedure :: balance_here
+      !> Becomes the state that the last step left, if this is a projected copy of it.
+      procedure :: restore_left
       !> The time from which the work of potentials that move counts in the next step.
       procedure :: time_dependent_since
       !> Shows its values to an archive.
@@ -42,15 +49,35 @@ module nutate_state
 
 contains
 
-   !> True for this attitude and momentum, to the last digit.
-   pure logical function is_at(self, q, p)
+   !> True if the balance belongs to this state: to its attitude and momentum, to the last digit.
+   pure logical function is_balanced(self)
       class(state_t), intent(in) :: self
-      !> Shape (4).
-      real(wp), intent(in) :: q(4), p(4)
       real(wp) :: difference(4)
-      difference = abs(self%q - q) + abs(self%p - p)
-      is_at = (difference(1) + difference(2)) + (difference(3) + difference(4)) <= 0.0_wp
-   end function is_at
+      is_balanced = self%balance%open
+      if (.not. is_balanced) return
+      difference = abs(self%q - self%balance%q) + abs(self%p - self%balance%p)
+      is_balanced = (difference(1) + difference(2)) + (difference(3) + difference(4)) <= 0.0_wp
+   end function is_balanced
+
+   !> Makes the balance belong to this state.
+   pure subroutine balance_here(self)
+      class(state_t), intent(inout) :: self
+      self%balance%q = self%q
+      self%balance%p = self%p
+   end subroutine balance_here
+
+   !> Becomes the state that the last step left, if this is a projected copy of it.
+   pure subroutine restore_left(self)
+      class(state_t), intent(inout) :: self
+      if (.not. self%balance%shown) return
+      if (.not. self%is_balanced()) return
+      self%q = self%balance%left_q
+      self%p = self%balance%left_p
+      self%q_compensation = self%balance%left_q_compensation
+      self%p_compensation = self%balance%left_p_compensation
+      self%balance%shown = .false.
+      call self%balance_here()
+   end subroutine restore_left
 
    !> The time from which the work of potentials that move counts in the next step, s: that up to which it is counted,
    !> unless the state was put to another time. Between the two, potentials that move would gain what nobody counts.
@@ -63,11 +90,11 @@ contains
    end function time_dependent_since
 
    !> Becomes a copy of another one; without wheels that costs less than an assignment.
-   pure subroutine take(self, other, wheels)
+   pure subroutine take(self, other, wheels, balance)
       class(state_t), intent(inout) :: self
       type(state_t), intent(in) :: other
-      !> There are wheels; else what belongs to them stays.
-      logical, intent(in) :: wheels
+      !> There are wheels, a balance; else what belongs to them stays.
+      logical, intent(in) :: wheels, balance
       self%t = other%t
       self%q = other%q
       self%p = other%p
@@ -75,6 +102,7 @@ contains
       self%p_compensation = other%p_compensation
       self%time_dependent_work = other%time_dependent_work
       self%time_dependent_until = other%time_dependent_until
+      if (balance) self%balance = other%balance
       if (.not. wheels) return
       self%wheel_momentum = other%wheel_momentum
       self%wheel_compensation = other%wheel_compensation

@@ -68,7 +68,7 @@ module nutate_stepper
       integer :: uncertified = 0
       !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
-      !> The same for all that the energy and its account depend on, where there are works; zero without an estimate.
+      !> The same for all that the energy and its balance depend on, where there are works; zero without an estimate.
       type(step_error_t) :: step_error = step_error_t()
       !> How far round-off of the energy moved the end of the last step when it was projected, rad.
       real(wp) :: moved_by_round_off = 0.0_wp
@@ -118,9 +118,6 @@ module nutate_stepper
       procedure :: show => leave_state
       !> Takes the noise of a pilot run, for the states before their projection; a stepper without one leaves it.
       procedure :: disturb => leave_noise
-      !> Takes from another stepper of the same method and system what its projection knows of a state: the values that
-      !> the invariants have there.
-      procedure :: adopt_account => adopt_nothing
    end type stepper_t
 
    !> A method that knows the length of a step before it takes it, and the states inside of it.
@@ -357,12 +354,5 @@ contains
       class(stepper_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise
    end subroutine leave_noise
-
-   !> Nothing to take.
-   subroutine adopt_nothing(self, other, state)
-      class(stepper_t), intent(inout) :: self
-      class(stepper_t), intent(in) :: other
-      type(state_t), intent(in) :: state
-   end subroutine adopt_nothing
 
 end module nutate_stepper

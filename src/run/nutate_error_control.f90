@@ -298,9 +298,7 @@ contains
       middle = state%t + 0.5_wp*self%sense*step
       once = state
       error = 0.0_wp
-      call self%whole%adopt_account(self%half, state)
       call take_part(self%whole, system, once, self%sense*step, middle, record, status)
-      call self%half%adopt_account(self%whole, state)
       if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
       self%work(:) = self%half%work
       moved = self%whole%moved_by_round_off + self%half%moved_by_round_off

@@ -316,6 +316,8 @@ contains
                             potential_energy(system%effects, progress%state%q, progress%state%t) - before)
       end associate
       if (changed) then
+         ! The invariants are those of another system from now on.
+         progress%state%balance%open = .false.
          call policy%renew(system, status)
       else
          call policy%take_commands()

@@ -242,6 +242,7 @@ contains
       class(archive_t), intent(inout) :: archive
       call self%state%transfer(archive)
       call self%state%transfer_wheels(archive)
+      call self%state%balance%transfer(archive)
       call self%summary%transfer(archive)
       call self%record%transfer(archive)
       call archive%transfer(self%plan%goal%local_tolerance)

@@ -277,7 +277,6 @@ contains
       logical, intent(in) :: over
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
-      type(state_t) :: seen
       logical :: is_row
       is_row = over
       if (allocated(progress%plan%times)) then
@@ -288,13 +287,29 @@ contains
       else if (mod(progress%summary%steps - progress%first_step, progress%plan%every) == 0) then
          is_row = .true.
       end if
+      if (is_row .or. observer%sees_every_step) &
+         call show_end(progress, policy, system, watched, is_row, observer, status)
+   end subroutine finish_step
+
+   !> Shows the end of a step of the run.
+   subroutine show_end(progress, policy, system, watched, is_row, observer, status)
+      type(progress_t), intent(inout) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      !> Time up to which the observer watched, s.
+      real(wp), intent(inout) :: watched
+      !> It is an output point.
+      logical, intent(in) :: is_row
+      class(observer_t), intent(inout) :: observer
+      type(status_t), intent(inout) :: status
+      type(state_t) :: seen
       seen = progress%state
       if (is_row) call policy%show(system, seen)
       if (observer%sees_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
       if (.not. is_row .or. status%code /= 0) return
       call put_works(progress%summary, progress%record)
       call observer%observe(system, seen, progress%record, status)
-   end subroutine finish_step
+   end subroutine show_end
 
    !> Shows what lies in a part of a nominal step.
    subroutine finish_part(progress, policy, system, watched, observer, status)

@@ -16,7 +16,7 @@ module nutate_rigid_rates
    use nutate_hamiltonian, only: potential_torque, time_dependent_power
    use nutate_kinds, only: wp
    use nutate_limits, only: manifold_tolerance, most_wheels
-   use nutate_momentum_account, only: momentum_account_t
+   use nutate_momentum_balance, only: momentum_balance_t
    use nutate_quaternion, only: quat_vector_product, rotate_to_body
    use nutate_small_products, only: times_vector
    use nutate_stage_potentials, only: stage_potentials_t
@@ -80,8 +80,8 @@ module nutate_rigid_rates
       real(wp), allocatable :: work(:)
       !> The error of steps is wanted in the axes of the body.
       logical :: estimates = .false.
-      !> The account of l, for the same.
-      type(momentum_account_t), private :: account
+      !> The balance of l, for the same.
+      type(momentum_balance_t), private :: momentum_balance
    end type rigid_rates_t
 
 contains
@@ -112,7 +112,7 @@ contains
          allocate (self%turns(most_wheels, size(a, 2) + 1), source=0.0_wp)
       end if
       self%estimates = conserve .and. system%effects%n_works() > 0
-      self%account%kept = self%estimates .and. present(a) .and. attitude .and. .not. self%frame_turns
+      self%momentum_balance%kept = self%estimates .and. present(a) .and. attitude .and. .not. self%frame_turns
       if (allocated(self%acts)) deallocate (self%acts, self%in_pieces, self%window, self%work)
       associate (n => system%effects%n_torques)
          allocate (self%acts(n), self%in_pieces(n), source=.false.)
@@ -155,7 +155,7 @@ contains
       if (self%moves) self%work(size(self%work)) = 0.0_wp
       if (self%n_wheels > 0) call begin_wheels(self, system, state, window_time)
       call read_state(self, state, dt, y)
-      if (self%account%kept .and. self%failure == 0) call self%account%start(y(1:4), y(5:7))
+      if (self%momentum_balance%kept .and. self%failure == 0) call self%momentum_balance%start(y(1:4), y(5:7))
       if (self%turn%there) then
          possible = .true.
          if (abs(dt - self%turn%length) > 0.0_wp) call self%turn%set_length(dt, possible)
@@ -326,7 +326,7 @@ contains
          k(5) = k(5) + self%dt*tau(1)
          k(6) = k(6) + self%dt*tau(2)
          k(7) = k(7) + self%dt*tau(3)
-         if (self%account%kept) call self%account%add(y(1:4), square, weight, self%dt, tau)
+         if (self%momentum_balance%kept) call self%momentum_balance%add(y(1:4), square, weight, self%dt, tau)
       else
          self%failure = NUTATE_NOT_FINITE
       end if
@@ -474,8 +474,8 @@ contains
       end associate
       error%momentum = off(5:7)
       error%work = off(8)
-      error%balances = self%account%kept
-      if (self%account%kept) call self%account%tell(y(1:4), y(5:7), weights, error)
+      error%balances = self%momentum_balance%kept
+      if (self%momentum_balance%kept) call self%momentum_balance%tell(y(1:4), y(5:7), weights, error)
       do i = 1, self%n_wheels
          error%wheels(i) = dot_product(self%turns(i, :), weights)
       end do

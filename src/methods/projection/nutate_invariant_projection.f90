@@ -22,25 +22,22 @@
 !> **Limits.** H is stationary at relative equilibria: there the move becomes long for a ΔH that is nothing but
 !> round-off. Excesses up to `round_off` of the energy's scale are left as they are, those up to `doubtful` are removed
 !> by short moves only. Beyond it a move of more than 0.1 rad means that the step was too long; unless there was no more
-!> to remove than what round-off of the account may come to: damping has brought the body so near to rest that no state
-!> has the energy of the account, or all that have are far. The state is left as it is then, and the account takes its
-!> energy, the works the difference.
+!> to remove than what round-off of the balance may come to: damping has brought the body so near to rest that no state
+!> has the energy of the balance, or all that have are far. The state is left as it is then, its energy becomes that of
+!> the balance, and the works get the difference.
 !>
 !> **Targets.** H₀ + work and l are those of the first state, not of the last, so that nothing adds up over a long run.
-!> A stepper is also handed states that it did not return last: rejected steps are tried again, halves follow the
-!> whole, rows between steps branch off. All of them lie on the same invariants, to round-off, and so keep the targets
-!> (or, where torques did work, those of the step before); a state that does not starts anew from its own.
+!> They travel with the state, in its balance, together with the attitude and momentum to which they belong: a rejected
+!> step is tried again with those that it began with. A state that somebody else has set starts anew from its own.
 module nutate_invariant_projection
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use nutate_archive, only: archive_t
    use nutate_disturbance, only: disturb_state
    use nutate_effect_list, only: effect_list_t
-   use nutate_energy_account, only: energy_account_t, energy_sum_t
+   use nutate_energy_balance, only: energy_scale_t, energy_sum_t
    use nutate_projection_point, only: projection_plan_t, evaluate, get_slope, projection_point_t, read_point, &
       set_gamma, set_rows, slope_t, take_attitude, take_momentum, times, write_state
    use nutate_invariants, only: ALL_COMPONENTS, NO_COMPONENT
    use nutate_kinds, only: wp, eps
-   use nutate_limits, only: most_wheels
    use nutate_momentum_target, only: momentum_target_t
    use nutate_noise, only: noise_t
    use nutate_state, only: state_t, add_increment
@@ -55,9 +52,9 @@ module nutate_invariant_projection
 
    !> Parts of the energy's scale. Evaluating H rounds some eight times, by ½ε each: an excess below the first is
    !> nothing. Two evaluations, and l put back in between, differ by several times that: up to the second an excess may
-   !> be round-off. States that differ by no more than the third, the second left at both ends, are on one account. What
-   !> round-off of the account comes to where damping has brought a body all but to rest is below the fourth.
-   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps, in_account = 64*eps
+   !> be round-off, and up to twice that where both ends of a step have it. What round-off of the balance comes to where
+   !> damping has brought a body all but to rest is below the fourth.
+   real(wp), parameter :: round_off = 4*eps, doubtful = 16*eps, alike = 32*eps, in_balance = 64*eps
    !> Squares of moves, rad². The longest at all, 0.1 rad: a step with such an error does not follow the motion. The
    !> longest for a doubtful excess, 64 ε rad: one that asks for more stands next to an equilibrium, where H is
    !> stationary and tells nothing about the attitude; a longer move would make an error of √ε of a round-off of ε. The
@@ -68,20 +65,13 @@ module nutate_invariant_projection
    !> Moves at most: at a double root of H an excess falls by four each time, 2e14 in all.
    integer, parameter :: most_moves = 24
 
-   !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
-   type :: magnitude_t
-      real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
-   end type magnitude_t
-
-   !> The projection of one run.
+   !> The projection of the states of one system.
    type :: invariant_projection_t
       private
       type(projection_plan_t) :: plan
-      type(magnitude_t) :: scale
-      !> The conserved components of l.
+      !> Of the state under way: the scale of its energies, and the conserved components of l.
+      type(energy_scale_t) :: scale
       type(momentum_target_t) :: target
-      !> H₀ + work of the last state seen, which has the wheels `plan%wheels`: another one is compared with the targets.
-      type(energy_account_t) :: account
       !> What pilot runs add to every state before it is projected, and to its energy, as part of `size`.
       type(noise_t) :: noise
       real(wp) :: kick = 0.0_wp
@@ -90,22 +80,16 @@ module nutate_invariant_projection
    contains
       !> Takes the invariants that a system has.
       procedure :: prepare
-      !> Takes the invariants' values from a state.
+      !> Starts the balance of a state from its own invariants.
       procedure :: start
       !> Takes the noise of a pilot run.
       procedure :: disturb
       !> Adds it to a state that is not projected.
       procedure :: shake_state
-      !> Makes sure that the targets are those of the state from which a step starts.
+      !> Makes sure that the state from which a step starts has its balance.
       procedure :: follow
-      !> Takes the targets that another projection has for the state from which a step starts.
-      procedure :: adopt
-      !> Projects the state that the step reached.
+      !> Projects the state that a step reached, or one inside of it.
       procedure :: project
-      !> Projects a state inside the last step, or a copy of one behind it, for others to see.
-      procedure :: project_aside
-      !> Shows what it remembers from step to step to an archive.
-      procedure :: transfer
    end type invariant_projection_t
 
 contains
@@ -120,25 +104,41 @@ contains
       logical, intent(in) :: compensated
       call self%plan%prepare(system, attitude)
       self%plan%compensated = compensated .and. attitude .and. self%plan%pushes
-      self%account%open = .false.
-      self%scale = magnitude_t()
       self%noise = noise_t()
       self%kick = 0.0_wp
       self%moved_by_round_off = 0.0_wp
    end subroutine prepare
 
-   !> Takes the invariants' values from a state.
+   !> Starts the balance of a state from its own invariants.
    pure subroutine start(self, system, state)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: state
       type(projection_point_t) :: point
       call read_point(self%plan, system%effects, state, point)
-      call self%target%take(self%plan%components, point, state%t)
-      self%scale = magnitude_t()
+      call self%target%take(self%plan%components, point)
+      self%scale = energy_scale_t()
       call note_size(self, point)
-      call take_account(self, state, energy_sum_t(point%energy, 0.0_wp))
+      state%balance%open = .true.
+      state%balance%shown = .false.
+      state%balance%count = 0
+      state%balance%interval = 1
+      state%balance%momentum = self%target%momentum
+      state%balance%momentum_time = state%t
+      state%balance%component = self%target%component
+      call settle(self, energy_sum_t(point%energy, 0.0_wp), state)
    end subroutine start
+
+   !> Makes the balance belong to a state, with an energy.
+   pure subroutine settle(self, energy, state)
+      class(invariant_projection_t), intent(in) :: self
+      type(energy_sum_t), intent(in) :: energy
+      type(state_t), intent(inout) :: state
+      state%balance%energy = energy
+      state%balance%scale = self%scale
+      if (self%plan%has_wheels) state%balance%wheels = state%wheel_momentum
+      call state%balance_here()
+   end subroutine settle
 
    !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much.
    !> The limits of the projection are then those of that machine.
@@ -171,92 +171,21 @@ contains
       if (self%noise%amplitude > 0.0_wp .and. self%plan%attitude) call disturb_state(self%noise, state)
    end subroutine shake_state
 
-   !> Makes sure that the targets are those of the state from which a step starts: the last one projected, another one
-   !> on the same invariants, or a new one.
+   !> Makes sure that the state from which a step starts has its balance: one that belongs to another state starts anew.
    pure subroutine follow(self, system, state)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
-      type(state_t), intent(in) :: state
-      type(projection_point_t) :: point
-      logical :: on
-      if (knows_last(self, state)) return
+      type(state_t), intent(inout) :: state
+      logical :: known
+      known = state%is_balanced()
+      if (known .and. self%plan%has_wheels) known = sum(abs(state%wheel_momentum - state%balance%wheels)) <= 0.0_wp
+      if (known) return
       if (.not. ieee_is_finite(sum(state%q) + sum(state%p))) return
-      if (self%account%began_at(state)) then
-         call take_account(self, state, self%account%before)
-         return
-      end if
-      if (self%account%open) then
-         call read_point(self%plan, system%effects, state, point)
-         if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t)
-         call find_account(self, point, on)
-         if (on) then
-            call self%account%move_to(state)
-            return
-         end if
-      end if
       call self%start(system, state)
    end subroutine follow
 
-   !> True for the last state projected or followed.
-   pure logical function knows_last(self, state)
-      class(invariant_projection_t), intent(in) :: self
-      type(state_t), intent(in) :: state
-      knows_last = self%account%is_at(state)
-      if (knows_last .and. self%plan%has_wheels) &
-         knows_last = sum(abs(state%wheel_momentum - self%plan%wheels)) <= 0.0_wp
-   end function knows_last
-
-   !> Takes the targets that another projection has for a state, if it is the last one that that has seen, or the one
-   !> from which the step to it started. On accounts of their own two projections differ by round-off of the energy,
-   !> which near rest moves a body by its square root.
-   pure subroutine adopt(self, other, state)
-      class(invariant_projection_t), intent(inout) :: self
-      !> Of the same system.
-      class(invariant_projection_t), intent(in) :: other
-      type(state_t), intent(in) :: state
-      if (knows_last(self, state)) return
-      if (knows_last(other, state)) then
-         call take_account(self, state, other%account%now)
-      else if (other%account%began_at(state)) then
-         call take_account(self, state, other%account%before)
-      else
-         return
-      end if
-      self%scale%size = max(self%scale%size, other%scale%size)
-      if (other%scale%largest > self%scale%largest) then
-         self%scale%largest = other%scale%largest
-         self%scale%to_order_one = other%scale%to_order_one
-      end if
-      self%target = other%target
-   end subroutine adopt
-
-   !> Goes on from a state with an energy.
-   pure subroutine take_account(self, state, energy)
-      class(invariant_projection_t), intent(inout) :: self
-      type(state_t), intent(in) :: state
-      type(energy_sum_t), intent(in) :: energy
-      call self%account%resume(state, energy)
-      if (self%plan%has_wheels) self%plan%wheels = state%wheel_momentum
-   end subroutine take_account
-
-   !> True for a point whose invariants are those of the last state projected, to round-off, or of the one before, which
-   !> then is the last.
-   pure subroutine find_account(self, point, on)
-      class(invariant_projection_t), intent(inout) :: self
-      type(projection_point_t), intent(in) :: point
-      logical, intent(out) :: on
-      real(wp) :: noise
-      on = .false.
-      if (.not. self%target%distance(self%plan%components, point) <= alike*norm2(point%momentum)) return
-      noise = alike*max(self%scale%size, point%size)
-      on = abs(point%energy - self%account%now%energy) <= noise
-      if (on .or. .not. abs(point%energy - self%account%before%energy) <= noise) return
-      self%account%now = self%account%before
-      on = .true.
-   end subroutine find_account
-
-   !> Projects a state. To be called after `follow` with the state from which the step started. Errors, with the state
-   !> and the targets as they were: `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
+   !> Projects a state, which has the balance of the one from which the step started. Errors, with the state as it was:
+   !> `NUTATE_OFF_BRANCH` for a step so long that it takes a move of more than 0.1 rad.
    pure subroutine project(self, system, state, work, status, error, given)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -272,15 +201,13 @@ contains
       type(projection_point_t) :: point
       type(energy_sum_t) :: energy, booked
       type(step_error_t) :: known
-      type(magnitude_t) :: scale
       real(wp) :: share
       logical :: reached, undetermined
-      scale = self%scale
+      call set_targets(self, state)
       if (self%plan%has_wheels) call self%plan%take_wheels(system%effects, state)
       self%plan%t = state%t
-      if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t)
       call take_state(self, state, point)
-      energy = self%account%now
+      energy = state%balance%energy
       if (abs(work) > 0.0_wp) call add_increment(energy%energy, energy%compensation, work)
       booked = energy
       if (present(error)) then
@@ -300,14 +227,23 @@ contains
       end if
       if (reached .or. undetermined) then
          call write_state(self%plan, point, state)
-         call self%account%book(state, energy)
-         ! A state far off the account, as works can bring it about, had an energy that the motion never has.
-         if (present(given)) self%scale%size = max(scale%size, point%size)
+         ! A state far off the balance, as works can bring it about, had an energy that the motion never has.
+         if (present(given)) self%scale%size = max(state%balance%scale%size, point%size)
+         call settle(self, energy, state)
       else
-         self%scale = scale
          status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
       end if
    end subroutine project
+
+   !> Sets scale and targets to those of the balance of a state.
+   pure subroutine set_targets(self, state)
+      class(invariant_projection_t), intent(inout) :: self
+      type(state_t), intent(in) :: state
+      self%scale = state%balance%scale
+      self%target%momentum = state%balance%momentum
+      self%target%component = state%balance%component
+      if (self%plan%turns_momentum) call self%target%turn(self%plan%frame_rate, state%t - state%balance%momentum_time)
+   end subroutine set_targets
 
    !> The point of a state, with the conserved components of its momentum at their stored values.
    pure subroutine take_state(self, state, point)
@@ -323,47 +259,7 @@ contains
       call self%target%put(self%plan%components, point)
    end subroutine take_state
 
-   !> Projects a state inside the step that was projected last, or some steps without work behind it, and leaves
-   !> everything else as it is. Errors: those of `project`.
-   pure subroutine project_aside(self, system, state, inside, work, status, error, given)
-      class(invariant_projection_t), intent(inout) :: self
-      type(system_t), intent(in) :: system
-      type(state_t), intent(inout) :: state
-      !> It is inside.
-      logical, intent(in) :: inside
-      !> Work of all torques up to the state, J.
-      real(wp), intent(in) :: work
-      !> Success on entry.
-      type(status_t), intent(inout) :: status
-      !> As of `project`.
-      type(step_error_t), intent(in), optional :: error
-      real(wp), intent(inout), optional :: given
-      type(energy_account_t) :: account
-      type(magnitude_t) :: scale
-      real(wp) :: wheels(most_wheels)
-      account = self%account
-      wheels = self%plan%wheels
-      scale = self%scale
-      if (inside) self%account%now = self%account%before
-      call self%project(system, state, work, status, error, given)
-      self%account = account
-      self%plan%wheels = wheels
-      self%scale = scale
-   end subroutine project_aside
-
-   !> Shows what it remembers from step to step to an archive.
-   subroutine transfer(self, archive)
-      class(invariant_projection_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      call archive%transfer(self%scale%size)
-      call archive%transfer(self%scale%largest)
-      call archive%transfer(self%scale%to_order_one)
-      call self%target%transfer(archive)
-      call self%account%transfer(archive)
-      if (self%plan%has_wheels) call archive%transfer(self%plan%wheels)
-   end subroutine transfer
-
-   !> Moves a point to the energy of an account, or both to one that is between theirs.
+   !> Moves a point to the energy of a balance, or both to one that is between theirs.
    pure subroutine set_energy(self, effects, target, point, reached, undetermined, error, given)
       class(invariant_projection_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -371,7 +267,7 @@ contains
       type(projection_point_t), intent(inout) :: point
       !> False if that is too far; true where it is, although there is little to remove.
       logical, intent(out) :: reached, undetermined
-      !> What is known of the errors of the step; how far the account was moved, J: as it was where it was not.
+      !> What is known of the errors of the step; how far the balance was moved, J: as it was where it was not.
       type(step_error_t), intent(in), optional :: error
       real(wp), intent(inout), optional :: given
       type(slope_t) :: slope
@@ -413,10 +309,10 @@ contains
          call move(self, excess, slope, point)
       end do
       reached = .false.
-      undetermined = first <= in_account*unit*self%scale%size
+      undetermined = first <= in_balance*unit*self%scale%size
    end subroutine set_energy
 
-   !> Moves a point towards the account of its momentum, where not all of that is conserved.
+   !> Moves a point towards the balance of its momentum, where not all of that is conserved.
    pure subroutine balance(self, error, point)
       class(invariant_projection_t), intent(in) :: self
       type(step_error_t), intent(inout) :: error

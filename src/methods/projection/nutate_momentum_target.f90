@@ -1,8 +1,7 @@
 !> The conserved components of the space momentum `l` of a run: what they were at its start, and how a state gets them
 !> back.
 module nutate_momentum_target
-   use nutate_archive, only: archive_t
-   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
+   use nutate_invariants, only: ALL_COMPONENTS, ALONG_AXIS, ONLY_LENGTH
    use nutate_kinds, only: wp
    use nutate_projection_point, only: projection_point_t
    use nutate_quaternion, only: quat_exp, rotate_to_body
@@ -13,45 +12,38 @@ module nutate_momentum_target
 
    !> The values of one run. Which components are conserved is said with each call: those of `nutate_invariants`.
    type :: momentum_target_t
-      private
       !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
-      real(wp), public :: momentum(3) = 0.0_wp, component = 0.0_wp
-      !> The first l and its time, N m s and s, where l turns; shape (3).
-      real(wp) :: first(3) = 0.0_wp, first_time = 0.0_wp
+      real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
    contains
       !> Takes the values of a point.
       procedure :: take
-      !> Turns l to where it is at a time in space axes that turn.
+      !> Turns l to where it is after some time in space axes that turn.
       procedure :: turn
       !> Gives a point the values.
       procedure :: put
-      !> How far from the values those of a point are.
-      procedure :: distance
-      !> Shows them to an archive.
-      procedure :: transfer
    end type momentum_target_t
 
 contains
 
    !> Takes the values of a point.
-   pure subroutine take(self, components, point, t)
+   pure subroutine take(self, components, point)
       class(momentum_target_t), intent(inout) :: self
       integer, intent(in) :: components
       type(projection_point_t), intent(in) :: point
-      !> Its time, s.
-      real(wp), intent(in) :: t
       self%momentum = matmul(point%momentum, point%to_body)
-      self%first = self%momentum
-      self%first_time = t
-      self%component = component_of(components, point)
+      if (components == ALONG_AXIS) then
+         self%component = dot_product(point%momentum, point%gamma)
+      else
+         self%component = norm2(point%momentum)
+      end if
    end subroutine take
 
-   !> Turns l to where it is at a time in space axes that turn: exactly, by -ωt.
-   pure subroutine turn(self, frame_rate, t)
+   !> Turns l to where it is after some time in space axes that turn: exactly, by -ωt.
+   pure subroutine turn(self, frame_rate, since)
       class(momentum_target_t), intent(inout) :: self
       !> ω, rad/s, space axes; shape (3); s.
-      real(wp), intent(in) :: frame_rate(3), t
-      self%momentum = rotate_to_body(quat_exp((0.5_wp*(t - self%first_time))*frame_rate), self%first)
+      real(wp), intent(in) :: frame_rate(3), since
+      self%momentum = rotate_to_body(quat_exp((0.5_wp*since)*frame_rate), self%momentum)
    end subroutine turn
 
    !> Gives a point the values.
@@ -76,41 +68,5 @@ contains
          return
       end select
    end subroutine put
-
-   !> How far from the values those of a point are, N m s.
-   pure real(wp) function distance(self, components, point)
-      class(momentum_target_t), intent(in) :: self
-      integer, intent(in) :: components
-      type(projection_point_t), intent(in) :: point
-      select case (components)
-      case (ALL_COMPONENTS)
-         distance = norm2(matmul(point%momentum, point%to_body) - self%momentum)
-      case (NO_COMPONENT)
-         distance = 0.0_wp
-      case default
-         distance = abs(component_of(components, point) - self%component)
-      end select
-   end function distance
-
-   !> l·n where that is conserved, else |l|.
-   pure real(wp) function component_of(components, point)
-      integer, intent(in) :: components
-      type(projection_point_t), intent(in) :: point
-      if (components == ALONG_AXIS) then
-         component_of = dot_product(point%momentum, point%gamma)
-      else
-         component_of = norm2(point%momentum)
-      end if
-   end function component_of
-
-   !> Shows them to an archive.
-   subroutine transfer(self, archive)
-      class(momentum_target_t), intent(inout) :: self
-      class(archive_t), intent(inout) :: archive
-      call archive%transfer(self%momentum)
-      call archive%transfer(self%first)
-      call archive%transfer(self%first_time)
-      call archive%transfer(self%component)
-   end subroutine transfer
 
 end module nutate_momentum_target

@@ -30,7 +30,6 @@ module nutate_projected_stepper
       !> Takes the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
       procedure :: disturb
-      procedure :: adopt_account
       procedure :: set_up
       procedure :: advance
       procedure :: show
@@ -60,17 +59,6 @@ contains
       call self%projection%disturb(noise)
    end subroutine disturb
 
-   !> Takes the targets that the projection of another stepper has for a state.
-   subroutine adopt_account(self, other, state)
-      class(projected_stepper_t), intent(inout) :: self
-      class(stepper_t), intent(in) :: other
-      type(state_t), intent(in) :: state
-      select type (other)
-      class is (projected_stepper_t)
-         call self%projection%adopt(other%projection, state)
-      end select
-   end subroutine adopt_account
-
    !> Errors: those of the stepper's `prepare`; `NUTATE_BAD_ARGUMENT` where there is none.
    subroutine set_up(self, system, settings, status)
       class(projected_stepper_t), intent(inout) :: self
@@ -94,7 +82,7 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: work, done, given
       integer :: i
-      call self%kept%take(state, self%has_wheels)
+      call self%kept%take(state, self%has_wheels, .true.)
       call self%projection%begin_step(system, state)
       call self%base%advance(system, state, dt, window_time, status)
       call self%take_counts()
@@ -115,7 +103,7 @@ contains
          end if
          self%moved_by_round_off = self%projection%moved_by_round_off()
       end if
-      if (status%code /= 0) call state%take(self%kept, self%has_wheels)
+      if (status%code /= 0) call state%take(self%kept, self%has_wheels, .true.)
    end subroutine advance
 
    !> Projects a copy of the state that the last step left.
@@ -130,7 +118,6 @@ contains
    recursive subroutine keep_steps(self)
       class(projected_stepper_t), intent(inout) :: self
       call self%base%keep_steps()
-      call self%projection%remember_starts()
       self%keeps_steps = .true.
    end subroutine keep_steps
 
@@ -139,10 +126,9 @@ contains
       class(projected_stepper_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: dt, window_time
-      type(state_t) :: start
-      start = state
-      call self%projection%find_origin(start)
-      call self%base%mark_step(start, dt, window_time)
+      self%last_start = state
+      call self%projection%find_origin(self%last_start)
+      call self%base%mark_step(self%last_start, dt, window_time)
    end subroutine mark_step
 
    !> The state at a time inside the last step, projected. Errors: those of the stepper and of the projection.
@@ -158,6 +144,8 @@ contains
       real(wp) :: given, done, each(size(self%work))
       call self%base%state_at(system, t, inside, work, status, each)
       given = 0.0_wp
+      call self%projection%begin_step(system, self%last_start)
+      inside%balance = self%last_start%balance
       if (status%ok()) call self%projection%project_inside(system, inside, work, status, self%base%step_error, given)
       done = sum(abs(each))
       if (abs(given) > 0.0_wp .and. done > 0.0_wp) call book_share(system%effects, given, done, each, inside)

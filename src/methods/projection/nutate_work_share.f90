@@ -5,7 +5,7 @@
 !> errors only the difference is known. Least squares divide it as the squares of what the embedded method estimates for
 !> the two:
 !>
-!> * Of the difference E of energy and account of the works those take sE, and the state the rest,
+!> * Of the difference E of energy and balance of the works those take sE, and the state the rest,
 !>   s = σ_W²/(σ_W² + σ_H²), σ_H² = ν((Ω·δL)² + (τ·δ)² + Σ(ω δh)²) with the estimates for the momentum, the attitude
 !>   (the rotation vector δ, τ the torque of the potentials) and the wheels, squared one by one: where they cancel it is
 !>   by accident.
@@ -50,7 +50,7 @@ module nutate_work_share
       real(wp) :: wheels(most_wheels) = 0.0_wp
       !> All works together, J.
       real(wp) :: work = 0.0_wp
-      !> There is an account of l; what it has more than the state at the end of the step, and by how much it may have
+      !> There is a balance of l; what it has more than the state at the end of the step, and by how much it may have
       !> erred, body axes, N m s; shape (3).
       logical :: balances = .false.
       real(wp) :: balance(3) = 0.0_wp, of_balance(3) = 0.0_wp
@@ -68,22 +68,22 @@ contains
       real(wp), intent(in) :: noise
       !> L, body axes, N m s; shape (3).
       real(wp), intent(inout) :: momentum(3)
-      real(wp) :: of_state(3), of_account(3), square, share
+      real(wp) :: of_state(3), of_balance_part(3), square, share
       error%square = -1.0_wp
       if (.not. error%balances) return
       if (.not. maxval(abs(error%balance)) > max(noise*maxval(abs(momentum)), tiny(1.0_wp))) return
       of_state = error%momentum + cross(error%rotation, momentum)
-      of_account = error%of_balance
-      error%size = max(maxval(abs(momentum)), maxval(abs(of_state)), maxval(abs(of_account)))
+      of_balance_part = error%of_balance
+      error%size = max(maxval(abs(momentum)), maxval(abs(of_state)), maxval(abs(of_balance_part)))
       of_state = of_state/error%size
-      of_account = of_account/error%size
+      of_balance_part = of_balance_part/error%size
       square = dot_product(of_state, of_state)
-      share = square + dot_product(of_account, of_account)
+      share = square + dot_product(of_balance_part, of_balance_part)
       if (.not. share > tiny(1.0_wp)) return
       share = square/share
       momentum = momentum + share*error%balance
-      error%momentum = error%size*((1 - share)*of_state + share*of_account) - cross(error%rotation, momentum)
-      error%square = share*dot_product(of_account, of_account)
+      error%momentum = error%size*((1 - share)*of_state + share*of_balance_part) - cross(error%rotation, momentum)
+      error%square = share*dot_product(of_balance_part, of_balance_part)
    end subroutine balance_momentum
 
    !> Gives the works their share of an excess that is more than round-off of the energy that is left, and weighs the

@@ -109,7 +109,6 @@ contains
       call prepare_rates(self%rates, system, settings%attitude, .false.)
       self%compensated = settings%attitude .and. .not. self%turns_free .and. is_compensated(self%series, system)
       call self%projection%prepare(system, settings%attitude, usual_interval, self%compensated)
-      call self%projection%remember_starts()
       if (allocated(self%acted)) deallocate (self%acted)
       allocate (self%acted(system%effects%n_torques), source=.false.)
    end subroutine set_up
@@ -149,7 +148,7 @@ contains
       logical :: chosen, converges
       integer :: i
       converges = .true.
-      call self%next%take(state, self%rates%n_wheels > 0)
+      call self%next%take(state, self%rates%n_wheels > 0, self%conserve)
       if (self%conserve) call self%projection%find_origin(self%next)
       chosen = is_expanded(self, system, self%next, dt, window_time)
       if (.not. chosen) then
@@ -162,7 +161,10 @@ contains
       end if
       if (self%rates%failure == 0) then
          call self%series%tail%use_in_step(dt/self%series%time_unit)
-         if (self%conserve) call self%projection%begin_step(system, self%next)
+         if (self%conserve) then
+            call self%projection%begin_step(system, self%next)
+            self%first%balance = self%next%balance
+         end if
          call get_state(self, dt, y)
       end if
       call end_step(self%rates, y, self%next, status)
@@ -186,7 +188,7 @@ contains
             if (status%code /= 0) return
          end if
       end if
-      call state%take(self%next, self%rates%n_wheels > 0)
+      call state%take(self%next, self%rates%n_wheels > 0, self%conserve)
    end subroutine advance
 
    !> True if the last two terms of the series, differentiated twice, are no larger than the first: of a vibration that
@@ -465,6 +467,7 @@ contains
       end do
       state%t = t
       if (self%conserve) then
+         state%balance%scale = self%next%balance%scale
          given = 0.0_wp
          done = sum(abs(each))
          if (done > 0.0_wp) then

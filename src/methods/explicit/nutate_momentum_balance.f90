@@ -1,18 +1,18 @@
-!> The momentum in space by its account, l = l₀ + ∫ Rτ dt, with the stages and weights of a Runge-Kutta method.
-module nutate_momentum_account
+!> The momentum in space by its balance, l = l₀ + ∫ Rτ dt, with the stages and weights of a Runge-Kutta method.
+module nutate_momentum_balance
    use nutate_kinds, only: wp
    use nutate_quaternion, only: rotate_to_body, rotate_to_space
    use nutate_work_share, only: step_error_t
    implicit none
    private
 
-   public :: momentum_account_t
+   public :: momentum_balance_t
 
    !> Stages at most.
    integer, parameter :: most_stages = 12
 
-   !> The account of one step.
-   type :: momentum_account_t
+   !> The balance of one step.
+   type :: momentum_balance_t
       !> It is kept.
       logical :: kept = .false.
       !> l at the start of the step, and ∫ Rτ dt so far, N m s; shape (3).
@@ -27,13 +27,13 @@ module nutate_momentum_account
       procedure :: add
       !> Tells what it has at the end of the step, and by how much it may have erred.
       procedure :: tell
-   end type momentum_account_t
+   end type momentum_balance_t
 
 contains
 
    !> Starts a step.
    pure subroutine start(self, q, momentum)
-      class(momentum_account_t), intent(inout) :: self
+      class(momentum_balance_t), intent(inout) :: self
       !> Attitude, |q| nearly 1, shape (4); L, body axes, N m s, shape (3).
       real(wp), intent(in) :: q(4), momentum(3)
       self%first = rotate_to_space(q, momentum)/dot_product(q, q)
@@ -43,7 +43,7 @@ contains
 
    !> Adds a stage, if it counts.
    pure subroutine add(self, q, square, weight, dt, tau)
-      class(momentum_account_t), intent(inout) :: self
+      class(momentum_balance_t), intent(inout) :: self
       !> Attitude, shape (4), and |q|²; weight of the stage; step, s; torque, body axes, N m, shape (3).
       real(wp), intent(in) :: q(4), square, weight, dt, tau(3)
       real(wp) :: over, push1, push2, push3, u1, u2, u3
@@ -72,7 +72,7 @@ contains
 
    !> Tells what it has more than the momentum at the end of the step, and by how much it may have erred, in body axes.
    pure subroutine tell(self, q, momentum, weights, error)
-      class(momentum_account_t), intent(in) :: self
+      class(momentum_balance_t), intent(in) :: self
       !> Attitude at the end, |q| nearly 1, shape (4); L, body axes, N m s, shape (3).
       real(wp), intent(in) :: q(4), momentum(3)
       !> Weights of the stages in the estimate; shape (stages). Zero where they are in the step itself.
@@ -91,4 +91,4 @@ contains
       error%of_balance = rotate_to_body(q, off)/square
    end subroutine tell
 
-end module nutate_momentum_account
+end module nutate_momentum_balance

@@ -1,0 +1,71 @@
+!> The energy balance of a motion, which travels with its state: what the invariants are to be, and the attitude and
+!> momentum to which that applies. Only the projection onto the invariants reads and writes it.
+module nutate_energy_balance
+   use nutate_archive, only: archive_t
+   use nutate_kinds, only: wp
+   use nutate_limits, only: most_wheels
+   implicit none
+   private
+
+   public :: energy_balance_t, energy_scale_t, energy_sum_t
+
+   !> An energy as a compensated sum, J.
+   type :: energy_sum_t
+      real(wp) :: energy = 0.0_wp, compensation = 0.0_wp
+   end type energy_sum_t
+
+   !> Largest T + Σ|U| so far, J; the largest of it and |L̇|, and the power of two that brings that to order one.
+   type :: energy_scale_t
+      real(wp) :: size = 0.0_wp, largest = 0.0_wp, to_order_one = 1.0_wp
+   end type energy_scale_t
+
+   !> The balance of one motion of one system. A state with a closed balance starts a new one in its next step.
+   type :: energy_balance_t
+      logical :: open = .false.
+      !> The state is a projected copy of the one that the last step left, which is `left_q`, ...
+      logical :: shown = .false.
+      !> Steps since the last projection, and from there to the next one.
+      integer :: count = 0, interval = 1
+      !> H₀ + work.
+      type(energy_sum_t) :: energy
+      type(energy_scale_t) :: scale
+      !> Conserved l, space axes, N m s, shape (3), at a time, s; of it l·n, or else |l|, N m s.
+      real(wp) :: momentum(3) = 0.0_wp, momentum_time = 0.0_wp, component = 0.0_wp
+      !> Attitude and momentum of the state that the balance belongs to, shape (4), and momenta of its wheels.
+      real(wp) :: q(4) = 0.0_wp, p(4) = 0.0_wp, wheels(most_wheels) = 0.0_wp
+      !> Of the state that the last step left, if a copy is shown; shape (4).
+      real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp
+      real(wp), dimension(4) :: left_q_compensation = 0.0_wp, left_p_compensation = 0.0_wp
+   contains
+      !> Transfers all values to or from an archive.
+      procedure :: transfer
+   end type energy_balance_t
+
+contains
+
+   !> Transfers all values to or from an archive.
+   subroutine transfer(self, archive)
+      class(energy_balance_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      call archive%transfer(self%open)
+      call archive%transfer(self%shown)
+      call archive%transfer(self%count)
+      call archive%transfer(self%interval)
+      call archive%transfer(self%energy%energy)
+      call archive%transfer(self%energy%compensation)
+      call archive%transfer(self%scale%size)
+      call archive%transfer(self%scale%largest)
+      call archive%transfer(self%scale%to_order_one)
+      call archive%transfer(self%momentum)
+      call archive%transfer(self%momentum_time)
+      call archive%transfer(self%component)
+      call archive%transfer(self%q)
+      call archive%transfer(self%p)
+      call archive%transfer(self%wheels)
+      call archive%transfer(self%left_q)
+      call archive%transfer(self%left_p)
+      call archive%transfer(self%left_q_compensation)
+      call archive%transfer(self%left_p_compensation)
+   end subroutine transfer
+
+end module nutate_energy_balance
