@@ -464,7 +464,7 @@ contains
       end select
       if (event%action == SWITCH_ON) text = text//"; switches '"//trim(event%effect)//"' on"
       if (event%action == SWITCH_OFF) text = text//"; switches '"//trim(event%effect)//"' off"
-      if (event%action > max(SWITCH_ON, SWITCH_OFF)) text = text//"; switches '"//trim(event%effect)//"' over"
+      if (event%action > max(SWITCH_ON, SWITCH_OFF)) text = text//"; toggles '"//trim(event%effect)//"'"
       if (event%count > 0) then
          text = text//'; ends the run at number '//count_text(event%count)
       else if (event%stop) then

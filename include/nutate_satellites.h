@@ -32,7 +32,7 @@ int nutate_system_add_latitude(nutate_system *system, double latitude);
 
 /* The body goes round on an orbit: &orbit.
  *   ==>  semi_major_axis  m              ==>  eccentricity  >= 0 and < 1
- *   ==>  angles    [4], inclination, right ascension of the node, argument of perigee, mean anomaly at t = 0, rad; or NULL: 0
+ *   ==>  angles    [4], inclination, right ascension of the node, argument of periapsis, mean anomaly at t = 0, rad; or NULL: 0
  *   ==>  mu        of the centre of attraction, m3/s2; 0: the Earth
  *   ==>  inertial  true: the space axes are inertial, as those of an eccentric orbit always are; else those of the orbit */
 int nutate_system_add_orbit(nutate_system *system, double semi_major_axis, double eccentricity, const double *angles,

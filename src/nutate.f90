@@ -55,7 +55,7 @@
 !>
 !>     use nutate_carried_vector, only: carried_vector_t
 !>     use nutate_effect_list, only: effect_list_t
-!>     use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+!>     use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
 !>     use nutate_geomagnetic_field, only: geomagnetic_field_t
 !>     use nutate_controller, only: BY_MAGNETORQUERS, BY_TORQUE, BY_WHEELS, DETUMBLING, POINTING
 !>     use nutate_wheel_mounting, only: mount_wheels

@@ -152,8 +152,8 @@ int test_c_events_switch(void)
 int test_c_events_restart(void)
 {
     static const char groups[] = "&torque name = 'jet', body = 0, 0, 34 / &wheel axis = 0, 1, 0, inertia = 0.1, speed = 20, friction = 0.1 /",
-                      events[] = "&event name = 'fast', when = 'omega3', crosses = 1.1, switch = 'jet over' /"
-                                 "&event name = 'slow', when = 'omega3', crosses = 0.9, switch = 'jet over' /";
+                      events[] = "&event name = 'fast', when = 'omega3', crosses = 1.1, switch = 'jet toggle' /"
+                                 "&event name = 'slow', when = 'omega3', crosses = 0.9, switch = 'jet toggle' /";
     nutate_system *system = NULL;
     nutate_stepper *each[3] = {NULL, NULL, NULL};
     double omega[3][3], energy[3][5], t[2];

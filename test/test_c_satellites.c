@@ -177,12 +177,12 @@ int test_c_satellites_by_functions(void)
     static const char *const groups[] = {
         "&rotating_frame rate = 0.01, 0, 0.02 / &wheel axis = 1, 2, 2, inertia = 0.05, speed = 30, friction = 1e-3, "
         "torque_limit = 0.5, torque = 0.2, frequency = 0.3, phase = 0.1, start = 0.55, stop = 3 /",
-        NULL, "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_perigee = 0.3, "
+        NULL, "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_periapsis = 0.3, "
         "mean_anomaly = 0.7 / &gravity_gradient / &controller law = 'quaternion', by = 'torque', gains = 'scalar', "
         "target = 0.6, 0, 0, 0.8, attitude_gain = 0.5, rate_gain = 2, sample = 0.25, limit = 1 /",
         "&orbit semi_major_axis = 7e6, mu = 4e14 / &gravity_gradient / &controller law = 'quaternion', by = 'magnetorquers', "
         "attitude_gain = 0.01, rate_gain = 0.1, field = 2e-5, 1e-5, -3e-5 /",
-        "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_perigee = 0.3, "
+        "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_periapsis = 0.3, "
         "mean_anomaly = 0.7 / &earth_field moment = 1, 2, 2, epoch_angle = 0.4, coefficients = 2e-5, 1e-5, -3e-5 / "
         "&force body_point = 0, 0, 1, force = 2e-5, 1e-5, -3e-5, axes = 'orbit' / "
         "&force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'body', start = 0.35, stop = 3 /",

@@ -290,7 +290,7 @@ contains
       integer(long), allocatable :: fields(:, :), alone(:, :)
       integer(long) :: k
       call make("&ensemble members = 12, seed = 2 /"// &
-                "&event when = 'omega3', crosses = 9.0, switch = 'push over' /"// &
+                "&event when = 'omega3', crosses = 9.0, switch = 'push toggle' /"// &
                 "&torque name = 'push', body = 1, 2, 3 /"// &
                 "&vary key = 'body.inertia.1', distribution = 'uniform', low = 1.0, high = 9.0 /"// &
                 "&vary key = 'initial.angular_velocity', distribution = 'normal', sigma = 1.0, 1.0, 1.0 /", &

@@ -3,7 +3,7 @@ module test_event_switches
    use nutate_applied_torque, only: applied_torque_t
    use nutate_body, only: diagonal, make_body
    use nutate_dipole, only: dipole_t
-   use nutate_event, only: SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+   use nutate_event, only: SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
    use nutate_event_tracker, only: event_list_t
    use nutate_hamiltonian, only: make_state, total_energy
    use nutate_kinds, only: wp, eps, pi
@@ -142,7 +142,7 @@ contains
       call problem%system%effects%add(applied_torque_t(name='torque', label='jet', amplitude=[0.3_wp, 0.1_wp, 0.6_wp]))
       state = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.7_wp, 0.4_wp, 0.9_wp])
       energy = total_energy(problem%system, state)
-      call events%add(rate_event_t(name='over', axis=1, level=0.2_wp, effect='jet', action=SWITCH_OVER))
+      call events%add(rate_event_t(name='over', axis=1, level=0.2_wp, effect='jet', action=SWITCH_TOGGLE))
       allocate (keeper)
       call integrate(problem%system, settings, state, run_plan_t(time_step=dt, end_time=10.0_wp), status, keeper, &
                      summary, events)
@@ -165,7 +165,7 @@ contains
       type(run_summary_t) :: summary
       real(wp) :: energy, scale
       integer :: row
-      call events%add(angle_event_t(name='switch', level=1.0_wp, period=2*pi, effect='field', action=SWITCH_OVER))
+      call events%add(angle_event_t(name='switch', level=1.0_wp, period=2*pi, effect='field', action=SWITCH_TOGGLE))
       do row = 1, size(methods)
          if (methods(row)%order == 0 .or. .not. methods(row)%conserving) cycle
          problem = compass()
@@ -211,7 +211,7 @@ contains
       call problem%system%effects%add(applied_torque_t(name='torque', label='drag', amplitude=[0.0_wp, 0.0_wp, &
          -1.0_wp]))
       state = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.0_wp])
-      call events%add(rate_event_t(name='chatter', level=0.5_wp, effect='push', action=SWITCH_OVER))
+      call events%add(rate_event_t(name='chatter', level=0.5_wp, effect='push', action=SWITCH_TOGGLE))
       call integrate(problem%system, integrator_settings_t(), state, run_plan_t(time_step=0.1_wp, end_time=2.0_wp), &
          status, &
                      events=events)

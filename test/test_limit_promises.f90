@@ -137,7 +137,7 @@ contains
       promises(3)%greatest = 1 - epsilon(1.0_wp)/2
       promises(4) = any_number('orbit', 'inclination', zero(1:1))
       promises(5) = any_number('orbit', 'raan', zero(1:1))
-      promises(6) = any_number('orbit', 'argument_of_perigee', zero(1:1))
+      promises(6) = any_number('orbit', 'argument_of_periapsis', zero(1:1))
       promises(7) = any_number('orbit', 'mean_anomaly', zero(1:1))
       promises(8) = positive('orbit', 'mu', [1.0_wp])
       promises(9) = any_number('initial', 'roll_pitch_yaw', zero, 2)

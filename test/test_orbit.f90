@@ -63,7 +63,7 @@ contains
 
    type(kepler_orbit_t) function inclined_ellipse() result(path)
       path = kepler_orbit_t(semi_major_axis=1e7_wp, eccentricity=0.3_wp, mu=earth_mu, inclination=60*degree, &
-                            raan=30*degree, argument_of_perigee=45*degree)
+                            raan=30*degree, argument_of_periapsis=45*degree)
    end function inclined_ellipse
 
    subroutine places(error)
@@ -79,7 +79,8 @@ contains
       integer :: i
       path = inclined_ellipse()
       do i = 1, size(times)
-         ! The mean anomaly is known to a rounding of itself; next to the perigee the place is half again as sensitive.
+         ! The mean anomaly is known to a rounding of itself; next to the periapsis the place is half again as
+         ! sensitive.
          call check_close(error, path%position(times(i))/1e7_wp, expected(:, i)/1e7_wp, &
                           eps*(8 + 4*path%mean_motion()*times(i)), "place")
          call check_close(error, path%radius(times(i)), norm2(path%position(times(i))), 1e7_wp*8*eps, "radius")
@@ -269,7 +270,7 @@ contains
       type(status_t) :: status
       character(len=:), allocatable :: message
       call parse_scene("&body inertia = 90, 100, 40 / &orbit semi_major_axis = 7e6, inclination = 50, raan = 200, "// &
-                       "argument_of_perigee = 20, mean_anomaly = 70, degrees = .true., frame = '"//frame//"' / "// &
+                       "argument_of_periapsis = 20, mean_anomaly = 70, degrees = .true., frame = '"//frame//"' / "// &
                        "&initial roll_pitch_yaw = 5, -8, 10, degrees = .true., attitude_from = 'orbit', "// &
                        "angular_velocity = 0.1, -0.2, 0.05, rate_from = 'orbit' / "//rest, 'a.nml', scene, status, &
                        message)

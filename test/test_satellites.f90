@@ -34,7 +34,7 @@ contains
    type(kepler_orbit_t) function path_of(eccentricity) result(path)
       real(wp), intent(in) :: eccentricity
       path = kepler_orbit_t(semi_major_axis=1e7_wp, eccentricity=eccentricity, mu=earth_mu, inclination=60*degree, &
-                            raan=30*degree, argument_of_perigee=45*degree, mean_anomaly=1.0_wp)
+                            raan=30*degree, argument_of_periapsis=45*degree, mean_anomaly=1.0_wp)
    end function path_of
 
    !> The field of the Earth as the axes of an orbit see it.

@@ -122,7 +122,7 @@ contains
 
    type(kepler_orbit_t) function ellipse() result(path)
       path = kepler_orbit_t(semi_major_axis=1e7_wp, eccentricity=0.3_wp, mu=earth_mu, inclination=60*degree, &
-                            raan=30*degree, argument_of_perigee=45*degree)
+                            raan=30*degree, argument_of_periapsis=45*degree)
    end function ellipse
 
    !> The satellite on the ellipse.
@@ -226,7 +226,7 @@ contains
       call check_ellipse(error, integrator_settings_t(method='dop853', conserve=.true.), plan, last=128*eps*1.9e3_wp)
    end subroutine ellipse_by_dop853
 
-   !> Moons on ellipses in the plane, semi-major axis and mean motion 1, axis 1 at θ from the perigee's.
+   !> Moons on ellipses in the plane, semi-major axis and mean motion 1, axis 1 at θ from the periapsis's.
    subroutine moons(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: moments(3, 3) = reshape([ &

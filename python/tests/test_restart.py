@@ -21,8 +21,8 @@ SCENE = """&body inertia = 1, 2, 2.5 /
 &torque space = 0.1, 0, 0.2, frequency = 0.7 /
 &wheel axis = 0, 1, 0, inertia = 0.1, speed = 20, torque = 0.05, friction = 0.01 /
 &damping coefficient = 0.01, 0.02, 0.01 /
-&event name = 'fast', when = 'omega3', crosses = 2, switch = 'jets over' /
-&event name = 'slow', when = 'omega3', crosses = -2, switch = 'jets over' /
+&event name = 'fast', when = 'omega3', crosses = 2, switch = 'jets toggle' /
+&event name = 'slow', when = 'omega3', crosses = -2, switch = 'jets toggle' /
 &event name = 'most', when = 'omega1', extremum = 'both' /
 &integrator method = '{method}', time_step = 0.013, end_time = 10 /
 """

@@ -66,7 +66,7 @@ class SatellitesTest(unittest.TestCase):
             &wheel axis = 1, 2, 2, inertia = 0.05, speed = 3, torque = 0.2, friction = 0.01 /
             &initial angular_velocity = 0.7, -1.1, 0.9 / &integrator method = '{}', time_step = 0.02, end_time = 2, {} /
             &output columns = 'energy', 'time_dependent_work', 'energies', 'works' /"""
-        event = "&event when = 'omega1', crosses = 1, switch = 'band over' /"
+        event = "&event when = 'omega1', crosses = 1, switch = 'band toggle' /"
         switched = 0
         for method, conserve in (("nielsen_krenk", ""), ("rk8", "conserve = .true."), ("taylor", "")):
             for events in ("", event):

@@ -21,14 +21,14 @@ module nutate_kepler_orbit
    type :: kepler_orbit_t
       !> a, m; e, 0 <= e < 1; μ, m³/s².
       real(wp) :: semi_major_axis = 1.0_wp, eccentricity = 0.0_wp, mu = 1.0_wp
-      !> Inclination, right ascension of the ascending node, argument of the perigee, mean anomaly at t = 0, rad.
-      real(wp) :: inclination = 0.0_wp, raan = 0.0_wp, argument_of_perigee = 0.0_wp, mean_anomaly = 0.0_wp
+      !> Inclination, right ascension of the ascending node, argument of the periapsis, mean anomaly at t = 0, rad.
+      real(wp) :: inclination = 0.0_wp, raan = 0.0_wp, argument_of_periapsis = 0.0_wp, mean_anomaly = 0.0_wp
    contains
       !> n = √(μ/a³), rad/s.
       procedure :: mean_motion
       !> ν at a time, rad, without jumps: it grows by 2π with each revolution.
       procedure :: true_anomaly
-      !> ν̇ at a time, and its largest value, in the perigee, rad/s.
+      !> ν̇ at a time, and its largest value, in the periapsis, rad/s.
       procedure :: turn_rate
       procedure :: fastest_turn
       !> Distance from the centre of attraction at a time, m.
@@ -175,14 +175,14 @@ contains
       end do
    end subroutine position_series
 
-   !> Unit quaternion to inertial axes from those with x at an angle from the perigee in the plane, z along its normal;
-   !> shape (4).
+   !> Unit quaternion to inertial axes from those with x at an angle from the periapsis in the plane, z along its
+   !> normal; shape (4).
    pure function plane(self, angle) result(q)
       class(kepler_orbit_t), intent(in) :: self
       !> rad.
       real(wp), intent(in) :: angle
       real(wp) :: q(4), half(3)
-      half = 0.5_wp*[self%raan, self%inclination, self%argument_of_perigee + angle]
+      half = 0.5_wp*[self%raan, self%inclination, self%argument_of_periapsis + angle]
       q = quat_product(quat_product([cos(half(1)), 0.0_wp, 0.0_wp, sin(half(1))], &
                                     [cos(half(2)), sin(half(2)), 0.0_wp, 0.0_wp]), &
                        [cos(half(3)), 0.0_wp, 0.0_wp, sin(half(3))])

@@ -92,7 +92,7 @@ contains
       end do
    end subroutine series
 
-   !> And its rate, in the perigee too.
+   !> And its rate, in the periapsis too.
    pure logical function vector_is_moderate(self) result(moderate)
       class(carried_vector_t), intent(in) :: self
       moderate = all(is_moderate(self%vector)) .and. is_moderate(self%path%fastest_turn())

@@ -201,13 +201,13 @@ contains
       greatest = 2*norm2(self%coefficients)*(reference_radius/nearest(self))**3
    end function greatest
 
-   !> Distance of the perigee, m.
+   !> Distance of the periapsis, m.
    pure real(wp) function nearest(self)
       class(geomagnetic_field_t), intent(in) :: self
       nearest = self%path%semi_major_axis*(1 - self%path%eccentricity)
    end function nearest
 
-   !> The field, and its rate, in the perigee too.
+   !> The field, and its rate, in the periapsis too.
    pure logical function field_is_moderate(self) result(moderate)
       class(geomagnetic_field_t), intent(in) :: self
       moderate = all(is_moderate(self%coefficients)) .and. is_moderate(self%epoch_angle) .and. &

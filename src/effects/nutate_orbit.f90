@@ -28,7 +28,7 @@ module nutate_orbit
                              key_t(name='eccentricity', range=NON_NEGATIVE, default='0'), &
                              key_t(name='inclination'), &
                              key_t(name='raan'), &
-                             key_t(name='argument_of_perigee'), &
+                             key_t(name='argument_of_periapsis'), &
                              key_t(name='mean_anomaly'), &
                              key_t(name='mu', range=POSITIVE, default='3.986004418e14'), &
                              key_t(name='sun', least=3, most=3, range=ANY_DIRECTION), &
@@ -97,7 +97,7 @@ contains
       path%mu = group%number('mu', earth_mu)
       path%inclination = unit*group%number('inclination', 0.0_wp)
       path%raan = unit*group%number('raan', 0.0_wp)
-      path%argument_of_perigee = unit*group%number('argument_of_perigee', 0.0_wp)
+      path%argument_of_periapsis = unit*group%number('argument_of_periapsis', 0.0_wp)
       path%mean_anomaly = unit*group%number('mean_anomaly', 0.0_wp)
       orbit = orbit_t(path, group%text('frame', 'orbit') == 'inertial')
       if (group%has('sun')) then

@@ -2,7 +2,7 @@
 !> roots between. A function with a period has a level at each multiple of it; between two of them it lies in a cell,
 !> which it leaves by the one above or the one below.
 module nutate_event_hunt
-   use nutate_event, only: CROSSING, most_parts, part_t, SWITCH_OVER
+   use nutate_event, only: CROSSING, most_parts, part_t, SWITCH_TOGGLE
    use nutate_event_roots, only: find_first_root, node_t
    use nutate_event_tracker, only: watched_t
    use nutate_kinds, only: wp, eps
@@ -127,14 +127,14 @@ contains
    end subroutine take_jump
 
    !> Where a step ended on an event, a switch may have turned its function back, or moved it: its side is then that
-   !> to which it goes now, so that what only touches its level does not happen twice. But where the event switches
-   !> over, to turn back is to switch again: without a dead band that has no end.
+   !> to which it goes now, so that what only touches its level does not happen twice. But where the event
+   !> toggles, to turn back is to switch again: without a dead band that has no end.
    pure subroutine leave_level(watched, f, slope)
       type(watched_t), intent(inout) :: watched
       !> From the level of the last event, at the start of the next step.
       real(wp), intent(in) :: f, slope
       if (.not. watched%near > 0.0_wp) return
-      if (watched%event%action == SWITCH_OVER) then
+      if (watched%event%action == SWITCH_TOGGLE) then
          continue
       else if (abs(f) > watched%near) then
          watched%side = 0

@@ -12,12 +12,12 @@ module nutate_event
    private
 
    public :: event_t, part_t, time_scale, second_rate
-   public :: CROSSING, MAXIMUM, MINIMUM, EXTREMUM, SWITCH_ON, SWITCH_OFF, SWITCH_OVER
+   public :: CROSSING, MAXIMUM, MINIMUM, EXTREMUM, SWITCH_ON, SWITCH_OFF, SWITCH_TOGGLE
 
    !> What is looked for.
    integer, parameter :: CROSSING = 0, MAXIMUM = 1, MINIMUM = 2, EXTREMUM = 3
    !> What happens to an effect.
-   integer, parameter :: SWITCH_ON = 1, SWITCH_OFF = 2, SWITCH_OVER = 3
+   integer, parameter :: SWITCH_ON = 1, SWITCH_OFF = 2, SWITCH_TOGGLE = 3
 
    !> Part of the time of a radian over which differences of sixth order are taken: ε^(1/7), where their error and
    !> round-off are alike, 1e-13; and of central differences, ε^(1/3), 1e-10.
@@ -49,7 +49,7 @@ module nutate_event
       !> The run ends at the event: at the first, or at the `count`-th where that is positive.
       logical :: stop = .false.
       integer(long) :: count = 0
-      !> Name of an effect, and what becomes of it: `SWITCH_ON`, `SWITCH_OFF` or `SWITCH_OVER`; 0: nothing.
+      !> Name of an effect, and what becomes of it: `SWITCH_ON`, `SWITCH_OFF` or `SWITCH_TOGGLE`; 0: nothing.
       character(len=24) :: effect = ''
       integer :: action = 0
    contains

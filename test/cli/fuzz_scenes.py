@@ -303,7 +303,7 @@ def orbit(dice, scales):
         lines = [f"altitude = {10.0 ** dice.uniform(0, 8)}"]
     elif dice.random() < 0.3:
         lines.append(f"eccentricity = {dice.choice((0.0, 1e-17, 0.3, 0.999, 0.9999999999999999))}")
-    lines += [f"{key} = {dice.uniform(-400, 400)}" for key in ("inclination", "raan", "argument_of_perigee", "mean_anomaly")
+    lines += [f"{key} = {dice.uniform(-400, 400)}" for key in ("inclination", "raan", "argument_of_periapsis", "mean_anomaly")
               if dice.random() < 0.3]
     lines += dice.choice(([], ["degrees = .true."], ["frame = 'inertial'"], ["frame = 'orbit'"]))
     if dice.random() < 0.4:

@@ -20,9 +20,9 @@ FORCED = """&body inertia = 2.0, 3.0, 4.0, mass = 1.0, center_of_mass = 0.1, 0.0
 """
 
 # What happens in it: crossings, an extremum, a potential and a torque that are switched.
-EVENTS = """&event when = 'omega1', crosses = 2.0, switch = 'weight over' /
+EVENTS = """&event when = 'omega1', crosses = 2.0, switch = 'weight toggle' /
 &event when = 'omega3', crosses = 5.0, switch = 'drag on' /
-&event name = 'over', when = 'q0', crosses = 0.2, switch = 'weight over' /
+&event name = 'over', when = 'q0', crosses = 0.2, switch = 'weight toggle' /
 &event name = 'turn', when = 'psi', extremum = 'both' /
 &event when = 'omega2', crosses = 0.0 /
 &event when = 'q0', crosses = 0.0 /

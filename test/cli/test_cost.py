@@ -16,7 +16,7 @@ SHORT = ("--seconds", "1.5")
 # Each step of higher order is cut into a thousand parts.
 CUT_UP = """
 &body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /
-&orbit altitude = 184324, argument_of_perigee = 56.8, frame = 'inertial' /
+&orbit altitude = 184324, argument_of_periapsis = 56.8, frame = 'inertial' /
 &earth_field moment = 4354.5, 0.016, 1.058, epoch_angle = -30.9, coefficients = 0.5256, 4.7e-52, 1702.37, degrees = .true. /
 &initial rate_from = 'inertial', attitude_from = 'orbit', roll_pitch_yaw = -2.56, 1.0, 0.0055
    angular_velocity = 2.82, 0.079, 0.0207 /

@@ -108,7 +108,7 @@ class Events(CommandLineTest):
 &initial angular_velocity = 0.0, 0.0, 3.5 /
 &integrator time_step = 0.02, end_time = 10.0 /
 &dipole name = 'field', moment = 5.0, 0.0, 0.0, field = 1.0, 0.0, 0.0 /
-&event when = 'q3', crosses = 0.4, switch = 'field over' /
+&event when = 'q3', crosses = 0.4, switch = 'field toggle' /
 """)
         done = self.succeed("run", "swing.nml")
         self.assertIn("work of switches", done.stderr)
@@ -185,7 +185,7 @@ class Events(CommandLineTest):
 &integrator time_step = 0.1, end_time = 2.0 /
 &torque name = 'push', on = .false., body = 0.0, 0.0, 2.0 /
 &torque body = 0.0, 0.0, -1.0 /
-&event name = 'chatter', when = 'omega3', crosses = 0.5, switch = 'push over' /
+&event name = 'chatter', when = 'omega3', crosses = 0.5, switch = 'push toggle' /
 """)
         self.fail_with(3, "run", "chatter.nml", says=["more than 1000 switches in one step", "chatter"])
 

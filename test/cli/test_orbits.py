@@ -11,9 +11,9 @@ SCENE = BODY + """&orbit altitude = 500e3, inclination = 97.4, raan = 40, mean_a
 &integrator order = 6, time_step = 20.0, end_time = 6500.0 /
 &output columns = 'quaternion', 'orbit_attitude', 'orbit', 'energy', 'jacobi' /
 &event when = 'pitch', crosses = 0.0 /
-&event name = 'perigee', when = 'true_anomaly', crosses = 0.0 /
+&event name = 'periapsis', when = 'true_anomaly', crosses = 0.0 /
 """
-MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 60, raan = 30, argument_of_perigee = 45,
+MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 60, raan = 30, argument_of_periapsis = 45,
    degrees = .true. /
 &gravity_gradient /
 &damping coefficient = 1e-5, 2e-5, 1e-5 /
@@ -59,7 +59,7 @@ class Orbits(CommandLineTest):
         self.assertAlmostEqual(degrees[5][22], math.degrees(radians[5][22]), delta=1e-12)
         self.assertEqual(degrees[5][14:22], radians[5][14:22])
 
-    def test_events_find_pitch_and_perigee(self):
+    def test_events_find_pitch_and_periapsis(self):
         self.succeed("run", "orbit.nml", "--quiet", "--set", "integrator.order=8")
         with open(self.path("orbit.events.csv"), encoding="utf-8") as file:
             events = [line.split(",") for line in file.read().splitlines()[1:]]
@@ -67,9 +67,9 @@ class Orbits(CommandLineTest):
         self.assertEqual(len(found), len(ZEROS))
         for time, expected in zip(found, ZEROS):
             self.assertAlmostEqual(time, expected, delta=1e-8)
-        perigees = [float(event[0]) for event in events if event[1] == "perigee"]
-        self.assertEqual(len(perigees), 1)
-        self.assertAlmostEqual(perigees[0], PERIOD * 350 / 360, delta=1e-9)
+        periapses = [float(event[0]) for event in events if event[1] == "periapsis"]
+        self.assertEqual(len(periapses), 1)
+        self.assertAlmostEqual(periapses[0], PERIOD * 350 / 360, delta=1e-9)
 
     def test_check_says_where_it_comes_from(self):
         text = self.succeed("check", "orbit.nml").stdout
@@ -96,7 +96,7 @@ class Orbits(CommandLineTest):
                    "&output columns = 'angular_velocity', 'orbit' /\n&event when = 'orbit_radius', extremum = 'maximum' /\n")
         self.succeed("run", "ellipse.nml", "--quiet")
         rows = self.history("ellipse.csv")[1]
-        # At the perigee: r = a (1 - e), v / r of the rate.
+        # At the periapsis: r = a (1 - e), v / r of the rate.
         self.assertAlmostEqual(rows[0][7], 7e6, delta=1e-8)
         self.assertAlmostEqual(rows[0][2], -math.sqrt(3.986004418e14 * 1e7 * 0.91) / 49e12, delta=1e-17)
         with open(self.path("ellipse.events.csv"), encoding="utf-8") as file:

@@ -43,7 +43,7 @@ contains
       real(c_double), intent(in), optional :: angles(4)
       integer(c_int), intent(in), value :: inertial
       character(len=19), parameter :: names(4) = [character(len=19) :: &
-                                                  'inclination', 'raan', 'argument_of_perigee', 'mean_anomaly']
+                                                  'inclination', 'raan', 'argument_of_periapsis', 'mean_anomaly']
       type(group_t) :: group
       integer :: i
       call put_numbers(group, 'semi_major_axis', [semi_major_axis])

@@ -5,7 +5,7 @@ module nutate_scene_events
       shows_orbit, shows_sun, wheel_of
    use nutate_control, only: beyond_accuracy
    use nutate_effect_list, only: effect_list_t
-   use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_OVER
+   use nutate_event, only: CROSSING, EXTREMUM, MAXIMUM, MINIMUM, SWITCH_OFF, SWITCH_ON, SWITCH_TOGGLE
    use nutate_event_tracker, only: event_list_t
    use nutate_keys, only: group_t, key_t, name_length, KEY_INTEGER, KEY_LOGICAL, KEY_TEXT
    use nutate_kinds, only: wp, long
@@ -207,7 +207,7 @@ contains
       event%name = name
    end subroutine take_name
 
-   !> What is switched: `NAME on`, `NAME off` or `NAME over`.
+   !> What is switched: `NAME on`, `NAME off` or `NAME toggle`.
    subroutine take_switch(group, effects, accuracy, event, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
@@ -223,15 +223,15 @@ contains
          event%action = SWITCH_ON
       case ('off')
          event%action = SWITCH_OFF
-      case ('over')
-         event%action = SWITCH_OVER
+      case ('toggle')
+         event%action = SWITCH_TOGGLE
       case default
          event%action = 0
       end select
       label = trim(adjustl(text(:max(at - 1, 0))))
       if (event%action == 0 .or. label == '') then
          call error%raise(group%line_of('switch'), 'switch is '//quoted(text), &
-            expected="'NAME on', 'NAME off' or 'NAME over'")
+            expected="'NAME on', 'NAME off' or 'NAME toggle'")
       else if (.not. effects%has(label)) then
          call error%raise(group%line_of('switch'), 'no effect that can be switched is called '//quoted(label), &
                           expected='the name of an effect; a rotor cannot be switched')

@@ -16,7 +16,7 @@ MU, EARTH_RATE, RADIUS = mpf("3.986004418e14"), mpf("7.292115e-5"), mpf("6371.2e
 COEFFICIENTS = [mpf(x) * mpf("1e-9") for x in ("-1410.3", "4545.5", "-29350.0")]
 EPOCH_ANGLE = mpf("0.7")
 AXIS, ECCENTRICITY, MEAN_ANOMALY = mpf("1e7"), mpf("0.3"), mpf(1)
-INCLINATION, NODE, PERIGEE = (mpf(x) * pi / 180 for x in (60, 30, 45))
+INCLINATION, NODE, PERIAPSIS = (mpf(x) * pi / 180 for x in (60, 30, 45))
 MOMENTS = [mpf(x) for x in ("0.09", "0.1", "0.04")]
 MAGNET = [mpf(x) for x in ("0.6", "-0.9", "1.2")]
 RATE = [mpf(x) for x in ("4e-3", "-3e-3", "5e-3")]
@@ -35,11 +35,11 @@ def cross(a, b):
 
 
 def plane():
-    """Directions of the perigee and, a right angle ahead in the plane, of the motion there; inertial axes."""
+    """Directions of the periapsis and, a right angle ahead in the plane, of the motion there; inertial axes."""
     c, s, ci, si = cos(NODE), sin(NODE), cos(INCLINATION), sin(INCLINATION)
     line, ahead = [c, s, mpf(0)], [-s * ci, c * ci, si]
-    return ([cos(PERIGEE) * x + sin(PERIGEE) * y for x, y in zip(line, ahead)],
-            [cos(PERIGEE) * y - sin(PERIGEE) * x for x, y in zip(line, ahead)])
+    return ([cos(PERIAPSIS) * x + sin(PERIAPSIS) * y for x, y in zip(line, ahead)],
+            [cos(PERIAPSIS) * y - sin(PERIAPSIS) * x for x, y in zip(line, ahead)])
 
 
 FORWARD, ACROSS = plane()
