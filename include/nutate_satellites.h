@@ -48,7 +48,7 @@ int nutate_system_add_orbital_gradient(nutate_system *system);
 int nutate_system_add_earth_field(nutate_system *system, const double *moment, double epoch_angle, const double *coefficients);
 /* A constant force at a point of the body: &force.
  *   ==>  body_point  [3], body axes, m         ==>  force  [3], N, in its axes
- *   ==>  axes        "space" or "body"; with an orbit "orbit" or "inertial"
+ *   ==>  axes        "space" or "body"; with an orbit "lvlh" or "inertial"
  *   ==>  start, stop s; -INFINITY and INFINITY: always */
 int nutate_system_add_force(nutate_system *system, const double body_point[3], const double force[3], const char *axes,
                             double start, double stop);
@@ -118,10 +118,10 @@ int nutate_stepper_time_dependent_work(const nutate_stepper *stepper, double *wo
  *   <==  true_anomaly  rad, which grows by 2 pi in each revolution; or NULL
  * Status: NUTATE_BAD_ARGUMENT without an orbit. */
 int nutate_stepper_orbit(const nutate_stepper *stepper, double position[3], double *true_anomaly);
-/* The attitude against the axes of the orbit.
+/* The attitude in the LVLH frame of the orbit.
  *   <==  q       [4], body to orbit; or NULL
  *   <==  angles  [3], roll, pitch, yaw, rad; or NULL */
-int nutate_stepper_orbit_attitude(const nutate_stepper *stepper, double q[4], double angles[3]);
+int nutate_stepper_lvlh_attitude(const nutate_stepper *stepper, double q[4], double angles[3]);
 
 #ifdef __cplusplus
 }

@@ -15,9 +15,9 @@ static const char *const methods[] = {"method = 'nielsen_krenk', order = 4", "fo
 /* Every new kind of effect and of state, each with an event but for the last. */
 static const char *const scenes[] = {
     "&body inertia = 90, 100, 40 / &orbit altitude = 500e3 / &gravity_gradient /\n"
-    "&initial roll_pitch_yaw = 5, -8, 10, angular_velocity = 3*0, attitude_from = 'orbit', rate_from = 'orbit',\n"
+    "&initial roll_pitch_yaw = 5, -8, 10, angular_velocity = 3*0, attitude_from = 'lvlh', rate_from = 'lvlh',\n"
     "degrees = .true. / &event when = 'roll', crosses = 0 / &event when = 'omega2', extremum = 'both' /\n"
-    "&output every = 7, columns = 'quaternion', 'orbit_attitude', 'orbit', 'angular_velocity', 'energy', 'jacobi' /\n"
+    "&output every = 7, columns = 'quaternion', 'lvlh_attitude', 'orbit', 'angular_velocity', 'energy', 'jacobi' /\n"
     "&integrator time_step = 40, end_time = 8400, ",
     "&body inertia = 90, 100, 40 / &orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 1, raan = 0.5 /\n"
     "&gravity_gradient / &initial angular_velocity = 1e-3, -5e-4, 8e-4 / &damping coefficient = 1e-3, 0, 2e-3 /\n"
@@ -156,7 +156,7 @@ static int add_by_functions(nutate_system *system, int which)
     case 4:
         EXPECT(NUTATE_OK, nutate_system_add_orbit(system, 7e6, 0.1, angles, 0.0, 0));
         EXPECT(NUTATE_OK, nutate_system_add_earth_field(system, skew, 0.4, field));
-        EXPECT(NUTATE_OK, nutate_system_add_force(system, third, field, "orbit", -INFINITY, INFINITY));
+        EXPECT(NUTATE_OK, nutate_system_add_force(system, third, field, "lvlh", -INFINITY, INFINITY));
         EXPECT(NUTATE_OK, nutate_system_add_force(system, skew, third, "body", 0.35, 3.0));
         break;
     case 5:
@@ -184,7 +184,7 @@ int test_c_satellites_by_functions(void)
         "attitude_gain = 0.01, rate_gain = 0.1, field = 2e-5, 1e-5, -3e-5 /",
         "&orbit semi_major_axis = 7e6, eccentricity = 0.1, inclination = 0.5, raan = 1, argument_of_periapsis = 0.3, "
         "mean_anomaly = 0.7 / &earth_field moment = 1, 2, 2, epoch_angle = 0.4, coefficients = 2e-5, 1e-5, -3e-5 / "
-        "&force body_point = 0, 0, 1, force = 2e-5, 1e-5, -3e-5, axes = 'orbit' / "
+        "&force body_point = 0, 0, 1, force = 2e-5, 1e-5, -3e-5, axes = 'lvlh' / "
         "&force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'body', start = 0.35, stop = 3 /",
         "&orbit semi_major_axis = 7e6 / &earth_field / &force body_point = 1, 2, 2, force = 0, 0, 1, axes = 'space' / "
         "&controller law = 'bdot', gain = 1e6, sample = 0.5, limit = 10 /",
@@ -303,7 +303,7 @@ int test_c_satellites_reading(void)
         line = start_stepper(system, &stepper);
         CHECK(line == 0);
         EXPECT(NUTATE_OK, nutate_stepper_set_columns(stepper, k == 0 ? "jacobi,wheel1,time_dependent_work,energy"
-                                                                     : "jacobi,wheel1,time_dependent_work,energy,orbit,orbit_attitude"));
+                                                                     : "jacobi,wheel1,time_dependent_work,energy,orbit,lvlh_attitude"));
         EXPECT(NUTATE_OK, nutate_stepper_set(stepper, "time_step", "10"));
         EXPECT(NUTATE_OK, nutate_stepper_run(stepper, 20, 1, NULL, 0, NULL));
         EXPECT(NUTATE_OK, nutate_stepper_row(stepper, row, 24));
@@ -314,8 +314,8 @@ int test_c_satellites_reading(void)
         EXPECT(NUTATE_OK, nutate_stepper_time_dependent_work(stepper, &moving));
         EXPECT(NUTATE_OK, nutate_stepper_energy(stepper, energy));
         EXPECT(k == 0 ? NUTATE_BAD_ARGUMENT : NUTATE_OK, nutate_stepper_orbit(stepper, position, &anomaly));
-        EXPECT(k == 0 ? NUTATE_BAD_ARGUMENT : NUTATE_OK, nutate_stepper_orbit_attitude(stepper, q, angles));
-        /* t, energy, jacobi, orbit_attitude, orbit, time_dependent_work, wheel1 */
+        EXPECT(k == 0 ? NUTATE_BAD_ARGUMENT : NUTATE_OK, nutate_stepper_lvlh_attitude(stepper, q, angles));
+        /* t, energy, jacobi, lvlh_attitude, orbit, time_dependent_work, wheel1 */
         for (i = 0; i < 5; ++i) CHECK(row[1 + i] == energy[i]);
         CHECK(fabs(energy[4]) < 1e-10 && row[6] == jacobi);
         if (k > 0) {
@@ -351,7 +351,7 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, NULL, third, "space", 0.0, 1.0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, NULL, "space", 0.0, 1.0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, NULL, 0.0, 1.0));
-    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, "orbit", 0.0, 1.0));
+    EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, "lvlh", 0.0, 1.0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, "space", 1.0, 1.0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_force(system, third, third, "space", NAN, 1.0));
     EXPECT(NUTATE_BAD_HANDLE, nutate_system_add_orbit(none, 7e6, 0.0, NULL, 0.0, 0));
@@ -368,7 +368,7 @@ int test_c_satellites_refused(void)
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_jacobi(stepper, &number));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_time_dependent_work(stepper, &number));
     EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_orbit(stepper, three, &number));
-    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_orbit_attitude(stepper, q, three));
+    EXPECT(NUTATE_BAD_HANDLE, nutate_stepper_lvlh_attitude(stepper, q, three));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_rotating_frame(system, NULL));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_latitude(system, 2.0));
     EXPECT(NUTATE_BAD_ARGUMENT, nutate_system_add_orbital_gradient(system));

@@ -271,8 +271,8 @@ contains
       character(len=:), allocatable :: message
       call parse_scene("&body inertia = 90, 100, 40 / &orbit semi_major_axis = 7e6, inclination = 50, raan = 200, "// &
                        "argument_of_periapsis = 20, mean_anomaly = 70, degrees = .true., frame = '"//frame//"' / "// &
-                       "&initial roll_pitch_yaw = 5, -8, 10, degrees = .true., attitude_from = 'orbit', "// &
-                       "angular_velocity = 0.1, -0.2, 0.05, rate_from = 'orbit' / "//rest, 'a.nml', scene, status, &
+                       "&initial roll_pitch_yaw = 5, -8, 10, degrees = .true., attitude_from = 'lvlh', "// &
+                       "angular_velocity = 0.1, -0.2, 0.05, rate_from = 'lvlh' / "//rest, 'a.nml', scene, status, &
                        message)
       call check(error, status%ok(), message)
    end subroutine read_on_orbit
@@ -285,7 +285,7 @@ contains
       type(state_t) :: states(2)
       type(status_t) :: status
       integer :: i
-      call read_on_orbit(error, 'orbit', rest, scenes(1))
+      call read_on_orbit(error, 'lvlh', rest, scenes(1))
       if (.not. allocated(error)) call read_on_orbit(error, 'inertial', rest, scenes(2))
       if (allocated(error)) return
       do i = 1, 2
@@ -308,7 +308,7 @@ contains
       type(scene_t) :: scene
       real(wp), parameter :: gamma(3) = [0.36_wp, 0.48_wp, 0.8_wp]
       real(wp) :: expected
-      call read_on_orbit(error, 'orbit', "&gravity_gradient / &integrator time_step = 60, end_time = 600 /", scene)
+      call read_on_orbit(error, 'lvlh', "&gravity_gradient / &integrator time_step = 60, end_time = 600 /", scene)
       if (allocated(error)) return
       call check(error, scene%system%effects%n_potentials, 1)
       associate (potential => scene%system%effects%potentials(1)%item)

@@ -46,7 +46,7 @@ class WheelMounting(Recipe):
     def add_force(self, body_point: npt.ArrayLike, force: npt.ArrayLike, axes: str = "space", *, start: float = -np.inf,
                   stop: float = np.inf) -> None:
         """Adds a constant force, N, at a point of the body, body axes, m, from start to stop, s. Its axes are "space", "body" or, with
-        an orbit, "orbit" or "inertial"."""
+        an orbit, "lvlh" or "inertial"."""
         self._add_force(vector(body_point, 3, "body_point").copy(), vector(force, 3, "force").copy(), axes, float(start), float(stop))
 
     def _add_force(self, body_point: Array, force: Array, axes: str, start: float, stop: float) -> None:
@@ -134,8 +134,8 @@ class SatelliteState(Owner):
         return position, float(anomaly[0])
 
     @property
-    def orbit_attitude(self) -> tuple[Array, Array]:
-        """Attitude against the axes of the orbit: quaternion, shape (4,), and roll, pitch, yaw, rad, shape (3,)."""
+    def lvlh_attitude(self) -> tuple[Array, Array]:
+        """Attitude in the LVLH frame: quaternion, shape (4,), and roll, pitch, yaw, rad, shape (3,)."""
         q, angles = np.empty(4), np.empty(3)
-        self._call("nutate_stepper_orbit_attitude", pointer(q), pointer(angles))
+        self._call("nutate_stepper_lvlh_attitude", pointer(q), pointer(angles))
         return q, angles

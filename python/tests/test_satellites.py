@@ -12,8 +12,8 @@ from test_nutate import make_box
 # One of each new kind, with all that a run remembers: samples, limits, events.
 SCENES = [
     """&body inertia = 90, 100, 40 / &orbit altitude = 500e3 / &gravity_gradient /
-    &initial roll_pitch_yaw = 0.1, -0.1, 0.2, angular_velocity = 3*0, attitude_from = 'orbit', rate_from = 'orbit' /
-    &event when = 'roll', crosses = 0 / &output columns = 'quaternion', 'orbit_attitude', 'energy', 'jacobi', 'energies' /
+    &initial roll_pitch_yaw = 0.1, -0.1, 0.2, angular_velocity = 3*0, attitude_from = 'lvlh', rate_from = 'lvlh' /
+    &event when = 'roll', crosses = 0 / &output columns = 'quaternion', 'lvlh_attitude', 'energy', 'jacobi', 'energies' /
     &integrator time_step = 33.3, end_time = 3330, method = '{}' /""",
     """&body inertia = 90, 100, 40 / &orbit semi_major_axis = 1e7, eccentricity = 0.3 / &gravity_gradient /
     &initial angular_velocity = 1e-3, -5e-4, 8e-4 / &event when = 'true_anomaly', crosses = 1 /
@@ -154,7 +154,7 @@ class SatellitesTest(unittest.TestCase):
             system.add_wheel((0, 1, 0), 0.05, torque=1.0, table=([0, 1], [0, 1]))
         stepper = nutate.Stepper(pickle.loads(pickle.dumps(system)), time_step=0.5)
         stepper.set_state(q=(1, 0, 0, 0), omega=(0, 0, 0))
-        stepper.set_columns("wheel1", "wheel2", "jacobi", "orbit", "orbit_attitude", "time_dependent_work")
+        stepper.set_columns("wheel1", "wheel2", "jacobi", "orbit", "lvlh_attitude", "time_dependent_work")
         last = {name: column[-1] for name, column in stepper.run(20).items()}
         for i, wheel in enumerate(stepper.wheels, 1):
             self.assertEqual(tuple(wheel), tuple(last[f"wheel{i}_{name}"] for name in ("speed", "momentum", "motor_work", "friction_work")))
@@ -163,8 +163,8 @@ class SatellitesTest(unittest.TestCase):
         self.assertEqual(stepper.time_dependent_work, 0.0)
         position, anomaly = stepper.orbit
         self.assertEqual([*position, anomaly], [last[name] for name in ("orbit_x", "orbit_y", "orbit_z", "true_anomaly")])
-        q, angles = stepper.orbit_attitude
-        self.assertEqual([*angles, *q], [last[name] for name in ("roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3")])
+        q, angles = stepper.lvlh_attitude
+        self.assertEqual([*angles, *q], [last[name] for name in ("roll", "pitch", "yaw", "lvlh_q0", "lvlh_q1", "lvlh_q2", "lvlh_q3")])
 
     def test_the_field_of_the_earth_and_forces_are_those_of_scenes(self):
         def orbiting():
@@ -194,7 +194,7 @@ class SatellitesTest(unittest.TestCase):
 
     def test_forces_and_fields_are_refused_by_name(self):
         system = nutate.System(moments=(0.02, 0.03, 0.04))
-        for wrong in (lambda: system.add_earth_field(), lambda: system.add_force((0, 1, 0), (0, 0, 1), "orbit"),
+        for wrong in (lambda: system.add_earth_field(), lambda: system.add_force((0, 1, 0), (0, 0, 1), "lvlh"),
                       lambda: system.add_force((0, 1, 0), (0, 0, 1), "nowhere"), lambda: system.add_force((0, 1), (0, 0, 1)),
                       lambda: system.add_force((0, 1, 0), (0, 0, 1), start=2.0, stop=1.0)):
             with self.assertRaises(nutate.NutateValueError):

@@ -19,7 +19,7 @@ module nutate_controller_group
       key_t(name='law', kind=KEY_TEXT, choices='quaternion,bdot', required=.true.), &
       key_t(name='by', kind=KEY_TEXT, choices='torque,wheels,magnetorquers'), &
       key_t(name='target', least=4, most=4), &
-      key_t(name='target_from', kind=KEY_TEXT, choices='space,orbit'), &
+      key_t(name='target_from', kind=KEY_TEXT, choices='space,lvlh'), &
       key_t(name='attitude_gain', range=NON_NEGATIVE, instead_of='attitude_gain_matrix'), &
       key_t(name='rate_gain', range=NON_NEGATIVE, instead_of='rate_gain_matrix'), &
       key_t(name='gains', kind=KEY_TEXT, choices='inertia,scalar'), &
@@ -90,7 +90,7 @@ contains
          return
       end if
       controller%target = quat_normalized(controller%target)
-      controller%follows_orbit = group%text('target_from', 'space') == 'orbit'
+      controller%follows_orbit = group%text('target_from', 'space') == 'lvlh'
       call take_gains(group, body%inertia, controller, status)
    end subroutine take_pointing
 

@@ -20,7 +20,7 @@ module nutate_force_group
    type(key_t), parameter :: force_keys(5) = [ &
       key_t(name='body_point', least=3, most=3, required=.true.), &
       key_t(name='force', least=3, most=3, required=.true.), &
-      key_t(name='axes', kind=KEY_TEXT, choices='space,orbit,inertial,body', required=.true.), &
+      key_t(name='axes', kind=KEY_TEXT, choices='space,lvlh,inertial,body', required=.true.), &
       key_t(name='start'), &
       key_t(name='stop')]
 
@@ -47,7 +47,7 @@ contains
       case ('space')
          call make_force(group, force, .false., effect)
       case default
-         status = fail(NUTATE_BAD_ARGUMENT, 'the axes of a force are those of no orbit (expected &orbit with them)', &
+         status = fail(NUTATE_BAD_ARGUMENT, "axes = 'lvlh' or 'inertial' without an orbit (expected &orbit)", &
                        'axes')
       end select
    end subroutine build_force
@@ -64,7 +64,7 @@ contains
       force%vector = group%vector('force', none)
       force%path = orbit%path
       force%from_orbit = orbit%is_frame
-      call make_force(group, force, orbit%is_frame .neqv. group%text('axes', '') == 'orbit', effect)
+      call make_force(group, force, orbit%is_frame .neqv. group%text('axes', '') == 'lvlh', effect)
    end subroutine build_force_on_orbit
 
    !> A force that stands still in space axes or moves, at all times or within a window.

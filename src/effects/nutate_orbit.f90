@@ -33,7 +33,7 @@ module nutate_orbit
                              key_t(name='mu', range=POSITIVE, default='3.986004418e14'), &
                              key_t(name='sun', least=3, most=3, range=ANY_DIRECTION), &
                              key_t(name='shadow_radius', range=SHAPE_LENGTH, default='6378137', beside='sun'), &
-                             key_t(name='frame', kind=KEY_TEXT, choices='orbit,inertial'), &
+                             key_t(name='frame', kind=KEY_TEXT, choices='lvlh,inertial'), &
                              key_t(name='degrees', kind=KEY_LOGICAL)]
 
    !> An orbit, and the rate of the space axes, 0 where they are inertial.
@@ -99,7 +99,7 @@ contains
       path%raan = unit*group%number('raan', 0.0_wp)
       path%argument_of_periapsis = unit*group%number('argument_of_periapsis', 0.0_wp)
       path%mean_anomaly = unit*group%number('mean_anomaly', 0.0_wp)
-      orbit = orbit_t(path, group%text('frame', 'orbit') == 'inertial')
+      orbit = orbit_t(path, group%text('frame', 'lvlh') == 'inertial')
       if (group%has('sun')) then
          sun = group%vector('sun', orbit%sun)
          ! Scaled first: the squares of a long or short vector would leave the range of numbers.
@@ -124,7 +124,7 @@ contains
       else if (eccentricity > 0.0_wp .and. group%has('altitude')) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the altitude of an eccentric orbit changes (expected semi_major_axis)', &
                        'altitude')
-      else if (eccentricity > 0.0_wp .and. group%text('frame', 'inertial') == 'orbit') then
+      else if (eccentricity > 0.0_wp .and. group%text('frame', 'inertial') == 'lvlh') then
          status = fail(NUTATE_BAD_ARGUMENT, 'the axes of an eccentric orbit do not turn at a constant rate '// &
                        "(expected frame = 'inertial')", 'frame')
       else if (group%has('shadow_radius') .and. .not. group%has('sun')) then

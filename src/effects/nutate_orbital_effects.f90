@@ -26,7 +26,7 @@ contains
       case ('earth_field')
          goes_by_orbit = .true.
       case ('force')
-         goes_by_orbit = any(group%text('axes', '') == ['orbit   ', 'inertial'])
+         goes_by_orbit = any(group%text('axes', '') == ['lvlh    ', 'inertial'])
       case default
          goes_by_orbit = .false.
       end select

@@ -62,7 +62,7 @@ def write_scene(dice):
     scales = Scales(dice)
     effects = [dice.choice(EFFECTS)(dice, scales) for _ in range(dice.choice((0, 0, 1, 1, 2, 5)))]
     # What only an orbit has is refused without one, but for a few.
-    if any("&earth_field" in effect or "'orbit'" in effect for effect in effects) and dice.random() < 0.9:
+    if any("&earth_field" in effect or "'lvlh'" in effect for effect in effects) and dice.random() < 0.9:
         effects.append(orbit(dice, scales))
     axes = [name for name in ("rotating_frame", "orbit") if any("&" + name in effect for effect in effects)]
     axes += ["sun"] if any("sun = " in effect for effect in effects) else []
@@ -110,9 +110,9 @@ def moments(dice, scales):
 def initial(dice, scales, axes):
     lines = []
     if axes and dice.random() < 0.5:
-        lines.append(f"rate_from = '{dice.choice(('inertial', 'frame', 'orbit'))}'")
+        lines.append(f"rate_from = '{dice.choice(('inertial', 'frame', 'lvlh'))}'")
     if "orbit" in axes and dice.random() < 0.5:
-        lines.append(f"attitude_from = '{dice.choice(('space', 'orbit'))}'")
+        lines.append(f"attitude_from = '{dice.choice(('space', 'lvlh'))}'")
     way = dice.randrange(5)
     if way == 0:
         lines.append(f"euler = {dice.uniform(-7, 7)}, {dice.choice((0.0, 3.141592653589793, 1e-200, 1.0))}, 0.5")
@@ -305,7 +305,7 @@ def orbit(dice, scales):
         lines.append(f"eccentricity = {dice.choice((0.0, 1e-17, 0.3, 0.999, 0.9999999999999999))}")
     lines += [f"{key} = {dice.uniform(-400, 400)}" for key in ("inclination", "raan", "argument_of_periapsis", "mean_anomaly")
               if dice.random() < 0.3]
-    lines += dice.choice(([], ["degrees = .true."], ["frame = 'inertial'"], ["frame = 'orbit'"]))
+    lines += dice.choice(([], ["degrees = .true."], ["frame = 'inertial'"], ["frame = 'lvlh'"]))
     if dice.random() < 0.4:
         lines.append(f"sun = {scales.text(3)}")
         lines += dice.choice(([], [f"shadow_radius = {scales.text(length=1, signed=False)}"]))
@@ -324,7 +324,7 @@ def earth_field(dice, scales):
 
 def force(dice, scales):
     lines = [f"body_point = {scales.text(3, length=1)}", f"force = {scales.text(3, length=1, mass=1, time=-2)}",
-             f"axes = '{dice.choice(('space', 'body', 'orbit', 'inertial'))}'"]
+             f"axes = '{dice.choice(('space', 'body', 'lvlh', 'inertial'))}'"]
     lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
     return group("force", lines)
 
@@ -362,7 +362,7 @@ def controller(dice, scales):
                   f"rate_gain = {scales.text(time=-1, signed=False)}", *dice.choice((["gains = 'inertia'"], ["gains = 'scalar'"],
                                   [f"inertia = {scales.text(3, length=2, mass=1, signed=False)}"]))]
         lines += dice.choice(([], ["target = 0.0, 0.6, 0.0, -0.8"]))
-        lines += dice.choice(([], [], ["target_from = 'orbit'"]))
+        lines += dice.choice(([], [], ["target_from = 'lvlh'"]))
         lines += dice.choice(([], ["by = 'wheels'"], ["by = 'magnetorquers'", f"field = {scales.text(3)}"]))
     lines += [f"{key} = {scales.text(time=1)}" for key in ("start", "stop") if dice.random() < 0.2]
     return group("controller", lines)

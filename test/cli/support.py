@@ -46,7 +46,7 @@ COLUMNS = {
        for axes in ("121", "123", "131", "132", "212", "213", "231", "232", "312", "321", "323")},
 }
 ORBIT_COLUMNS = {
-    "orbit_attitude": ["roll", "pitch", "yaw", "orbit_q0", "orbit_q1", "orbit_q2", "orbit_q3"],
+    "lvlh_attitude": ["roll", "pitch", "yaw", "lvlh_q0", "lvlh_q1", "lvlh_q2", "lvlh_q3"],
     "orbit": ["orbit_x", "orbit_y", "orbit_z", "orbit_radius", "true_anomaly"],
 }
 SUN_COLUMNS = {"eclipse": ["eclipse", "shadow_depth"]}

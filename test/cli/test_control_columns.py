@@ -230,10 +230,10 @@ class ControlColumns(CommandLineTest):
 
     def test_the_field_of_the_earth_is_a_tilted_dipole(self):
         g = (-1410.3e-9, 4545.5e-9, -29350.0e-9)
-        for frame in ("inertial", "orbit"):
+        for frame in ("inertial", "lvlh"):
             rows = self.rows("earth", f"&orbit altitude = 500e3, inclination = 1.2, frame = '{frame}' /\n"
                              "&earth_field moment = 0, 0, 0, epoch_angle = 0.7 /\n" + BODY +
-                             RUN.format("dop853", "'magnetic_field', 'orbit', 'orbit_attitude'").replace("64.0", "512.0")
+                             RUN.format("dop853", "'magnetic_field', 'orbit', 'lvlh_attitude'").replace("64.0", "512.0")
                              .replace("0.125", "64.0"))
             for row in rows:
                 place = [row[f"orbit_{i}"] for i in "xyz"]

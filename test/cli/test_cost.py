@@ -18,7 +18,7 @@ CUT_UP = """
 &body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /
 &orbit altitude = 184324, argument_of_periapsis = 56.8, frame = 'inertial' /
 &earth_field moment = 4354.5, 0.016, 1.058, epoch_angle = -30.9, coefficients = 0.5256, 4.7e-52, 1702.37, degrees = .true. /
-&initial rate_from = 'inertial', attitude_from = 'orbit', roll_pitch_yaw = -2.56, 1.0, 0.0055
+&initial rate_from = 'inertial', attitude_from = 'lvlh', roll_pitch_yaw = -2.56, 1.0, 0.0055
    angular_velocity = 2.82, 0.079, 0.0207 /
 &integrator time_step = 614.3, end_time = 1843, auxiliary_inertia = 3.53e-8 /
 """

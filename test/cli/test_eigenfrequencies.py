@@ -102,8 +102,8 @@ class Eigenfrequencies(CommandLineTest):
 
         def angles(inertia, start):
             return self.motion(f"&body inertia = {inertia} /\n&orbit semi_major_axis = 6878137.0 /\n&gravity_gradient /\n"
-                               "&initial attitude_from = 'orbit', rate_from = 'orbit', angular_velocity = 0.0, 0.0, 0.0, "
-                               f"roll_pitch_yaw = {start} /\n", "'orbit_attitude'", h, n)[:3]
+                               "&initial attitude_from = 'lvlh', rate_from = 'lvlh', angular_velocity = 0.0, 0.0, 0.0, "
+                               f"roll_pitch_yaw = {start} /\n", "'lvlh_attitude'", h, n)[:3]
 
         for inertia, roll_yaw, pitch in (
                 ("90.0, 100.0, 40.0", (0.00052704854599149512696j, 0.0018977065687099530571j), 0.001355527349639826501449j),

@@ -15,8 +15,8 @@ SHADE = BODY + """&orbit semi_major_axis = 7e6, sun = 3, 0, 0 /
 """
 MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination = 60, degrees = .true. /
 &earth_field moment = 0.06, -0.09, 0.12 /
-&force body_point = 0.0, 0.1, 0.02, force = -1e-5, 2e-5, 0, axes = 'orbit' /
-&force body_point = 0.0, 0.1, 0.02, force = 0, 2e-5, 1e-5, axes = 'orbit', start = 1000, stop = 2500 /
+&force body_point = 0.0, 0.1, 0.02, force = -1e-5, 2e-5, 0, axes = 'lvlh' /
+&force body_point = 0.0, 0.1, 0.02, force = 0, 2e-5, 1e-5, axes = 'lvlh', start = 1000, stop = 2500 /
 &force body_point = 0.1, 0.0, 0.0, force = 0, 2e-6, 0, axes = 'body', stop = 1000 /
 &controller law = 'bdot', gain = 1e4, sample = 20, start = 500 /
 &integrator time_step = 5, end_time = 4000 /
@@ -93,14 +93,14 @@ class Fields(CommandLineTest):
 
     def test_a_force_in_the_axes_of_the_scene_is_a_weight(self):
         scene = BODY + "&integrator time_step = 1, end_time = 100, order = 4 /\n&orbit altitude = 400e3 /\n"
-        for axes in ("space", "orbit"):
+        for axes in ("space", "lvlh"):
             self.write(axes + ".nml", scene + f"&force body_point = 0.5, 0, 0.25, force = 1e-4, 2e-4, 0, axes = '{axes}' /\n")
         self.write("weight.nml", scene.replace("0.04 /", "0.04, mass = 2, center_of_mass = 0.5, 0, 0.25, check_triangle = .false. /")
                    + "&gravity acceleration = 5e-5, 1e-4, 0 /\n")
-        for name in ("space", "orbit", "weight"):
+        for name in ("space", "lvlh", "weight"):
             self.succeed("run", name + ".nml", "--quiet")
         self.assertEqual(self.read("space.csv"), self.read("weight.csv"))
-        self.assertEqual(self.read("space.csv"), self.read("orbit.csv"))
+        self.assertEqual(self.read("space.csv"), self.read("lvlh.csv"))
 
 
 if __name__ == "__main__":

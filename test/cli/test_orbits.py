@@ -7,9 +7,9 @@ from support import ORBIT_COLUMNS, CommandLineTest
 BODY = "&body inertia = 90.0, 100.0, 40.0 /\n"
 SCENE = BODY + """&orbit altitude = 500e3, inclination = 97.4, raan = 40, mean_anomaly = 10, degrees = .true. /
 &gravity_gradient /
-&initial roll_pitch_yaw = 0, 30, 0, degrees = .true., attitude_from = 'orbit', angular_velocity = 0, 0, 0, rate_from = 'orbit' /
+&initial roll_pitch_yaw = 0, 30, 0, degrees = .true., attitude_from = 'lvlh', angular_velocity = 0, 0, 0, rate_from = 'lvlh' /
 &integrator order = 6, time_step = 20.0, end_time = 6500.0 /
-&output columns = 'quaternion', 'orbit_attitude', 'orbit', 'energy', 'jacobi' /
+&output columns = 'quaternion', 'lvlh_attitude', 'orbit', 'energy', 'jacobi' /
 &event when = 'pitch', crosses = 0.0 /
 &event name = 'periapsis', when = 'true_anomaly', crosses = 0.0 /
 """
@@ -19,7 +19,7 @@ MOVING = BODY + """&orbit semi_major_axis = 1e7, eccentricity = 0.3, inclination
 &damping coefficient = 1e-5, 2e-5, 1e-5 /
 &initial axis = 1, 1, 1, angle = 0.7, angular_velocity = 1e-3, -5e-4, 8e-4 /
 &integrator time_step = 40.0, end_time = 20000.0 /
-&output columns = 'quaternion', 'energy', 'orbit_attitude', 'time_dependent_work', every = 5 /
+&output columns = 'quaternion', 'energy', 'lvlh_attitude', 'time_dependent_work', every = 5 /
 """
 # The pitch of a pendulum let go at 30 degrees passes 0 at (2j+1) K/w: 20 digits of elliptic integrals.
 ZEROS = [1243.612203959228267295, 3730.836611877684801886, 6218.061019796141336476]
@@ -34,7 +34,7 @@ class Orbits(CommandLineTest):
     def test_columns_have_their_names(self):
         self.succeed("run", "orbit.nml", "--quiet")
         header, rows = self.history("orbit.csv")
-        self.assertEqual(header[11:], ORBIT_COLUMNS["orbit_attitude"] + ORBIT_COLUMNS["orbit"])
+        self.assertEqual(header[11:], ORBIT_COLUMNS["lvlh_attitude"] + ORBIT_COLUMNS["orbit"])
         for row in rows:
             t, pitch, place = row[0], row[12], row[18:21]
             # Roll and yaw stay where they are; the quaternion is that of the space frame.
@@ -53,7 +53,7 @@ class Orbits(CommandLineTest):
         self.succeed("run", "orbit.nml", "--quiet", "--set", "output.degrees=.true.", "--output", "degrees.csv")
         names, degrees = self.history("degrees.csv")
         self.assertEqual(names[11:14], ["roll_deg", "pitch_deg", "yaw_deg"])
-        self.assertEqual(names[14:], ORBIT_COLUMNS["orbit_attitude"][3:] + ORBIT_COLUMNS["orbit"][:4] + ["true_anomaly_deg"])
+        self.assertEqual(names[14:], ORBIT_COLUMNS["lvlh_attitude"][3:] + ORBIT_COLUMNS["orbit"][:4] + ["true_anomaly_deg"])
         radians = self.history("orbit.csv")[1]
         self.assertAlmostEqual(degrees[5][12], math.degrees(radians[5][12]), delta=1e-13)
         self.assertAlmostEqual(degrees[5][22], math.degrees(radians[5][22]), delta=1e-12)
@@ -82,17 +82,17 @@ class Orbits(CommandLineTest):
     def test_inertial_axes_show_the_same_attitude(self):
         free = SCENE.replace("&gravity_gradient /\n", "").replace("angular_velocity = 0, 0, 0", "angular_velocity = 1, 2, -3")
         self.write("free.nml", free)
-        for frame in ("orbit", "inertial"):
+        for frame in ("lvlh", "inertial"):
             self.succeed("run", "free.nml", "--quiet", "--output", frame + ".csv", "--set", f"orbit.frame={frame}", "--set",
                          "integrator.order=8", "--set", "integrator.time_step=0.25", "--set", "integrator.end_time=50")
-        ours, theirs = self.history("orbit.csv")[1], self.history("inertial.csv")[1]
+        ours, theirs = self.history("lvlh.csv")[1], self.history("inertial.csv")[1]
         for a, b in zip(ours[::20], theirs[::20]):
             for x, y in zip(a[11:23], b[11:23]):
                 self.assertAlmostEqual(x, y, delta=1e-9 * max(1, abs(x)))
 
     def test_an_eccentric_orbit_is_shown(self):
         self.write("ellipse.nml", BODY + "&orbit semi_major_axis = 1e7, eccentricity = 0.3 /\n&initial angular_velocity = 0, 0, 0, "
-                   "attitude_from = 'orbit', rate_from = 'orbit' /\n&integrator time_step = 10, end_time = 10000 /\n"
+                   "attitude_from = 'lvlh', rate_from = 'lvlh' /\n&integrator time_step = 10, end_time = 10000 /\n"
                    "&output columns = 'angular_velocity', 'orbit' /\n&event when = 'orbit_radius', extremum = 'maximum' /\n")
         self.succeed("run", "ellipse.nml", "--quiet")
         rows = self.history("ellipse.csv")[1]

@@ -80,12 +80,12 @@ class PrintedRows(CommandLineTest):
     def satellite(self, inertia, angles, end_time):
         """A scene of a satellite that starts at rest in the orbit's axes, turned by angles in rad."""
         return (f"&body inertia = {inertia} /\n&orbit semi_major_axis = 6878137.0 /\n&gravity_gradient /\n"
-                f"&initial attitude_from = 'orbit', rate_from = 'orbit', roll_pitch_yaw = {angles}, "
+                f"&initial attitude_from = 'lvlh', rate_from = 'lvlh', roll_pitch_yaw = {angles}, "
                 "angular_velocity = 0.0, 0.0, 0.0 /\n" + SERIES.format(repr(end_time)))
 
     def test_pendulum_in_pitch(self):
         rows = self.events(self.satellite("90.0, 100.0, 40.0", "0.0, 0.5235987755982989, 0.0", 7000.0) +
-                           "&output columns = 'orbit_attitude', 'angular_velocity', every = 1000 /\n"
+                           "&output columns = 'lvlh_attitude', 'angular_velocity', every = 1000 /\n"
                            "&event when = 'pitch', crosses = 0.0 /\n")
         self.assertEqual(len(rows), 3)
         for i, row in enumerate(rows):

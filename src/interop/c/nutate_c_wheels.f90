@@ -17,7 +17,7 @@ module nutate_c_wheels
    private
 
    public :: nutate_stepper_wheel_count, nutate_stepper_wheel, nutate_stepper_set_motor, nutate_stepper_jacobi, &
-      nutate_stepper_time_dependent_work, nutate_stepper_orbit, nutate_stepper_orbit_attitude
+      nutate_stepper_time_dependent_work, nutate_stepper_orbit, nutate_stepper_lvlh_attitude
 
 contains
 
@@ -135,7 +135,7 @@ contains
       end associate
    end function nutate_stepper_orbit
 
-   integer(c_int) function nutate_stepper_orbit_attitude(stepper, q, angles) result(code) bind(C)
+   integer(c_int) function nutate_stepper_lvlh_attitude(stepper, q, angles) result(code) bind(C)
       type(c_ptr), intent(in), value :: stepper
       real(c_double), intent(inout), optional :: q(4), angles(3)
       type(stepper_handle_t), pointer :: handle
@@ -147,7 +147,7 @@ contains
       end associate
       if (present(q)) q = relative
       if (present(angles)) angles = roll_pitch_yaw_from_quat(relative)
-   end function nutate_stepper_orbit_attitude
+   end function nutate_stepper_lvlh_attitude
 
    !> Finds a stepper whose body is on an orbit.
    subroutine look_at_orbit(stepper, needs_attitude, handle, code)

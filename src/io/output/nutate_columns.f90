@@ -49,7 +49,7 @@ module nutate_columns
    !> Positions in the table.
    integer, parameter :: QUATERNION = 1, CONJUGATE_MOMENTUM = 2, RATE = 3, RATE_SPACE = 4, MOMENTUM = 5, &
       MOMENTUM_SPACE = 6, ENERGY = 8, CONSTRAINTS = 9, SOLVER = 10, JACOBI = 11, &
-      ORBIT_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, TIME_DEPENDENT_WORK = 15, ROLL_PITCH_YAW = 22, &
+      LVLH_ATTITUDE = 12, ORBIT = 13, ECLIPSE = 14, TIME_DEPENDENT_WORK = 15, ROLL_PITCH_YAW = 22, &
       ENERGIES = 34, WORKS = 35
 
    !> All sets of columns, in the order in which they stand in a history.
@@ -65,7 +65,7 @@ module nutate_columns
       column_set_t('constraints', 2, 'norm_error,orthogonality'), &
       column_set_t('solver', 2, 'iterations,step_residual', attitude=.false.), &
       column_set_t('jacobi', 1, 'jacobi'), &
-      column_set_t('orbit_attitude', 7, 'roll,pitch,yaw,orbit_q0,orbit_q1,orbit_q2,orbit_q3', last_angle=3, &
+      column_set_t('lvlh_attitude', 7, 'roll,pitch,yaw,lvlh_q0,lvlh_q1,lvlh_q2,lvlh_q3', last_angle=3, &
                    orbit=.true.), &
       column_set_t('orbit', 5, 'orbit_x,orbit_y,orbit_z,orbit_radius,true_anomaly', attitude=.false., &
                    first_angle=5, last_angle=5, orbit=.true.), &
@@ -204,8 +204,8 @@ contains
                        hint(nearest_name(names(i), column_sets%name))//')', 'columns')
          return
       end do
-      if (present(effects) .and. any(names == 'roll_pitch_yaw') .and. any(names == 'orbit_attitude')) then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns 'orbit_attitude' include 'roll_pitch_yaw' (expected one of "// &
+      if (present(effects) .and. any(names == 'roll_pitch_yaw') .and. any(names == 'lvlh_attitude')) then
+         status = fail(NUTATE_BAD_ARGUMENT, "columns 'lvlh_attitude' include 'roll_pitch_yaw' (expected one of "// &
                        'them)', 'columns')
          return
       end if
@@ -411,8 +411,8 @@ contains
          values = [real(record%iterations, wp), record%residual]
       case (JACOBI)
          values = conserved_energy(system, state, shared%inverse_j0)
-      case (ORBIT_ATTITUDE)
-         values(4:7) = lvlh_attitude(system, state)
+      case (LVLH_ATTITUDE)
+         values(4:7) = attitude_in_lvlh(system, state)
          values(1:3) = roll_pitch_yaw_from_quat(values(4:7))
       case (ORBIT)
          associate (path => system%effects%orbit%path)
@@ -428,7 +428,7 @@ contains
       case (WORKS)
          values = works_of(system%effects, record, size(values))
       case (ROLL_PITCH_YAW)
-         values = roll_pitch_yaw_from_quat(lvlh_attitude(system, state))
+         values = roll_pitch_yaw_from_quat(attitude_in_lvlh(system, state))
       case default
          call write_part(column_sets(set), system, state, values)
       end select
@@ -453,13 +453,13 @@ contains
    end subroutine write_part
 
    !> The attitude from the body to the LVLH axes of the orbit, or to the space axes where there is no orbit; shape (4).
-   pure function lvlh_attitude(system, state) result(q)
+   pure function attitude_in_lvlh(system, state) result(q)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       real(wp) :: q(4)
       q = state%q
       if (system%effects%on_orbit) q = quat_product(quat_conjugate(system%effects%orbit%axes(state%t)), q)
-   end function lvlh_attitude
+   end function attitude_in_lvlh
 
    !> Speed relative to the body, rad/s, absolute momentum about the axis, N m s, work of the motor and of the friction
    !> so far, J; zeros for a wheel that there is not. Shape (4).

@@ -26,11 +26,11 @@ module nutate_scene_initial
       key_t(name='angle'), &
       key_t(name='euler', least=3, most=3), &
       key_t(name='roll_pitch_yaw', least=3, most=3), &
-      key_t(name='attitude_from', kind=KEY_TEXT, choices='space,orbit'), &
+      key_t(name='attitude_from', kind=KEY_TEXT, choices='space,lvlh'), &
       key_t(name='angular_velocity', least=3, most=3), &
       key_t(name='euler_rates', least=3, most=3), &
       key_t(name='frame', kind=KEY_TEXT, choices='body,space'), &
-      key_t(name='rate_from', kind=KEY_TEXT, choices='inertial,frame,orbit'), &
+      key_t(name='rate_from', kind=KEY_TEXT, choices='inertial,frame,lvlh'), &
       key_t(name='degrees', kind=KEY_LOGICAL)]
 
 contains
@@ -65,12 +65,12 @@ contains
       if (group%flag('degrees', .false.)) unit = pi/180
       call build_attitude(group, unit, q, error)
       if (error%raised) return
-      if (group%text('attitude_from', 'space') == 'orbit') q = quat_product(effects%orbit%axes(0.0_wp), q)
+      if (group%text('attitude_from', 'space') == 'lvlh') q = quat_product(effects%orbit%axes(0.0_wp), q)
       call build_rate(group, unit, q, omega)
       select case (group%text('rate_from', 'inertial'))
       case ('frame')
          omega = omega + frame_rate_of(effects, q)
-      case ('orbit')
+      case ('lvlh')
          omega = omega + rotate_to_body(q, effects%orbit%axes_rate(0.0_wp))
       case default
          ! Against the stars, as Ω is.
@@ -86,9 +86,9 @@ contains
          call error%raise(group%line_of('rate_from'), 'there is no frame that turns', &
                           expected='&rotating_frame with it')
       if (effects%on_orbit) return
-      if (group%text('rate_from', 'inertial') == 'orbit') &
+      if (group%text('rate_from', 'inertial') == 'lvlh') &
          call error%raise(group%line_of('rate_from'), 'there is no orbit', expected='&orbit with it')
-      if (group%text('attitude_from', 'space') == 'orbit') &
+      if (group%text('attitude_from', 'space') == 'lvlh') &
          call error%raise(group%line_of('attitude_from'), 'there is no orbit', expected='&orbit with it')
    end subroutine check_references
 
@@ -107,7 +107,7 @@ contains
       if (group%has('euler_rates') .and. group%has('frame')) &
          call error%raise(group%line_of('frame'), 'frame has no meaning with euler_rates', &
                           expected='frame with angular_velocity only')
-      if (group%has('euler_rates') .and. group%text('attitude_from', 'space') == 'orbit') &
+      if (group%has('euler_rates') .and. group%text('attitude_from', 'space') == 'lvlh') &
          call error%raise(group%line_of('attitude_from'), 'Euler rates are those of the space axes', &
                           expected='angular_velocity with it')
    end subroutine check_keys
