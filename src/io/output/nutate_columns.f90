@@ -334,8 +334,8 @@ contains
       type(state_t), intent(in) :: state
       integer :: i
       do i = 1, size(self%chosen)
-         ! One character, since in every step: the length of a text is the work of a library.
-         if (column_sets(self%chosen(i))%sequence(1:1) /= ' ') call self%followed(i)%follow(state%q)
+         ! A code instead of a text, which gfortran would compare by a call of its library: this runs in every step.
+         if (iachar(column_sets(self%chosen(i))%sequence(1:1)) /= iachar(' ')) call self%followed(i)%follow(state%q)
       end do
    end subroutine follow
 
