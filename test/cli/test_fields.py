@@ -69,7 +69,7 @@ class Fields(CommandLineTest):
         text = self.succeed("check", "moving.nml").stdout
         self.assertIn("coefficients = IGRF-14 of 2025 (default)", text)
         self.assertIn("changes by the work of torques and time-dependent potentials alone", text)
-        self.assertIn("axes = orbit; start = 1000; stop = 2500", text)
+        self.assertIn("axes = lvlh; start = 1000; stop = 2500", text)
         self.fail_with(2, "run", "moving.nml", "--set", "integrator.method=exact", says=("free bodies only",))
 
     def test_runs_go_on(self):

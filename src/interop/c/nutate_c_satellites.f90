@@ -42,7 +42,7 @@ contains
       real(c_double), intent(in), value :: semi_major_axis, eccentricity, mu
       real(c_double), intent(in), optional :: angles(4)
       integer(c_int), intent(in), value :: inertial
-      character(len=19), parameter :: names(4) = [character(len=19) :: &
+      character(len=21), parameter :: names(4) = [character(len=21) :: &
                                                   'inclination', 'raan', 'argument_of_periapsis', 'mean_anomaly']
       type(group_t) :: group
       integer :: i
