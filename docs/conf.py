@@ -5,8 +5,6 @@ import pathlib
 import re
 import sys
 
-from jupyter_client.connect import ConnectionFileMixin
-
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "python"), str(ROOT / "tools" / "docs" / "site")]
 
@@ -23,8 +21,6 @@ myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
-# Its kernel is reached by files, not by a port of this machine.
-ConnectionFileMixin.transport.default_value = "ipc"
 # Links to files of the project that are no pages: they come along as downloads.
 exclude_patterns = ["public-api.txt"]
 
