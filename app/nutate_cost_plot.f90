@@ -158,6 +158,7 @@ contains
       logical, intent(in) :: drawn(:)
       character(len=*), intent(in) :: what
       logical, intent(in) :: has_legend
+      real(wp) :: least
       if (has_legend) then
          call picture%put('set key at screen 0.66, screen 0.94 left top Left reverse samplen 2 font '',13'' noenhanced')
       else
@@ -166,10 +167,14 @@ contains
       if (what == 'attitude') then
          call picture%put('set tmargin at screen 0.94; set bmargin at screen 0.54; set format x ''''; '// &
                           'set ylabel ''attitude error  (rad)'' offset 1')
+         ! The least errors stand above the edge.
+         least = minval(max(study%points%attitude_error, study%reference%uncertainty, lowest), &
+                        mask=study%points%attitude_error >= 0.0_wp .and. study%points%attitude_error <= hopeless)
+         call picture%put('set yrange [1e'//count_text(int(floor(log10(least) - 0.2_wp), long))//':*]')
          call picture%put('plot '//curves(study, drawn, '2'))
       else
          call picture%put('set tmargin at screen 0.50; set bmargin at screen 0.10; set format x ''10^{%T}''; '// &
-                          'set ylabel ''worst energy residual'' offset 1; '// &
+                          'set ylabel ''worst energy residual'' offset 1; set yrange [*:*]; '// &
                           'set xlabel ''time of a run  (ms)''')
          call picture%put('plot '//curves(study, drawn, '3'))
       end if
