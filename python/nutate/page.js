@@ -197,7 +197,7 @@
   const sway = hangs ? Math.max(...places.map((p) => norm(add(p, middle, -1))), norm(middle)) : 0;
   const larger = hangs && ownSize < 0.1 * sway ? 0.15 * sway / ownSize : 1;
   const points = motion.points.map((p) => add(com, add(p, com, -1), larger)), size = larger * ownSize;
-  const reach = Math.max(1.35 * size, sway + size);
+  const reach = Math.max((rows.lvlh_q0 ? 1.55 : 1.35) * size, sway + size);
   const faces = motion.corners.map((corner, i) => {
     const [a, b, c] = corner.map((k) => points[k]);
     let normal = unit(cross(add(b, a, -1), add(c, a, -1)));
