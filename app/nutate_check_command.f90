@@ -156,7 +156,7 @@ contains
             is_free = .false.
          end do
       end do
-      if (is_free) call page%item('none', 'the body is free')
+      if (is_free) call page%item('none', 'torque-free rigid body')
    end subroutine add_effects
 
    !> The settings of a group, and the defaults that stand in for others: `key = values; key = values (default)`.
@@ -288,7 +288,7 @@ contains
       if (order < 1) then
          text = 'about a radian of turn each, to t = '//rounded_text(end_time)//' s'
       else if (goal%accuracy > 0.0_wp) then
-         text = 'chosen by pilot runs for an attitude error of '//rounded_text(goal%accuracy, 3)//' rad at t = '// &
+         text = 'chosen by trial runs for an attitude error of '//rounded_text(goal%accuracy, 3)//' rad at t = '// &
                 rounded_text(end_time)//' s'
       else
          text = 'chosen for an error of '//rounded_text(goal%local_tolerance, 3)//' rad each, to t = '// &
@@ -326,11 +326,11 @@ contains
       end if
       call page%item('space momentum', kept_momentum(invariants, scene%system%effects))
       if (.not. scene%integrator%attitude) then
-         call page%item('constraints', 'none: the attitude is left out')
+         call page%item('constraints', 'none: the attitude is not integrated')
       else if (scene%integrator%projection) then
          call page%item('constraints', 'unit norm of q, and q.p = 0')
       else
-         call page%item('constraints', 'not kept without projection')
+         call page%item('constraints', 'not enforced without projection')
       end if
    end subroutine add_invariants
 
@@ -393,7 +393,7 @@ contains
          call page%item('file', printable_path(scene%output%file))
       end if
       if (status%code == NUTATE_STOPPED) then
-         call page%item('steps', 'so many that they cannot be found out here')
+         call page%item('steps', 'too many to determine here')
       else if (.not. status%ok()) then
          call page%item('steps', 'none: '//trim(status%message))
       else if (steps >= 0) then
@@ -407,7 +407,7 @@ contains
          call page%item('rows', 'about '//count_text(rows))
       end if
       if (run%summary%estimate > scene%plan%goal%accuracy .and. scene%plan%goal%accuracy > 0.0_wp) &
-         call page%item('accuracy', 'out of reach: '//rounded_text(run%summary%estimate, 3)//' rad can be had')
+         call page%item('accuracy', 'not attainable; best: '//rounded_text(run%summary%estimate, 3)//' rad')
    end subroutine add_expected_rows
 
    subroutine ignore_row(self, system, state, record, status)
@@ -425,7 +425,7 @@ contains
       type(status_t), intent(out) :: status
       integer(long) :: now
       call system_clock(now)
-      if (now > self%deadline) status = fail(NUTATE_STOPPED, 'it takes too long')
+      if (now > self%deadline) status = fail(NUTATE_STOPPED, 'it would take too long')
    end subroutine look_at_clock
 
    subroutine add_notes(page, scene)

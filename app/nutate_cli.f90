@@ -28,11 +28,11 @@ module nutate_cli
    !> All commands.
    type(verb_t), parameter :: verbs(*) = [ &
       verb_t('run', 'simulate a scene and write its history as CSV'), &
-      verb_t('check', 'say what would be simulated; write nothing'), &
-      verb_t('cost', 'say what accuracy costs in time on this scene, with every method'), &
-      verb_t('sweep', 'run the members of an ensemble, and keep a row of each'), &
-      verb_t('plot', 'draw a history with gnuplot', 'HISTORY.csv'), &
-      verb_t('view', 'run a scene and show the body turning, on a web page (with Python)')]
+      verb_t('check', 'validate a scene and print a summary (dry run)'), &
+      verb_t('cost', 'work-precision study: run time against error for every method'), &
+      verb_t('sweep', 'run an ensemble (Monte Carlo or parameter sweep); one result row per member'), &
+      verb_t('plot', 'plot a time history with gnuplot', 'HISTORY.csv'), &
+      verb_t('view', 'run a scene and write a web page with a 3-D animation (needs Python)')]
 
    !> One option.
    type :: option_t
@@ -47,29 +47,31 @@ module nutate_cli
    !> All options.
    type(option_t), parameter :: options(*) = [ &
       option_t('--output', 'FILE', 'run,plot,view,sweep', &
-               'or -o: where to write history (- is standard output), picture, page, rows'), &
-      option_t('--members', 'A:B', 'sweep', 'run members A to B only, to a file of their own'), &
-      option_t('--member', 'K', 'sweep', 'run member K alone, with its whole history; its row to standard output'), &
-      option_t('--threads', 'N', 'sweep', 'run so many members at once; 1 unless given'), &
-      option_t('--merge', '', 'sweep', 'put the files of --members together'), &
+               'or -o: output file: history (- is standard output), plot, page or result rows'), &
+      option_t('--members', 'A:B', 'sweep', 'run members A to B only and write them to a separate file'), &
+      option_t('--member', 'K', 'sweep', &
+      'run member K only, with its history; its result row goes to standard output'), &
+      option_t('--threads', 'N', 'sweep', 'number of members to run in parallel (default: 1)'), &
+      option_t('--merge', '', 'sweep', 'merge the files written with --members'), &
       option_t('--set', 'GROUP.KEY=VALUE', 'run,check,cost,view,sweep', &
-               'override a value of the scene; may be given several times'), &
+               'override a value of the scene; may be repeated'), &
       option_t('--unset', 'GROUP.KEY', 'run,check,cost,view,sweep', &
-               'take a key out of the scene; may be given several times'), &
+               'remove a key from the scene; may be repeated'), &
       option_t('--plot', 'FILE.svg|png|pdf', 'run,cost', &
-               'draw with gnuplot: of run the history, of cost errors against time'), &
+               'plot with gnuplot: the history (run), or error against run time (cost)'), &
       option_t('--columns', 'NAME,...', 'plot', &
-               'columns to draw, or sets of them, such as energy,omega3; all unless given'), &
-      option_t('--title', 'TEXT', 'plot', 'what stands above the picture; the name of the history unless given'), &
-      option_t('--all', '', 'cost', 'draw every method with --plot, not six of them'), &
-      option_t('--csv', 'FILE', 'cost,sweep', 'write one row for each run, or member, as CSV; - is standard output'), &
-      option_t('--seconds', 'N', 'cost', 'how long to measure, s; 20 unless given'), &
-      option_t('--quiet', '', 'run,sweep', 'no progress bar and no summary; errors are still shown'), &
-      option_t('--max-steps', 'N', 'run', 'end a run that needs more than N steps or rows, with exit status 3'), &
-      option_t('--checkpoint', 'FILE', 'run', 'note in FILE how to go on, should the run be interrupted'), &
-      option_t('--every-seconds', 'N', 'run', 'how often to write the checkpoint, s; 60 unless given'), &
-      option_t('--resume', 'FILE', 'run', 'go on with the interrupted run of a checkpoint'), &
-      option_t('--resume', '', 'sweep', 'go on with a sweep that was interrupted, if there is one'), &
+               'columns or column sets to plot, such as energy,omega3 (default: all)'), &
+      option_t('--title', 'TEXT', 'plot', &
+      'title of the plot (default: the title of the scene or the name of the history)'), &
+      option_t('--all', '', 'cost', 'plot all methods with --plot (default: six)'), &
+      option_t('--csv', 'FILE', 'cost,sweep', 'write one CSV row per run or member; - is standard output'), &
+      option_t('--seconds', 'N', 'cost', 'time budget in seconds (default: 20)'), &
+      option_t('--quiet', '', 'run,sweep', 'no progress bar and no summary; errors are still printed'), &
+      option_t('--max-steps', 'N', 'run', 'stop with exit status 3 after N steps or rows'), &
+      option_t('--checkpoint', 'FILE', 'run', 'write checkpoints to FILE, so that an interrupted run can be resumed'), &
+      option_t('--every-seconds', 'N', 'run', 'interval between checkpoints in seconds (default: 60)'), &
+      option_t('--resume', 'FILE', 'run', 'resume the interrupted run of a checkpoint'), &
+      option_t('--resume', '', 'sweep', 'resume an interrupted sweep, if there is one'), &
       option_t('--help', '', 'run,check,cost,plot,view,sweep', 'show this help'), &
       option_t('--version', '', '', 'show the version')]
 
@@ -285,7 +287,8 @@ contains
       select case (name)
       case ('--plot')
          command%plot = value
-         if (.not. is_picture(value)) command%error = '--plot '//quoted(value)//' is no picture (expected the name '// &
+         if (.not. is_picture(value)) command%error = '--plot '// &
+            quoted(value)//' is not a picture file (expected the name '// &
                                                       'of a file in .svg, .png or .pdf)'
       case ('--columns')
          command%columns = value
@@ -322,7 +325,7 @@ contains
       call take_count('', value(:max(colon - 1, 0)), '', command%first, error)
       call take_count('', value(colon + 1:), '', command%last, error)
       if (colon == 0 .or. allocated(error) .or. command%first > command%last) &
-         command%error = '--members '//quoted(value)//' are no members (expected A:B, such as 1:1000)'
+         command%error = '--members '//quoted(value)//' is not a range of members (expected A:B, such as 1:1000)'
    end subroutine take_members
 
    !> Notes a time.
@@ -422,7 +425,7 @@ contains
       if (given(option_number('--every-seconds')) .and. .not. (allocated(command%checkpoint) .or. &
           allocated(command%resume))) command%error = '--every-seconds needs --checkpoint FILE'
       if (command%member > 0 .and. (command%first > 0 .or. command%merges .or. command%goes_on)) &
-         command%error = '--member is for one member alone'
+         command%error = '--member cannot be combined with --members, --merge or --resume'
       if (command%merges .and. (command%first > 0 .or. command%goes_on)) &
          command%error = '--merge runs no members'
    end subroutine check_options

@@ -43,7 +43,7 @@ contains
    subroutine add_overview(page)
       type(page_t), intent(inout) :: page
       integer :: i
-      call page%line('nutate: rotation of rigid bodies with quaternions; energy and momentum hold to round-off')
+      call page%line('nutate: rotational dynamics of rigid bodies; energy and momentum conserved to round-off')
       call page%line('')
       call page%line('Usage')
       do i = 1, size(verbs)
@@ -63,13 +63,13 @@ contains
       call page%line('')
       call page%line('The history is one CSV file, named by the scene unless --output is given. It is written')
       call page%line('as FILE.partial and renamed when complete; a run that fails leaves its rows in FILE.partial.')
-      call page%line('A run ended by SIGINT, SIGTERM or SIGHUP does so too, and dies by the signal.')
+      call page%line('SIGINT, SIGTERM and SIGHUP do the same and then terminate the process.')
       call page%line('')
       call page%line('The checkpoint is written at the start, every N seconds and when the run is interrupted, and')
-      call page%line('removed when the run is complete. --resume goes on to the same bytes, with checkpoints in the')
+      call page%line('removed when the run is complete. --resume continues to the same bytes, with checkpoints in the')
       call page%line('same file unless --checkpoint names another. Scene and overrides must be the same.')
       call page%line('')
-      call page%line("Columns: t, then the sets asked for by --set output.columns=NAME,NAME,...")
+      call page%line("Columns: t, then the sets selected with --set output.columns=NAME,NAME,...")
       do i = 1, size(column_sets)
          call add_columns(page, column_sets(i)%name, trim(column_sets(i)%headers))
       end do
@@ -101,9 +101,9 @@ contains
       call page%line('chooses its steps, at a series of tolerances, each a tenth of the one before. Times are')
       call page%line('medians of repeated runs without output; errors come from a run of their own. The attitude')
       call page%line('error is that at end_time, from the exact motion (free bodies, tops on their axis of symmetry)')
-      call page%line('or from what two independent methods agree on. A table of the runs goes to standard output, and')
-      call page%line('below it one of what some accuracies cost, cheapest first. --plot draws six methods,')
-      call page%line('--all every one.')
+      call page%line('or from two independent methods that agree. A table of the runs goes to standard output,')
+      call page%line('followed by one of run time for given accuracies, fastest first. --plot draws six methods,')
+      call page%line('--all all of them.')
       call add_exit_codes(page)
    end subroutine add_cost_notes
 
@@ -121,11 +121,11 @@ contains
    subroutine add_sweep_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
-      call page%line('The members of &ensemble differ by what &vary groups or a table say. Their rows go to one file')
-      call page%line('of NumPy, FILE.npy, with FILE.npy.txt beside it that names fields and statuses. It is written')
-      call page%line('as FILE.npy.partial, chunk by chunk; --resume goes on after SIGINT, SIGKILL or loss of power, to')
-      call page%line('the same bytes, which depend on scene, seed and member alone: not on threads or chunks.')
-      call page%line('--members A:B writes FILE.A-B.npy; --merge puts such files together. --member K repeats a member')
+      call page%line('The members of &ensemble differ in the values that &vary groups draw or a table lists. Their')
+      call page%line('result rows go to the NumPy file FILE.npy, which FILE.npy.txt describes. It is written as')
+      call page%line('FILE.npy.partial, chunk by chunk; --resume continues after SIGINT, SIGKILL or a power failure')
+      call page%line('to the same bytes, which depend on scene, seed and member only, not on threads or chunks.')
+      call page%line('--members A:B writes FILE.A-B.npy; --merge merges such files. --member K repeats one member')
       call page%line('with its history in FILE.memberK.csv.')
       call add_exit_codes(page)
    end subroutine add_sweep_notes
@@ -146,8 +146,8 @@ contains
    subroutine add_exit_codes(page)
       type(page_t), intent(inout) :: page
       call page%line('')
-      call page%line('Exit status: 0 success; 2 the command line or the scene is wrong; 3 the run failed half-way;')
-      call page%line('4 the output cannot be written')
+      call page%line('Exit status: 0 success; 2 error in the command line or the scene; 3 the run failed;')
+      call page%line('4 the output could not be written')
    end subroutine add_exit_codes
 
 end module nutate_help

@@ -38,7 +38,7 @@ contains
       if (problem /= '') return
       close (unit)
       call read_header(trim(line), names, places, fields)
-      if (size(places) == 0) problem = printable_path(path)//':1: this is no history (expected a first line t,...)'
+      if (size(places) == 0) problem = printable_path(path)//':1: not a history (expected a first line t,...)'
    end subroutine read_names
 
    !> Opens a history and reads its first line.

@@ -50,7 +50,7 @@ contains
                   ' rad: hardly any step of 4 rad and more follows the motion, others will be cut')
       else if (turn >= long) then
          call add_note(notes, 'the first step turns the body by '//rounded_text(turn, 3)// &
-                  ' rad: the invariants will hold, the phase will not')
+                  ' rad: the invariants are conserved, but the phase is not accurate')
       end if
       call note_symmetry(scene%system%body, notes)
       ! Potentials and rotors can make any axis stable.
@@ -70,7 +70,7 @@ contains
                        rounded_text(minval(gaps, mask=gaps > 0.0_wp), 3)//' of the largest: nearly symmetric')
    end subroutine note_symmetry
 
-   !> A free rotation near the axis of middle inertia: perturbations grow as exp(λt), λ² = Ω²(J₂-J₁)(J₃-J₂)/(J₁J₃),
+   !> A free rotation near the intermediate axis: perturbations grow as exp(λt), λ² = Ω²(J₂-J₁)(J₃-J₂)/(J₁J₃),
    !> and a step leaves the true motion where λΔt/2 > 1 - |b|², |b| = Δt|Ω|/4.
    subroutine note_instability(scene, omega, notes)
       type(scene_t), intent(in) :: scene
@@ -91,10 +91,10 @@ contains
          growth = rate*sqrt((1 - least/middle)*(middle/least)*(1 - middle/most))
          if (growth <= slow_growth*rate) return
       end associate
-      call add_note(notes, 'rotation near the axis of middle inertia: small differences grow tenfold every '// &
+      call add_note(notes, 'rotation near the intermediate axis: small differences grow tenfold every '// &
                rounded_text(log(10.0_wp)/growth, 3)//' s')
       if (0.5_wp*growth*abs(scene%plan%time_step) > 1 - (0.25_wp*rate*scene%plan%time_step)**2) &
-         call add_note(notes, 'on the axis the step is too long to follow this instability and will be cut')
+         call add_note(notes, 'the step is too long to resolve this instability and will be subdivided')
    end subroutine note_instability
 
    !> Adds a note to others.

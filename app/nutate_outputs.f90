@@ -206,7 +206,7 @@ contains
          if (index(lower_case(start), trim(kinds(there)%start)) == 1) exit
       end do
       if (there > size(kinds)) then
-         if (is_whole) problem = ' is there and is not '//trim(kinds(kind)%words)// &
+         if (is_whole) problem = ' exists and is not '//trim(kinds(kind)%words)// &
                                  ' (expected another name, or remove it)'
       else if (kinds(there)%words /= kinds(kind)%words) then
          problem = ' is '//trim(kinds(there)%words)//', not '//trim(kinds(kind)%words)//' (expected another name)'

@@ -31,7 +31,7 @@ contains
       exit_code = EXIT_SUCCESS
       if (.not. is_picture(name)) then
          call say_error('nutate: '//printable_path(name)// &
-                        ' is no picture (expected the name of a file in .svg, .png or .pdf)')
+                        ' is not a picture file (expected the name of a file in .svg, .png or .pdf)')
          exit_code = EXIT_INPUT
          return
       end if
@@ -77,7 +77,7 @@ contains
          problem = printable_path(file)//problem
       end if
       if (problem == '') then
-         if (size(history%values, 1) < 2) problem = printable_path(file)//': there are no rows to draw'
+         if (size(history%values, 1) < 2) problem = printable_path(file)//': no rows to plot'
       end if
       if (problem /= '') then
          call picture%discard()

@@ -186,7 +186,7 @@ contains
       call run%find_steps(scene%system, status, watcher)
       call watcher%progress%erase()
       if (status%ok()) return
-      call say_error('nutate: '//printable_path(scene%file)//': a pilot run failed: '//trim(status%message))
+      call say_error('nutate: '//printable_path(scene%file)//': a trial run failed: '//trim(status%message))
       exit_code = EXIT_RUN
       if (status%code == NUTATE_STOPPED) exit_code = EXIT_SIGNAL + caught_signal()
    end subroutine find_steps
@@ -416,7 +416,7 @@ contains
       type(status_t), intent(out) :: status
       if (abs(state%t - self%t_first) > 0.5_wp*abs(self%duration)) return
       self%runs = self%runs + 1
-      call self%progress%name('pilot run '//count_text(self%runs))
+      call self%progress%name('trial run '//count_text(self%runs))
    end subroutine count_run
 
    !> Shows the progress, and ends the runs on a signal.

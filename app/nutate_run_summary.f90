@@ -71,10 +71,9 @@ contains
       end if
       if (run%summary%uncertified_steps > 0) &
          call page%item('not certified', count_text(run%summary%uncertified_steps)// &
-         ' of the steps rest on a root that is '// &
-                        'taken for that of the true motion without a proof (docs/explanation/certified-steps.md)')
+                        ' of the steps (see docs/explanation/certified-steps.md)')
       call page%item('wall time', rounded_text(seconds, 3)//' s, of which '//rounded_text(output_seconds, 3)// &
-                     ' s for the rows')
+                     ' s for output')
       call page%item('time per step', rounded_text(max(seconds - output_seconds, 0.0_wp)*1e9_wp/n, 3)//' ns')
       if (run%summary%iterations > 0) call page%item( &
          'Newton iterations', rounded_text(real(run%summary%iterations, wp)/n, 3)//' per step, '// &
@@ -86,8 +85,8 @@ contains
       type(page_t), intent(inout) :: page
       type(run_plan_t), intent(in) :: plan
       type(run_t), intent(in) :: run
-      call page%item('steps', count_text(run%summary%steps)//' chosen by their error, to t = '// &
-                     rounded_text(run%state%t)//' s; '//count_text(run%summary%cut_steps)//' more refused')
+      call page%item('steps', count_text(run%summary%steps)//' adaptive, to t = '// &
+                     rounded_text(run%state%t)//' s; '//count_text(run%summary%cut_steps)//' rejected')
       if (plan%goal%accuracy > 0.0_wp) then
          call add_error(page, plan%goal%accuracy, run)
       else
@@ -103,15 +102,15 @@ contains
       type(run_t), intent(in) :: run
       character(len=:), allocatable :: text
       associate (summary => run%summary)
-         text = rounded_text(summary%estimate, 3)//' rad of attitude at the end'
+         text = rounded_text(summary%estimate, 3)//' rad of attitude at the end time'
          if (summary%estimate <= accuracy) then
-            text = text//', '//rounded_text(accuracy, 3)//' asked for'
+            text = text//', '//rounded_text(accuracy, 3)//' requested'
          else
-            text = text//'; the '//rounded_text(accuracy, 3)//' asked for is out of reach: '
+            text = text//'; the requested '//rounded_text(accuracy, 3)//' is not attainable: '
             if (summary%round_off > accuracy) then
-               text = text//'of round-off alone come '//rounded_text(summary%round_off, 3)
+               text = text//'round-off alone contributes '//rounded_text(summary%round_off, 3)
             else
-               text = text//'no steps could be shown to meet it'
+               text = text//'no step size meets it'
             end if
          end if
       end associate
@@ -133,7 +132,7 @@ contains
                                            rounded_text(watched%first_time, 15)//' to '// &
                                            rounded_text(watched%last_time, 15)//' s'
             if (watched%number > 0) text = text//'; found to '//rounded_text(watched%worst, 2)// &
-                                           ' s, else as good as the steps'
+                                           ' s, plus the integration error'
             if (i > run%events%n_asked) then
                if (watched%number > 0 .and. watched%event%name /= '') call page%item( &
                   merge('upper ', 'lower ', watched%event%direction > 0)//trim(watched%event%name), text)
@@ -178,7 +177,7 @@ contains
       case (ALL_COMPONENTS)
          text = 'all components'
       case (ONLY_LENGTH)
-         text = 'its length; the attitude is left out'
+         text = 'its length; the attitude is not integrated'
       case (ALONG_AXIS)
          ! The axis and its opposite say the same: shown with its largest component positive.
          text = 'component along '//vector_text( &
@@ -186,8 +185,9 @@ contains
       case default
          text = 'no component is conserved by these effects'
          b = field_of_magnetorquers(effects)
-         if (norm2(b) > 0.0_wp) text = 'the exact motion keeps the component along the field of the magnetorquers, '// &
-                                       vector_text(b/norm2(b))//'; it is not measured'
+         if (norm2(b) > 0.0_wp) text = &
+            'the exact motion conserves the component along the field of the magnetorquers, '// &
+                                       vector_text(b/norm2(b))//'; it is not monitored'
       end select
    end function kept_momentum
 

@@ -37,8 +37,9 @@ contains
             case ('initial')
                call note_angles(group, notes)
             case ('gravity')
-               if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp)) call add_note(notes, '&gravity does '// &
-                  'nothing: the centre of mass is the reference point, which stays at rest (center_of_mass moves it)')
+               if (.not. any(abs(scene%system%body%center_of_mass) > 0.0_wp)) call add_note(notes, &
+                  '&gravity has no effect: '// &
+                  'centre of mass and reference point coincide (set center_of_mass)')
             case ('gravity_gradient')
                if (.not. scene%system%effects%frame_turns) call note_orbit(group, scene%plan%end_time, notes)
             case default
@@ -92,7 +93,7 @@ contains
          if (.not. is_effect(groups(i), kinds)) cycle
          do k = 1, i - 1
             if (told(i) .or. .not. are_alike(groups(i), groups(k))) cycle
-            call add_note(notes, 'a group &'//trim(groups(i)%name)//' stands there twice: its effect counts twice')
+            call add_note(notes, 'a group &'//trim(groups(i)%name)//' appears twice: its effect counts twice')
             told(i) = .true.
          end do
       end do

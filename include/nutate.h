@@ -26,7 +26,7 @@
  *
  * Conventions
  *    ==>  the library reads this argument        <==  it writes it        <=>  both
- *    A handle of which nothing more is to be said is not listed: const says whether the function changes it.
+ *    Handles are listed only where there is more to say; const tells whether the function modifies them.
  *    Every function returns NUTATE_OK (0) or another status; on failure nothing has changed, and what a function would
  *    have written is untouched unless it says otherwise. No argument may be NULL unless it says "or NULL"; a NULL is
  *    reported, never followed.
@@ -34,7 +34,7 @@
  *    whose axes they are then. Body axes are fixed in the body. Both start at the reference point of the body, which
  *    stays at rest. Quaternions are unit quaternions, scalar first, and take body components
  *    to space components. Arrays are contiguous; [3][3] is row by row.
- *    Numbers that are set keep to the limits of the keys of scene files, and are refused in the same words:
+ *    Numeric arguments obey the limits of the scene keys, and are rejected with the same messages:
  *    finite, zero or 1e-300 to 1e100 in size; positive ones at least 1e-100; steps 1e-50 to 1e50 s in size. Times and
  *    states, which a program may carry from call to call, may be as small as they have become.
  *    Truth values are int: 0 or another number. Strings end with NUL; UTF-8 passes through unchanged. Texts are handed
@@ -100,7 +100,7 @@ typedef struct nutate_history nutate_history;
 /* Version of the library, such as "0.1.0". */
 int nutate_get_version(char *buffer, size_t size);
 
-/* One line for a person about a status.
+/* Human-readable description of a status code.
  *   ==>  status   what a function returned; numbers that are no status have a text too */
 int nutate_status_text(int status, char *buffer, size_t size);
 

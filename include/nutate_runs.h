@@ -50,7 +50,7 @@ int nutate_stepper_get(nutate_stepper *stepper, const char *key, char *buffer, s
  * that runs, and must return.   <=>  user, as given */
 typedef int (*nutate_poll)(void *user);
 
-/* Whom a stepper's runs ask, or NULL: nobody. Copies of the stepper ask nobody.   <=>  stepper   ==>  poll, user */
+/* Sets the poll callback of a stepper's runs; NULL for none. Copies do not inherit it.   <=>  stepper   ==>  poll, user */
 int nutate_stepper_set_poll(nutate_stepper *stepper, nutate_poll poll, void *user);
 /* The same for runs of a scene.   <=>  scene   ==>  poll, user */
 int nutate_scene_set_poll(nutate_scene *scene, nutate_poll poll, void *user);

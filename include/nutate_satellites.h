@@ -1,4 +1,4 @@
-/* nutate: satellites. Frames that turn, orbits, the Earth's field, forces, wheels and controllers, added to a system or
+/* nutate: satellites. Rotating frames, orbits, the Earth's field, forces, wheels and controllers, added to a system or
  * read from a stepper. Included by nutate.h, which says what the words and arrows mean; docs/reference/scenes/ has the
  * formulas, under the groups named here.
  *
@@ -9,7 +9,7 @@
  *    nutate_stepper_run(stepper, 100, 1, NULL, 0, NULL);
  *    nutate_stepper_wheel(stepper, 1, &speed, &momentum, work);
  *
- * Wheels count from 1, as in the columns wheel1, wheel2, ... A limit that there is not is INFINITY.
+ * Wheels count from 1, as in the columns wheel1, wheel2, ... A limit that does not exist is INFINITY.
  *
  * Controllers that sample, and limits of speed, are what runs watch over: nutate_stepper_run, ..._run_to and ..._run_history
  * take them, and calls in a row go on as one; single steps and nutate_stepper_state_at refuse them. */
@@ -99,7 +99,7 @@ int nutate_stepper_wheel_count(const nutate_stepper *stepper, size_t *n);
  *   ==>  wheel     1, 2, ...
  *   <==  speed     relative to the body, rad/s; or NULL      <==  momentum  absolute, about the axis, N m s; or NULL
  *   <==  work      [2], of motor and friction since the state was set, J; or NULL
- * Status: NUTATE_BAD_ARGUMENT for a wheel that there is not. */
+ * Status: NUTATE_BAD_ARGUMENT for a wheel that does not exist. */
 int nutate_stepper_wheel(const nutate_stepper *stepper, size_t wheel, double *speed, double *momentum, double work[2]);
 
 /* Lets the motor of a wheel hold a torque from now on, until it is set again or a state is set: for control by the program.

@@ -58,7 +58,7 @@ int nutate_stepper_steps(nutate_stepper *stepper, double dt, int64_t n, int64_t 
 
 /* Keeps the starts of steps from now on, for nutate_stepper_state_at.   <=>  stepper */
 int nutate_stepper_keep_steps(nutate_stepper *stepper);
-/* The state at a time inside the last step that was kept, as good as the method; later steps do not notice.
+/* State at a time inside the last step that was kept, to the accuracy of the method; later steps are unaffected.
  *   ==>  t, s   <==  q [4], attitude; omega [3], body axes, rad/s.   Status: NUTATE_BAD_ARGUMENT for other times. */
 int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], double omega[3]);
 
@@ -124,7 +124,7 @@ int nutate_stepper_euler(const nutate_stepper *stepper, double angles[3]); /* <=
 int nutate_stepper_energy(nutate_stepper *stepper, double energy[5]);
 int nutate_stepper_constraints(const nutate_stepper *stepper, double constraints[2]); /* <== q.q - 1, q.p (kg m2/s) */
 
-/* Which components of the angular momentum in space the effects leave alone.
+/* Which components of the inertial angular momentum are conserved.
  *   <==  components  0 none, 1 the one along axis, 3 all
  *   <==  axis        [3], unit vector, space axes; zero unless components is 1; or NULL */
 int nutate_stepper_conserved(const nutate_stepper *stepper, int *components, double *axis);
@@ -138,7 +138,7 @@ int nutate_stepper_accuracy(const nutate_stepper *stepper, double error[2]);
  *   <==  iterations  Newton iterations; or NULL
  *   <==  residual    last increment over that of the step; or NULL */
 int nutate_stepper_solver(const nutate_stepper *stepper, int *iterations, double *residual);
-/* Steps since the state was set with a root that is taken for the true one without a proof.   <==  steps */
+/* Uncertified steps since the state was set.   <==  steps */
 int nutate_stepper_uncertified(const nutate_stepper *stepper, int64_t *steps);
 
 #ifdef __cplusplus

@@ -27,7 +27,7 @@ int nutate_sweep_size(const nutate_scene *scene, int64_t *members, size_t *field
  *   ==>  scene, field   0 is "member"
  *   <==  is_whole       true: an int64_t, else a double; or NULL
  *   <==  name           such as "omega1"    ==>  size   of name, bytes; 96 do
- * Status: NUTATE_BAD_ARGUMENT for a field that there is not. */
+ * Status: NUTATE_BAD_ARGUMENT if field is out of range. */
 int nutate_sweep_field(const nutate_scene *scene, size_t field, int *is_whole, char *name, size_t size);
 
 /* Gives an ensemble a table of cases, a line for each member; a scene without an ensemble gets one of as many members.
@@ -47,7 +47,7 @@ int nutate_sweep_table(nutate_scene *scene, const char *const *names, size_t n_n
  *   ==>  bytes         of rows: 8 for each field
  *   <==  message       what is wrong; or NULL    ==>  size   of message, bytes
  * Status: NUTATE_BAD_ARGUMENT for members that there are not, for threads that the library lacks, for rows of another
- * size, and for a scene with callbacks, of which members know nothing; NUTATE_STOPPED by the poll of the scene, which the
+ * size, and for a scene with callbacks; NUTATE_STOPPED by the poll of the scene, which the
  * thread that calls asks. */
 int nutate_sweep_members(const nutate_scene *scene, int64_t first, int64_t last, int threads, void *rows, size_t bytes,
                          char *message, size_t size);

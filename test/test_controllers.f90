@@ -384,7 +384,7 @@ contains
       class(stepper_t), allocatable :: stepper
       call make_body(diagonal(moments), problem%system%body, status)
       call add_controller(problem%system, pointing(moments, BY_WHEELS, 0.5_wp), status)
-      call refused('no wheels', 'there is none')
+      call refused('no wheels', 'without wheels')
       controller = pointing(moments, BY_TORQUE, -1.0_wp)
       if (.not. allocated(error)) call add_controller(problem%system, controller, status)
       call refused('a negative period', 'the controller is none')

@@ -44,7 +44,7 @@ contains
             if (allocated(error)) return
             empty%iorder = 3
             call start(empty, work, -1, t, q, p, info)
-            call check(error, info == -9 .and. work(1) == 0.0_wp, 'a query for an order that there is not')
+            call check(error, info == -9 .and. work(1) == 0.0_wp, 'a query for an order that does not exist')
             call start(twin, work, n - 1, t, q, p, info)
             call check(error, info, -12)
             call start(twin, work, n, t, q, p, info)

@@ -128,7 +128,7 @@ contains
          case_t(body//initial//integrator, 'body.0.mass=1', "override: unknown key '0.mass' in &body"), &
          case_t(body//initial//integrator, '-integrator.end_time', 'a.nml:3: &integrator lacks end_time'), &
          case_t(body//initial//integrator, 'integrator.end_time=-1', &
-                'override: end_time has not the sign of time_step'), &
+                'override: end_time and time_step have opposite signs'), &
          case_t(body//initial, 'integrator.end_time=1', 'override: &integrator is incomplete'), &
          case_t(body//initial, 'body.mass=1', 'a.nml:2: the group &integrator is missing'), &
          case_t(body//initial//'&integrator end_time = x /', 'integrator.end_time=1', &

@@ -187,7 +187,7 @@ class NutateOSError(NutateError, OSError):
 
 
 class NutateAccuracyWarning(UserWarning):
-    """A run went to its end, but round-off or the growth of errors keeps the accuracy that was asked for out of reach."""
+    """A run went to its end, but round-off or error growth makes the requested accuracy unattainable."""
 
 
 def warn(message: str) -> None:

@@ -52,10 +52,10 @@ class History(dict):  # type: ignore[type-arg]
             self.accuracy_reached = self.estimated_error <= accuracy.value
 
     def _warn(self) -> None:
-        """Warns where the accuracy was out of reach."""
+        """Issues NutateAccuracyWarning if the requested accuracy was not attained."""
         if self.accuracy_reached is False:
-            warn(f"the accuracy is out of reach: estimated error {self.estimated_error:.1e} rad, {self.round_off:.1e} rad by round-off "
-                 "(expected a larger accuracy, or a shorter run)")
+            warn(f"the requested accuracy is not attainable: estimated error {self.estimated_error:.1e} rad, "
+                 f"{self.round_off:.1e} rad by round-off (expected a larger accuracy, or a shorter run)")
 
 
 def event_group(name: Optional[str], when: Union[str, Sequence[str], None], **keys: Any) -> str:

@@ -1,4 +1,4 @@
-"""Wheels, orbits and frames that turn: what a System takes beside the groups of scenes, and what a Stepper reads of them."""
+"""Reaction wheels, orbits and rotating frames: what a System accepts besides scene groups, and what a Stepper reports of them."""
 
 from __future__ import annotations
 

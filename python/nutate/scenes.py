@@ -47,7 +47,7 @@ class Scene(Recipe):
 
     @property
     def uncertified_steps(self) -> int:
-        """Steps of the last `run` in which a root was taken for that of the true motion without a proof."""
+        """Uncertified steps of the last `run`."""
         return self._uncertified_steps
 
     @property

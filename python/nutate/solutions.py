@@ -1,4 +1,4 @@
-"""A motion from start to end in one call, as SciPy's solve_ivp has it for other equations."""
+"""A motion from start to end in one call, modelled on scipy.integrate.solve_ivp."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
     SciPy; the identity unless given) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space"). A Scene
     gives its body and effects, and start and end where they are not given.
 
-    accuracy   error of the attitude that is not to be exceeded at the end, rad; pilot runs find the steps for it. Or give
+    accuracy   error of the attitude that is not to be exceeded at the end, rad; trial runs find the steps for it. Or give
                local_tolerance=, the error of each step, or time_step=; these and other `settings` are the keys of &integrator
     method     "auto" chooses by the accuracy; see docs/reference/scenes/integrator.md
     t_eval     times of the rows, s, in the order of the run; otherwise the ends of the steps

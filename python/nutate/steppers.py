@@ -1,4 +1,4 @@
-"""Stepping by hand."""
+"""Step-by-step integration."""
 
 from __future__ import annotations
 
@@ -285,7 +285,7 @@ class Stepper(SatelliteState):
 
     @property
     def uncertified_steps(self) -> int:
-        """Steps since the state was set in which a root was taken for that of the true motion without a proof."""
+        """Uncertified steps since the state was set."""
         steps = ctypes.c_int64()
         self._call("nutate_stepper_uncertified", ctypes.byref(steps))
         return steps.value
@@ -303,7 +303,7 @@ class Stepper(SatelliteState):
 
     @property
     def conserved(self) -> tuple[int, Array]:
-        """How many components of the angular momentum in space the effects leave alone, 0, 1 or 3, and the axis of the one (a
+        """How many components of the inertial angular momentum are conserved, 0, 1 or 3, and the axis of the one (a
         unit vector, space axes; else zeros)."""
         components, axis = ctypes.c_int(), np.empty(3)
         self._call("nutate_stepper_conserved", ctypes.byref(components), pointer(axis))

@@ -107,7 +107,7 @@ class SolveTest(unittest.TestCase):
 
         system = nutate.System(moments=(1, 2, 2.5))
         system.add_user_torque(spin_down)
-        with self.assertWarnsRegex(nutate.NutateAccuracyWarning, "out of reach") as caught:
+        with self.assertWarnsRegex(nutate.NutateAccuracyWarning, "not attainable") as caught:
             solution = nutate.solve(system, omega0=(1, 2, 3), t_span=(0, 20), accuracy=1e-16)
         self.assertEqual(os.path.basename(caught.filename), os.path.basename(__file__))
         self.assertEqual((solution.success, solution.status, solution.accuracy_reached), (True, 0, False))

@@ -82,7 +82,7 @@ contains
       end if
       do i = 1, size(of_table)
          if (.not. group%has(trim(of_table(i)))) cycle
-         status = fail(NUTATE_BAD_ARGUMENT, trim(of_table(i))//' stands alone (expected table with it)', of_table(i))
+         status = fail(NUTATE_BAD_ARGUMENT, trim(of_table(i))//' without table (expected table)', of_table(i))
          return
       end do
       torque%in_space = group%has('space')

@@ -120,7 +120,8 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'an orbit has a semi-major axis or an altitude (expected one of them)', &
                        merge('altitude', '        ', group%has('altitude')))
       else if (eccentricity >= 1.0_wp) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the orbit is no ellipse (expected a number >= 0 and < 1)', 'eccentricity')
+         status = fail(NUTATE_BAD_ARGUMENT, 'eccentricity is out of range (expected a number >= 0 and < 1)', &
+                       'eccentricity')
       else if (eccentricity > 0.0_wp .and. group%has('altitude')) then
          status = fail(NUTATE_BAD_ARGUMENT, 'the altitude of an eccentric orbit changes (expected semi_major_axis)', &
                        'altitude')
@@ -128,7 +129,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the axes of an eccentric orbit do not turn at a constant rate '// &
                        "(expected frame = 'inertial')", 'frame')
       else if (group%has('shadow_radius') .and. .not. group%has('sun')) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'shadow_radius stands alone (expected sun with it)', 'shadow_radius')
+         status = fail(NUTATE_BAD_ARGUMENT, 'shadow_radius without sun (expected sun)', 'shadow_radius')
       end if
    end subroutine check_shape
 

@@ -62,7 +62,8 @@ contains
          latitude = group%number('latitude', 0.0_wp)
          if (group%flag('degrees', .false.)) latitude = latitude*(pi/180)
          if (abs(latitude) > 0.5_wp*pi) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the latitude is none (expected -pi/2 to pi/2, or -90 to 90 with '// &
+            status = fail(NUTATE_BAD_ARGUMENT, &
+                          'latitude is out of range (expected -pi/2 to pi/2, or -90 to 90 with '// &
                           'degrees)', 'latitude')
             return
          end if

@@ -30,7 +30,7 @@ contains
          call exclude(group, of_waves, 'table and ', ' exclude each other (expected one of the two)', status)
          if (status%ok()) call build_table(group, motor, status)
       else
-         call exclude(group, of_table, '', ' stands alone (expected table with it)', status)
+         call exclude(group, of_table, '', ' without table (expected table)', status)
          if (status%ok()) call build_wave(group, motor, status)
       end if
    end subroutine build_motor

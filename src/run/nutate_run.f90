@@ -268,7 +268,7 @@ contains
       end select
    end subroutine point_to_stepper
 
-   !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that there is not, and for
+   !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist, and for
    !> switches in a run to an accuracy, whose pilot runs do not look for events.
    subroutine expect(self, events, system, status)
       !> Begun.
@@ -476,8 +476,9 @@ contains
       n = max(n, 0_long)
    end function steps_to
 
-   !> The state at a time inside the last step (dense output), as good as the method; later steps do not notice. Errors:
-   !> `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept (`is_looked_into`).
+   !> The state at a time inside the last step (dense output), to the accuracy of the method; later steps are
+   !> unaffected. Errors: `NUTATE_BAD_ARGUMENT` for a time outside of the step, or one that has not been kept
+   !> (`is_looked_into`).
    subroutine look(self, system, t, state, status)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system

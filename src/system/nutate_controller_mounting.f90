@@ -39,7 +39,7 @@ contains
       end if
       if (controller%follows_orbit) then
          if (.not. system%effects%on_orbit) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'the target is seen from an orbit, and there is none '// &
+            status = fail(NUTATE_BAD_ARGUMENT, "target_from = 'lvlh' without an orbit "// &
                           '(expected &orbit)', 'target_from')
             return
          end if
@@ -71,7 +71,7 @@ contains
       type(status_t), intent(inout) :: status
       integer :: i
       if (system%effects%n_wheels == 0) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'a controller by wheels, and there is none (expected &wheel)', 'by')
+         status = fail(NUTATE_BAD_ARGUMENT, "by = 'wheels' without wheels (expected &wheel)", 'by')
          return
       end if
       do i = 1, system%effects%n_wheels

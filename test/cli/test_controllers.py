@@ -139,7 +139,7 @@ class Controllers(CommandLineTest):
         for law in ("law = 'bdot', gain = 3", LAW[len("&controller "):] + ", by = 'magnetorquers', sample = 0.5"):
             magnetorquers = "&controller " + law + ", field = 0, 0.3, -0.4 /\n"
             self.write("magnetorquers.nml", magnetorquers + BODY)
-            said = "the exact motion keeps the component along the field of the magnetorquers, 0, 0.6, -0.8; it is not measured"
+            said = "the exact motion conserves the component along the field of the magnetorquers, 0, 0.6, -0.8; it is not monitored"
             self.assertIn(said, self.succeed("check", "magnetorquers.nml").stdout)
             self.assertIn(said, self.succeed("run", "magnetorquers.nml").stderr)
             momenta = [0.6 * row[9] - 0.8 * row[10] for row in self.history("magnetorquers.csv")[1]]

@@ -136,11 +136,11 @@ class Pictures(CommandLineTest):
         self.assertEqual(self.names(), ["bin", "box.csv", "box.nml", "top.nml"])
 
     def test_what_is_no_history_is_refused(self):
-        bad = {"no.csv": ("a,b\n1,2\n", "no.csv:1: this is no history"), "empty.csv": ("", "cannot be read"),
+        bad = {"no.csv": ("a,b\n1,2\n", "no.csv:1: not a history"), "empty.csv": ("", "cannot be read"),
                "word.csv": ("t,L1,L2,L3\n0,1,x,3\n", "word.csv:2: 'x' is not a number"),
                "short.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2\n", "short.csv:3: 2 fields (expected 4)"),
                "wide.csv": ("t,L1,L2,L3\n0,1,2,3\n1,2,3,4,5\n", "wide.csv:3: more than 4 fields"),
-               "row.csv": ("t,L1,L2,L3\n0,1,2,3\n", "no rows to draw"),
+               "row.csv": ("t,L1,L2,L3\n0,1,2,3\n", "no rows to plot"),
                "else.csv": ("t,depth\n0,1\n1,1\n", "else.csv: none of its columns is one of nutate (expected --columns NAME")}
         for name, (text, says) in bad.items():
             self.write(name, text)
@@ -163,7 +163,7 @@ class Refusals(CommandLineTest):
     def test_of_plot(self):
         self.fail_with(2, "plot", says=("there is no history (expected nutate plot HISTORY.csv)",))
         self.fail_with(2, "plot", "a.csv", "b.csv", says=("unexpected argument 'b.csv' (expected one history)",))
-        self.fail_with(2, "plot", "a.csv", "--output", "a.gif", says=("a.gif is no picture",))
+        self.fail_with(2, "plot", "a.csv", "--output", "a.gif", says=("a.gif is not a picture file",))
         self.fail_with(2, "plot", "a.csv", "--quiet", says=("nutate plot has no option --quiet",))
         self.succeed("run", "box.nml", "--quiet")
         os.rename(self.path("box.csv"), self.path("box.svg"))

@@ -208,7 +208,7 @@ class Members(SweepTest):
         self.fail_with(2, "sweep", "tumble.nml", "--members", "1:201", says=["no member 201", "1 to 200"])
         self.fail_with(2, "sweep", "tumble.nml", "--member", "0", says=["not the number of a member"])
         self.fail_with(2, "sweep", "tumble.nml", "--members", "5", says=["expected A:B"])
-        self.fail_with(2, "sweep", "tumble.nml", "--member", "1", "--resume", says=["one member alone"])
+        self.fail_with(2, "sweep", "tumble.nml", "--member", "1", "--resume", says=["--member cannot be combined"])
         self.fail_with(2, "sweep", "box.nml", says=["no group &ensemble"])
         self.fail_with(2, "sweep", "tumble.nml", "--output", "tumble.nml", says=["the scene itself"])
         self.fail_with(2, "run", "tumble.nml", "--threads", "2", says=["no option --threads"])

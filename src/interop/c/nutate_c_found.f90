@@ -111,7 +111,7 @@ contains
       code = NUTATE_OK
    end function give_count
 
-   !> Gives one event to C. Status: `NUTATE_BAD_ARGUMENT` for one that there is not.
+   !> Gives one event to C. Status: `NUTATE_BAD_ARGUMENT` for one that does not exist.
    integer(c_int) function give(self, i, name, size, number, t, q, omega) result(code)
       class(found_events_t), intent(in) :: self
       !> From 0.

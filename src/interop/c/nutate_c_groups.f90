@@ -219,7 +219,7 @@ contains
    end subroutine parse_motor_keys
 
    !> Gives a wheel of a system the motor that keys of `&wheel` describe. Errors: those of the keys and of
-   !> `build_motor`; `NUTATE_BAD_ARGUMENT` for a wheel that there is not, or that is driven already.
+   !> `build_motor`; `NUTATE_BAD_ARGUMENT` for a wheel that does not exist, or that is driven already.
    subroutine add_motor_of(group, number, system, status)
       !> Without axis, inertia, speed, friction and limits.
       type(group_t), intent(inout) :: group

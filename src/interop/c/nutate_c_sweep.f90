@@ -165,7 +165,7 @@ contains
       else if (threads > 1 .and. .not. has_threads()) then
          status = fail(NUTATE_BAD_ARGUMENT, 'this library was built without threads (expected 1)', 'threads')
       else if (handle%calls_back) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the scene has callbacks, of which members know nothing', 'scene')
+         status = fail(NUTATE_BAD_ARGUMENT, 'scenes with callbacks cannot be swept', 'scene')
       end if
    end subroutine check_members
 

@@ -63,8 +63,8 @@ contains
       code = conclude(handle, status)
    end function nutate_stepper_set_motor
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a wheel that there is not, or that something else drives, and for a torque that
-   !> is none, or above its limit.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a wheel that does not exist, or that something else drives, and for a torque
+   !> that is none, or above its limit.
    subroutine check_motor(effects, wheel, torque, status)
       type(effect_list_t), intent(in) :: effects
       integer(c_size_t), intent(in) :: wheel

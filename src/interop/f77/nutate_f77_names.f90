@@ -32,7 +32,7 @@ module nutate_f77_names
 
 contains
 
-   !> Name of an argument; empty for a routine or an argument that there is not.
+   !> Name of an argument; empty for a routine or an argument that does not exist.
    pure function argument_name(routine, number) result(name)
       !> In upper or lower case.
       character(len=*), intent(in) :: routine

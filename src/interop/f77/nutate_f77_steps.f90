@@ -242,7 +242,7 @@ subroutine nustat(istat, w, work, lwork, info)
    w = place%work
 end subroutine nustat
 
-!> NUNCER tells in how many of the steps since NUINIT a root was taken for that of the true motion without a proof.
+!> NUNCER returns the number of steps since NUINIT that are not certified.
 subroutine nuncer(num, work, lwork, info)
    use nutate_f77_check, only: is_ready
    use nutate_f77_work, only: get_place, place_t

@@ -17,7 +17,7 @@ subroutine nutext(info, text)
    case (NUTATE_OK)
       text = 'success'
    case (NUTATE_NOT_CONVERGED)
-      text = 'a step was not solved, not even cut into parts: does TOR or POT jump?'
+      text = 'a step did not converge even when subdivided: is TOR or POT discontinuous?'
    case (NUTATE_OFF_BRANCH)
       text = 'a step is too long to follow the motion, even cut into parts'
    case (NUTATE_SINGULAR)

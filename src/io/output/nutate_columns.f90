@@ -182,7 +182,7 @@ contains
    end function need_attitude
 
    !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
-   !> a wheel, an orbit or a sun that there is not, and for two sets with the same columns.
+   !> a wheel, an orbit or a sun that does not exist, and for two sets with the same columns.
    subroutine choose(self, names, status, degrees, effects)
       class(columns_t), intent(inout) :: self
       character(len=*), intent(in) :: names(:)
@@ -237,26 +237,27 @@ contains
       if (nearest == '') text = 'expected a set such as '//comma_list(column_sets(1:3)%name)
    end function hint
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, a controller, a field, an orbit or a sun that there is not.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for a set of a wheel, a controller, a field, an orbit or a sun that does not exist.
    subroutine check_shown(set, effects, status)
       type(column_set_t), intent(in) :: set
       type(effect_list_t), intent(in) :: effects
       type(status_t), intent(out) :: status
       if (set%wheel > effects%n_wheels) then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a wheel that there is not "// &
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a wheel that does not exist "// &
                        '(expected one group &wheel for each)', 'columns')
       else if (set%controller > 0 .and. .not. has_controller(set%controller, set%points, effects)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a controller that there is not "// &
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"// &
+                       trim(set%name)//"' refer to a controller that does not exist "// &
                        '(expected one group &controller for each'//trim(merge(', which points', '              ', &
                                                                              set%points))//')', 'columns')
       else if (set%field .and. .not. has_field(effects)) then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a field that there is not "// &
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a field that does not exist "// &
                        '(expected &earth_field, or field in &controller or &dipole)', 'columns')
       else if (set%orbit .and. .not. effects%on_orbit) then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of an orbit that there is not "// &
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to an orbit that does not exist "// &
                        '(expected &orbit with them)', 'columns')
       else if (set%sun .and. .not. effects%orbit%has_sun()) then
-         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' of a sun that there is not "// &
+         status = fail(NUTATE_BAD_ARGUMENT, "columns '"//trim(set%name)//"' refer to a sun that does not exist "// &
                        '(expected sun in &orbit with them)', 'columns')
       else if (set%name == 'energies' .and. energy_headers(effects) == '') then
          status = fail(NUTATE_BAD_ARGUMENT, "columns 'energies' of potentials that there are not "// &
@@ -462,7 +463,7 @@ contains
    end function attitude_in_lvlh
 
    !> Speed relative to the body, rad/s, absolute momentum about the axis, N m s, work of the motor and of the friction
-   !> so far, J; zeros for a wheel that there is not. Shape (4).
+   !> so far, J; zeros for a wheel that does not exist. Shape (4).
    pure function of_wheel(i, system, state) result(values)
       integer, intent(in) :: i
       type(system_t), intent(in) :: system

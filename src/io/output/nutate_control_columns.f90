@@ -17,8 +17,8 @@ module nutate_control_columns
 contains
 
    !> Commanded and applied torque, N m, or moment of magnetorquers, A m², body axes, and how often a component of it,
-   !> or the torque of a motor, has come to its limit; shape (7). Zeros for a controller that there is not, and for the
-   !> commands of one that does not act.
+   !> or the torque of a motor, has come to its limit; shape (7). Zeros for a controller that does not exist, and for
+   !> the commands of one that does not act.
    pure function controller_values(n, system, state) result(values)
       !> Which controller, in the order of the scene.
       integer, intent(in) :: n
@@ -127,7 +127,7 @@ contains
       end do
    end function saturations_of
 
-   !> Angle from the target of a controller, rad; 0 for one that there is not.
+   !> Angle from the target of a controller, rad; 0 for one that does not exist.
    pure real(wp) function pointing_error(n, system, state) result(angle)
       !> Which controller, in the order of the scene.
       integer, intent(in) :: n

@@ -321,7 +321,7 @@ contains
       type(output_settings_t), intent(out) :: output
    end subroutine forget_run
 
-   !> Raises an error for columns of a wheel or an orbit that there is not.
+   !> Raises an error for columns of a wheel or an orbit that does not exist.
    subroutine check_columns(group, names, effects, error)
       !> The group `&output`.
       type(group_t), intent(in) :: group

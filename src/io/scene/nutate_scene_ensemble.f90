@@ -64,7 +64,7 @@ contains
       if (.not. error%raised) call check_event_names(groups, error)
       if (error%raised) return
       if (any(plan%histories > plan%members)) call error%raise( &
-         groups(at)%line_of('histories'), 'histories names a member that there is not', expected='numbers of members')
+         groups(at)%line_of('histories'), 'histories lists a member that does not exist', expected='numbers of members')
    end subroutine build_ensemble
 
    !> What is kept, and how draws are made.

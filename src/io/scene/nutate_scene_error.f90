@@ -147,7 +147,7 @@ contains
       character(len=*), intent(in) :: name, needed
       type(scene_error_t), intent(inout) :: error
       if (.not. group%has(name) .or. group%has(needed)) return
-      call error%raise(group%line, name//' in &'//trim(group%name)//' stands alone', expected=needed//' with it')
+      call error%raise(group%line, name//' in &'//trim(group%name)//' requires '//needed, expected=needed)
    end subroutine demand_with
 
    !> Names as `a, b or c`.

@@ -136,22 +136,23 @@ contains
       do i = 1, n
          event%columns(i) = group%text_at('when', i)
          if (shows_orbit(event%columns(i)) .and. .not. effects%on_orbit) call error%raise( &
-            group%line_of('when'), "'"//trim(event%columns(i))//"' is of an orbit that there is not", &
+            group%line_of('when'), "'"//trim(event%columns(i))//"' refers to an orbit that does not exist", &
             expected='&orbit with it')
          if (error%raised) return
          if (shows_sun(event%columns(i)) .and. .not. effects%orbit%has_sun()) call error%raise( &
-            group%line_of('when'), "'"//trim(event%columns(i))//"' is of a sun that there is not", &
+            group%line_of('when'), "'"//trim(event%columns(i))//"' refers to a sun that does not exist", &
             expected='sun in &orbit with it')
          if (error%raised) return
          if (wheel_of(event%columns(i)) <= effects%n_wheels) cycle
-         call error%raise(group%line_of('when'), "'"//trim(event%columns(i))//"' is of a wheel that there is not", &
+         call error%raise(group%line_of('when'), "'"// &
+                          trim(event%columns(i))//"' refers to a wheel that does not exist", &
                           expected='one group &wheel for each')
          return
       end do
       call event%place()
       if (group%has('weights')) then
          if (group%count_of('weights') /= n) then
-            call error%raise(group%line_of('weights'), 'weights are not as many as columns', &
+            call error%raise(group%line_of('weights'), 'the number of weights differs from the number of columns', &
                              expected='one for each column of when')
             return
          end if

@@ -83,7 +83,7 @@ contains
       type(effect_list_t), intent(in) :: effects
       type(scene_error_t), intent(inout) :: error
       if (group%text('rate_from', 'inertial') == 'frame' .and. .not. effects%frame_turns) &
-         call error%raise(group%line_of('rate_from'), 'there is no frame that turns', &
+         call error%raise(group%line_of('rate_from'), 'there is no rotating frame', &
                           expected='&rotating_frame with it')
       if (effects%on_orbit) return
       if (group%text('rate_from', 'inertial') == 'lvlh') &

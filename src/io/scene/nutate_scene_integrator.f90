@@ -139,7 +139,7 @@ contains
                        expected=trim(range(1))//' to '//trim(range(2)))
    end subroutine check_series
 
-   !> Raises an error for a combination of method, formulation and order that there is not.
+   !> Raises an error for a combination of method, formulation and order that does not exist.
    subroutine check_method(group, settings, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(in) :: settings
@@ -208,7 +208,7 @@ contains
          return
       end if
       if ((plan%time_step > 0.0_wp) .neqv. (plan%end_time > 0.0_wp)) then
-         call error%raise(group%line_of('end_time'), 'end_time has not the sign of time_step', &
+         call error%raise(group%line_of('end_time'), 'end_time and time_step have opposite signs', &
                           expected='both positive, or both negative to go back in time')
       else if (.not. is_countable(plan%end_time, plan%time_step)) then
          call error%raise(group%line_of('time_step'), 'time_step is too small for end_time', &

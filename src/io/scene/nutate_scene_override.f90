@@ -78,7 +78,7 @@ contains
       if (.not. error%raised) call find_group(trim(kinds(at%kind)%name), line, groups, at, error)
    end subroutine find_name
 
-   !> Finds the group. Raises an error for a second one, or a later one, that there is not.
+   !> Finds the group. Raises an error for a second one, or a later one, that does not exist.
    subroutine find_group(name, line, groups, at, error)
       character(len=*), intent(in) :: name
       !> `LINE_OF_...`

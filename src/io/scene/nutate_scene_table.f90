@@ -145,7 +145,7 @@ contains
       do column = 1, size(units)
          call next_field(text, position, first, last, ends, problem)
          if (problem == '' .and. (ends .neqv. column == size(units))) &
-            problem = 'the header has not as many columns as it must (expected '//header_of(units)//')'
+            problem = 'the header has the wrong number of columns (expected '//header_of(units)//')'
          if (problem /= '') return
          if (.not. has_unit(text(first:last), trim(units(column)))) then
             problem = quoted(text(first:last))//' has not the unit ('//trim(units(column))//') at its end '// &
@@ -187,7 +187,7 @@ contains
       do column = 1, size(numbers)
          call next_field(text, position, first, last, ends, problem)
          if (problem == '' .and. (ends .neqv. column == size(numbers))) &
-            problem = 'the line has not as many numbers as the header has columns (expected one for each)'
+            problem = 'wrong number of values in this line (expected one per column)'
          if (problem /= '') return
          call read_quickly(text(first:last), numbers(column), done)
          if (.not. done) call read_real(text(first:last), numbers(column), problem)

@@ -99,7 +99,7 @@ contains
          fits = group%count_of(name) == expected .or. (name == 'points' .and. group%count_of(name) == 1)
          write (number, '(i0)') expected
          if (.not. fits) then
-            call error%raise(group%line_of(name), name//' has not as many numbers as it must', &
+            call error%raise(group%line_of(name), name//' has the wrong number of values', &
                              expected=trim(number))
             return
          end if

@@ -81,7 +81,7 @@ module nutate_taylor_stepper
 
 contains
 
-   !> Errors: `NUTATE_BAD_ARGUMENT` for an effect without series, or an order that there is not.
+   !> Errors: `NUTATE_BAD_ARGUMENT` for an effect without series, or an order that does not exist.
    subroutine set_up(self, system, settings, status)
       class(taylor_t), intent(inout) :: self
       type(system_t), intent(in) :: system
