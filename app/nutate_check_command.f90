@@ -168,7 +168,7 @@ contains
       integer :: k
       text = ''
       do k = 1, size(keys)
-         ! Its name, and whether it is on, are said apart.
+         ! Its name, and whether it is on, are reported apart.
          if (keys(k)%kind == KEY_LOGICAL .or. keys(k)%name == 'name') cycle
          if (group%has(trim(keys(k)%name))) text = text//'; '//trim(keys(k)%name)//' = '//values_text(group, keys(k))
       end do
@@ -363,7 +363,7 @@ contains
       if (rows > most_rows(scene)) refusal = too_many_rows(scene, rows)
    end subroutine add_output
 
-   !> Steps, rows and size where steps are chosen by their error: found as `run` would find them.
+   !> Steps, rows and size where steps are adaptive: found as `run` would find them.
    subroutine add_expected_rows(page, scene)
       type(page_t), intent(inout) :: page
       type(scene_t), intent(in) :: scene

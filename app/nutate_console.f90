@@ -56,7 +56,7 @@ contains
       call self%lines%put(text)
    end subroutine item
 
-   !> Shows a page. On standard output a page that cannot be written is an error; on standard error there is nobody
+   !> Shows a page. On standard output a page that cannot be written is an error; on standard error there is no one
    !> to tell.
    subroutine show_page(page, descriptor, exit_code)
       type(page_t), intent(in) :: page

@@ -86,7 +86,7 @@ contains
              ' in &output; every = 1 for all of them)'
    end function too_many_rows
 
-   !> Steps and rows to expect where pilot runs have found them; blank elsewhere.
+   !> Steps and rows to expect where trial runs have found them; blank elsewhere.
    function expectation_text(scene, run) result(text)
       type(scene_t), intent(in) :: scene
       !> Begun, its steps found.

@@ -99,7 +99,7 @@ contains
       text = count_text(int(width, long))//','//count_text(int(height, long))
    end function size_text
 
-   !> Adds a line to the script. That one could not be written is said by `draw`.
+   !> Adds a line to the script. That one could not be written is reported by `draw`.
    subroutine put(self, line)
       class(picture_t), intent(inout) :: self
       character(len=*), intent(in) :: line

@@ -130,7 +130,7 @@ contains
       call add_exit_codes(page)
    end subroutine add_sweep_notes
 
-   !> What the page shows and what it takes.
+   !> What the page shows and what is needed.
    subroutine add_view_notes(page)
       type(page_t), intent(inout) :: page
       call page%line('')

@@ -31,10 +31,10 @@ module nutate_run_command
 
    public :: run_command
 
-   !> What looks on while pilot runs find the steps of a run: a progress bar for each of them, and signals.
+   !> What looks on while trial runs find the steps of a run: a progress bar for each of them, and signals.
    type, extends(stop_watcher_t) :: pilot_watcher_t
       type(progress_bar_t) :: progress
-      !> Pilot runs so far, that under way included.
+      !> Trial runs so far, that under way included.
       integer(long), private :: runs = 0
       !> Start and length of each run, s.
       real(wp), private :: t_first = 0.0_wp, duration = 0.0_wp

@@ -14,7 +14,7 @@ module nutate_run_signals
 
    public :: stop_watcher_t, watch_signals, caught_signal, signal_flag, signal_name, end_by_signal, check_signals
 
-   !> Ends runs without any other observer when a signal asks for it.
+   !> Ends runs without any other observer on a signal.
    type, extends(observer_t) :: stop_watcher_t
    contains
       procedure :: observe => ignore_row

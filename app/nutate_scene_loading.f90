@@ -29,7 +29,7 @@ contains
       if (index(message, PLACE_OF_UNSET) == 1) message = '--unset: '//message(len(PLACE_OF_UNSET) + 1:)
    end subroutine read_scene_of
 
-   !> Reads the scene; what is wrong with it is said in one line.
+   !> Reads the scene; what is wrong with it is reported in one line.
    subroutine load_scene(command, scene, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(out) :: scene

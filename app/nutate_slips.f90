@@ -26,7 +26,7 @@ contains
       call add_slips(scene, notes)
    end subroutine collect_notes
 
-   !> Adds notes on likely slips to others.
+   !> Adds notes on warnings to others.
    subroutine add_slips(scene, notes)
       type(scene_t), intent(in) :: scene
       type(note_t), allocatable, intent(inout) :: notes(:)

@@ -67,7 +67,7 @@ contains
       call files%report(exit_code)
    end subroutine check_names
 
-   !> True if Python can be started and has what it takes.
+   !> True if Python can be started and has what is needed.
    logical function python_is_ready()
       integer :: exit_status, command_status
       call execute_command_line('python3 -c "import nutate" >/dev/null 2>&1', exitstat=exit_status, &

@@ -83,7 +83,7 @@ contains
               + b(11)*k(:, 11) + b(12)*k(:, 12)
    end function weighted
 
-   !> n steps of one length to the end; q is normalised in each.
+   !> n fixed steps to the end; q is normalised in each.
    pure subroutine run_rk8(problem, n, y)
       type(bare_problem_t), intent(in) :: problem
       integer, intent(in) :: n

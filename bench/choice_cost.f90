@@ -1,4 +1,4 @@
-!> What `accuracy` costs on every scene, pilot runs included, with the methods that `method = 'auto'` chooses from, and
+!> What `accuracy` costs on every scene, trial runs included, with the methods that `method = 'auto'` chooses from, and
 !> with what it chooses.
 !>
 !> Runs are repeated in turn, so that a busy machine slows all of them alike, and the shortest counts.
@@ -18,7 +18,7 @@ program bench_choice
    integer, parameter :: rounds = 7
    integer, parameter :: n_ways = 4
 
-   write (*, '(a,t44,8es10.0)') 'ms, pilot runs included, for an accuracy of (rad)', accuracies
+   write (*, '(a,t44,8es10.0)') 'ms, trial runs included, for an accuracy of (rad)', accuracies
    call study('all_effects', 20.0_wp)
    call study('', 10.0_wp)
    call study('box', 20.0_wp)

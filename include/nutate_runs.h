@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/* As nutate_stepper_run_to, with its rows in a history that has room for all of them, and at times of one's own if there
+/* As nutate_stepper_run_to, with its rows in a history that has room for all of them, and at user-defined times if there
  * are any.
  *   <=>  stepper   on failure at the last state reached
  *   ==>  end_time  s
@@ -45,7 +45,7 @@ int nutate_stepper_get(nutate_stepper *stepper, const char *key, char *buffer, s
 
 /* ---- Runs that can be asked to stop ------------------------------------------------------------------------------ */
 
-/* Asked some fifty times a second while a run or a row of steps goes on, pilot runs included, between two steps. An answer
+/* Asked some fifty times a second while a run or a row of steps goes on, trial runs included, between two steps. An answer
  * other than 0 ends it with NUTATE_STOPPED, at the last state reached and with the rows so far. It is called by the thread
  * that runs, and must return.   <=>  user, as given */
 typedef int (*nutate_poll)(void *user);

@@ -32,7 +32,7 @@ int nutate_scene_destroy(nutate_scene **scene); /* frees it   <=>  scene */
 int nutate_scene_get_title(const nutate_scene *scene, char *buffer, size_t size);
 
 /* Times of a scene.
- *   <==  time_step  s; 0 where steps are chosen by their error; or NULL
+ *   <==  time_step  s; 0 where steps are adaptive; or NULL
  *   <==  end_time   s; or NULL
  *   <==  every      nominal steps between rows; or NULL */
 int nutate_scene_get_plan(const nutate_scene *scene, double *time_step, double *end_time, int64_t *every);

@@ -63,7 +63,7 @@ int nutate_stepper_keep_steps(nutate_stepper *stepper);
 int nutate_stepper_state_at(nutate_stepper *stepper, double t, double q[4], double omega[3]);
 
 /* Nominal steps of the time_step set: as `nutate run` makes them. The k-th ends at t0 + k time_step; steps end where
- * torques start and stop; a step that fails is cut into parts. Calls in a row, of nutate_stepper_run_to too, continue the
+ * torques start and stop; a step that fails is subdivided. Calls in a row, of nutate_stepper_run_to too, continue the
  * count of steps.
  *   <=>  stepper   on failure at the last state reached: where a callback failed, that before the step
  *   ==>  n         number of nominal steps, >= 0
@@ -75,11 +75,11 @@ int nutate_stepper_run(nutate_stepper *stepper, int64_t n, int64_t every, double
                        size_t *n_rows);
 
 /* Runs to a time: with nominal steps, the last one shortened to end there; or, where accuracy or local_tolerance is
- * set, with steps chosen by their error.
+ * set, with adaptive steps.
  *   <=>  stepper   on failure at the last state reached
  *   ==>  end_time  s
- *   ==>  every     steps between rows, >= 1; where steps are chosen by their error and interval > 0 it does not count
- *   ==>  interval  time between rows, s, where steps are chosen by their error; else 0
+ *   ==>  every     steps between rows, >= 1; where steps are adaptive and interval > 0 it does not count
+ *   ==>  interval  time between rows, s, where steps are adaptive; else 0
  *   <==  rows      [capacity][width] of the columns chosen: the first state, those every so often, and the last; or NULL
  *   ==>  capacity  rows that fit into rows; a run that has more stops with NUTATE_STEP_LIMIT. 0 with NULL
  *   <==  n_rows    rows written, also on failure; or NULL */

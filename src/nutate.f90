@@ -18,7 +18,7 @@
 !> `system%effects%add(...)`: built-in ones such as `gravity_t`, or a program's own extension of `potential_t` or
 !> `torque_t`.
 !>
-!> `integrate` runs to an end time, by steps of one length or, with a goal in place of it, by steps that keep to an
+!> `integrate` runs to an end time, by fixed steps or, with a goal in place of it, by steps that keep to an
 !> error:
 !>
 !>     call integrate(system, integrator_settings_t(), state, run_plan_t(time_step=0.01_wp, end_time=20.0_wp), status)

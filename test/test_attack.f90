@@ -1,4 +1,4 @@
-!> The attack on the true root, shortened, and the oracle that it goes by.
+!> The attack on the true root, shortened, and the oracle that it follows.
 module test_attack
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_kinds, only: wp

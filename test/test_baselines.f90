@@ -182,7 +182,7 @@ contains
       call check_close(error, b%p, a%p, 1e-12_wp*norm2(a%p), "p")
    end subroutine as_the_conserving_steps
 
-   !> The residual of the energy account falls with the order of the method.
+   !> The residual of the energy balance falls with the order of the method.
    subroutine work_is_the_change_of_energy(error)
       type(error_type), allocatable, intent(out) :: error
       integer, parameter :: n(2) = [40, 16]

@@ -1,4 +1,4 @@
-!> Bounds of potentials and torques of one's own, by every way to give them: the list of effects, C, FORTRAN 77.
+!> Bounds of user-defined potentials and torques, by every way to give them: the list of effects, C, FORTRAN 77.
 module test_bounds
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_double, c_funloc, c_int, c_int64_t, c_loc, c_null_char, c_null_funptr, &

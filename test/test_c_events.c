@@ -81,7 +81,7 @@ int test_c_events_found(void)
     return 0;
 }
 
-/* A run ends at the event; the next one goes on behind it, with its count, by steps of one length or by their error. */
+/* A run ends at the event; the next one goes on behind it, with its count, by fixed steps or by their error. */
 int test_c_events_stop(void)
 {
     nutate_stepper *stepper = NULL;

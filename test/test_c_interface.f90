@@ -104,8 +104,8 @@ contains
                   new_unittest("a torque that jumps is named, and dop853 runs", jumping_torque), &
                   new_unittest("texts are cut and ended", texts), &
                   new_unittest("attitudes there and back", attitudes), &
-                  new_unittest("a potential of one's own is as good as a built-in one", own_gravity), &
-                  new_unittest("a torque of one's own is as good as a built-in one", own_damping), &
+                  new_unittest("a user-defined potential is as good as a built-in one", own_gravity), &
+                  new_unittest("a user-defined torque is as good as a built-in one", own_damping), &
                   new_unittest("work and energy count from the state that was set", account_of_a_new_state), &
                   new_unittest("steps without a proof are counted", uncertified_steps), &
                   new_unittest("the exact motion is that of short steps", exact_motion), &

@@ -66,7 +66,7 @@ static int start(const nutate_system *system, const char *solver, nutate_stepper
     return 0;
 }
 
-/* Steps two steppers together; the largest difference of their attitudes. The first keeps its energy account. */
+/* Steps two steppers together; the largest difference of their attitudes. The first keeps its energy balance. */
 static int compare(nutate_stepper *a, nutate_stepper *b, double *worst)
 {
     double qa[4], qb[4], energy[5], angle;
@@ -122,7 +122,7 @@ int test_c_own_gravity(int with_hessian, double *worst)
 }
 
 /* Work and energy residual count from the state that was set, whatever was run before: by nominal steps, to a time, by
- * steps chosen by their error, one by one. What is run afterwards has the bits of a stepper that was never used. */
+ * adaptive steps, one by one. What is run afterwards has the bits of a stepper that was never used. */
 static int check_new_state(const nutate_system *system, int way, int canonical)
 {
     double q[4], p[4], ea[5], eb[5];
@@ -268,7 +268,7 @@ static void *work_in_thread(void *argument)
     return NULL;
 }
 
-/* Steps under a potential of one's own, of which nothing is known, are counted as not certified: single ones, several,
+/* Steps under a user-defined potential, of which nothing is known, are counted as not certified: single ones, several,
  * nominal ones, those chosen by their error; not those before a new state, nor those of a free body. */
 int test_c_uncertified_steps(void)
 {

@@ -25,7 +25,7 @@ static int same_state(nutate_stepper *a, nutate_stepper *b)
     return !memcmp(&t, &tb, sizeof t) && !memcmp(q, qb, sizeof q) && !memcmp(p, pb, sizeof p) && !memcmp(e, eb, sizeof e);
 }
 
-/* The rows of nutate_stepper_run_to, with nominal steps, an accuracy and a tolerance; rows at times of one's own. */
+/* The rows of nutate_stepper_run_to, with nominal steps, an accuracy and a tolerance; rows at user-defined times. */
 int test_c_run_histories(void)
 {
     static const char *const ways[3][2] = {

@@ -97,7 +97,7 @@ int test_c_sweep_table(void)
     return 0;
 }
 
-/* What is wrong is said, and nothing is written. */
+/* What is wrong is reported, and nothing is written. */
 int test_c_sweep_refused(void)
 {
     static const char *const names[1] = {"body.inertia.2"}, *const none[1] = {NULL};

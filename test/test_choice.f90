@@ -49,7 +49,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("a free body is solved in closed form", free_body_is_solved), &
-                  new_unittest("short smooth motions take steps of one length", smooth_motions_take_equal_steps), &
+                  new_unittest("short smooth motions take fixed steps", smooth_motions_take_equal_steps), &
                   new_unittest("other tops take the series at any accuracy", tops_take_series), &
                   new_unittest("other motions take the series from 1e-8 rad on", others_take_series_late), &
                   new_unittest("long motions take the series sooner", long_motions_take_series), &

@@ -285,7 +285,7 @@ contains
       end do
    end subroutine a_step_tried_again
 
-   !> All that a projection goes by travels with the state: a stepper that tries steps of other lengths and has them
+   !> All that a projection follows travels with the state: a stepper that tries steps of other lengths and has them
    !> taken back gives the digits of one that does not. (`taylor` uses the series of such a step again.)
    subroutine steps_aside_leave_no_trace(error)
       type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Steps chosen by their error: the accuracy asked for is the error that comes out, and nothing else suffers.
+!> Adaptive steps: the accuracy asked for is the error that comes out, and nothing else suffers.
 module test_control
    use nutate_applied_torque, only: applied_torque_t
    use nutate_damping, only: damping_t
@@ -44,7 +44,7 @@ contains
                   new_unittest("accuracy is met on a free body", accuracy_on_a_free_body), &
                   new_unittest("accuracy is met on the unstable box", accuracy_on_the_box), &
                   new_unittest("accuracy is met with all kinds of effects", accuracy_with_effects), &
-                  new_unittest("accuracy out of reach is said to be", accuracy_out_of_reach), &
+                  new_unittest("accuracy out of reach is reported to be", accuracy_out_of_reach), &
                   new_unittest("rows at intervals are as accurate as the steps", rows_at_intervals), &
                   new_unittest("rows do not disturb the steps", rows_do_not_disturb), &
                   new_unittest("local tolerance bounds the error of each step", local_tolerance_bounds_steps), &
@@ -55,7 +55,7 @@ contains
                   new_unittest("a run of no length has its state as its only row", runs_of_no_length), &
                   new_unittest("a search that needs too many steps says so", search_has_a_limit), &
                   new_unittest("a finer run that fails is not the end of a search", failing_finer_runs), &
-                  new_unittest("pilot runs can be stopped, and begun again", pilots_can_be_stopped), &
+                  new_unittest("trial runs can be stopped, and begun again", pilots_can_be_stopped), &
                   new_unittest("a run is the same without observer and in parts", runs_in_parts)]
    end subroutine collect_control
 
@@ -187,7 +187,7 @@ contains
       goal%accuracy = 1e-15_wp
       call run(bruls_top(), 8, 0.5_wp, goal, recorder, state, summary, status)
       call check(error, status%ok(), trim(status%message))
-      call check(error, summary%estimate > goal%accuracy, "an accuracy below round-off is said to be reached")
+      call check(error, summary%estimate > goal%accuracy, "an accuracy below round-off is reported to be reached")
    end subroutine accuracy_out_of_reach
 
    !> Rows between the steps: unit quaternions, at the times asked for, within the accuracy of the exact solution.
@@ -334,7 +334,7 @@ contains
       end do
    end subroutine impossible_plans
 
-   !> Also where pilot runs would have nothing to measure.
+   !> Also where trial runs would have nothing to measure.
    subroutine runs_of_no_length(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_goal_t), parameter :: goals(3) = [run_goal_t(), run_goal_t(local_tolerance=1e-6_wp), &

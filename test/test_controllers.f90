@@ -90,7 +90,7 @@ contains
       end do
    end subroutine go_from_sample_to_sample
 
-   !> Every method, with steps of one length, shorter and longer than a sample and incommensurate with it, and by error.
+   !> Every method, with fixed steps, shorter and longer than a sample and incommensurate with it, and by error.
    subroutine check_plain(error, problem, theta, rate)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem

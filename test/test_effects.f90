@@ -32,9 +32,9 @@ contains
    subroutine collect_effects(testsuite)
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
-                  new_unittest("energy account closes for every combination", account_closes_for_every_combination), &
-                  new_unittest("energy account closes with opposite signs", account_closes_with_opposite_signs), &
-                  new_unittest("energy account closes through a spring's anchor", account_closes_through_the_anchor), &
+                  new_unittest("energy balance closes for every combination", account_closes_for_every_combination), &
+                  new_unittest("energy balance closes with opposite signs", account_closes_with_opposite_signs), &
+                  new_unittest("energy balance closes through a spring's anchor", account_closes_through_the_anchor), &
                   new_unittest("each potential keeps momentum about its direction", each_potential_keeps_its_own), &
                   new_unittest("potentials of one direction keep it together", parallel_potentials_keep_it), &
                   new_unittest("inclined directions keep no component", inclined_directions_keep_none), &
@@ -94,7 +94,7 @@ contains
          work = work + sum(stepper%work)
          call invariants%measure(system, state, work)
       end do
-      call check_below(error, invariants%energy_error(), 1e-13_wp, "energy account")
+      call check_below(error, invariants%energy_error(), 1e-13_wp, "energy balance")
    end subroutine check_account
 
    !> Negative stiffness, strength and damping: motion that gains energy.

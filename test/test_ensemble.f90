@@ -42,7 +42,7 @@ contains
                   new_unittest("what a scene refuses is a row with its status", refusals), &
                   new_unittest("a member after a refused one is as if it came first", members_are_alone), &
                   new_unittest("members run together have the rows of members run alone", together_and_alone), &
-                  new_unittest("a last pilot run taken for the run leaves no trace", pilots_are_runs), &
+                  new_unittest("a last trial run treated as the run leaves no trace", pilots_are_runs), &
                   new_unittest("a frame that only some members turn is theirs alone", frames_together), &
                   new_unittest("every effect, method and event can stand in an ensemble", everything)]
    end subroutine collect_ensemble

@@ -1,4 +1,4 @@
-!> Steps of one length for an accuracy: which motions they suit, and that the accuracy is kept.
+!> Fixed steps for an accuracy: which motions they suit, and that the accuracy is kept.
 module test_equal_steps
    use nutate_dipole, only: dipole_t
    use nutate_equal_steps, only: equal_steps_t
@@ -48,7 +48,7 @@ contains
                   new_unittest("steppers that have made a noisy run are as new", steppers_are_as_new)]
    end subroutine collect_equal_steps
 
-   !> A dipole for which the errors of orders 8 and 9 cancel at the steps of the first pilot run: its end is seven times
+   !> A dipole for which the errors of orders 8 and 9 cancel at the steps of the first trial run: its end is seven times
    !> nearer to that of the next one than it ought to be.
    subroutine cancelled_errors_are_noticed(error)
       type(error_type), allocatable, intent(out) :: error
@@ -114,7 +114,7 @@ contains
       call keep(error, problem, 10.0_wp)
    end subroutine accuracy_is_kept
 
-   !> The error is below what is said, and that below what was asked for.
+   !> The error is below what is reported, and that below what was asked for.
    subroutine keep(error, problem, end_time)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem
@@ -216,7 +216,7 @@ contains
       end do
    end subroutine steppers_are_as_new
 
-   !> Half a second with steps chosen by their error.
+   !> Half a second with adaptive steps.
    subroutine go(problem, settings, control, amplitude, progress, status)
       type(problem_t), intent(in) :: problem
       type(integrator_settings_t), intent(in) :: settings
@@ -241,7 +241,7 @@ contains
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(out) :: status
-      ! Ends of pilot runs are no rows.
+      ! Ends of trial runs are no rows.
       if (self%rows > 0 .and. state%t > self%last) then
          self%shortest = min(self%shortest, state%t - self%last)
          self%longest = max(self%longest, state%t - self%last)

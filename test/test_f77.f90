@@ -201,7 +201,7 @@ contains
       call check_close(error, [t, q, p], [state%t, state%q, state%p], 0.0_wp)
       call nustat(istat, t, work, most, info)
       call check(error, istat(1) == 100 .and. istat(2) >= 1000 .and. istat(3) == 0)
-      ! Of a potential of one's own nothing is known.
+      ! Of a user-defined potential nothing is known.
       call nuncer(nrows, work, most, info)
       call check(error, info == 0 .and. nrows == 100, 'NUNCER')
    end subroutine rows_have_the_digits
@@ -314,7 +314,7 @@ contains
          call check_close(error, [t, q, p, work], [twin%problem%start%t, twin%problem%start%q, twin%problem%start%p, &
                           copy], 0.0_wp)
          call nutext(info, text)
-         call check(error, len_trim(text) > 20 .and. index(text, 'cut into parts') > 0, text)
+         call check(error, len_trim(text) > 20 .and. index(text, 'subdivided') > 0, text)
          call nurun(3, 1e3_wp, t, q, p, potspr, tormot, iuser, plain, 1, rows, 9, nrows, work, most, info)
          call check(error, info > 0 .and. nrows == 1)
       end do

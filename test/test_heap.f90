@@ -41,7 +41,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("fixed steps allocate nothing", fixed_steps_allocate_nothing), &
-                  new_unittest("steps cut into parts allocate nothing", cut_steps_allocate_nothing), &
+                  new_unittest("steps subdivided allocate nothing", cut_steps_allocate_nothing), &
                   new_unittest("controlled steps allocate nothing", controlled_steps_allocate_nothing), &
                   new_unittest("without attitude nothing is allocated", no_attitude_allocates_nothing)]
    end subroutine collect_heap

@@ -309,7 +309,7 @@ contains
       call history%abandon(status)
       call check(error, status%ok(), status%message)
       call check_files(error, name, is_partial=.true.)
-      call check(error, history%file%kept_in() == name//'.partial', 'the rows are said to be elsewhere')
+      call check(error, history%file%kept_in() == name//'.partial', 'the rows are reported to be elsewhere')
       call remove(name//'.partial')
    end subroutine an_abandoned_history_keeps_its_rows
 

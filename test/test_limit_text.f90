@@ -1,5 +1,5 @@
 !> One key of a scene with given numbers, as text: is it taken? So do `test_limit_c` and `test_limit_f77` from their
-!> languages; all tell whether the numbers are taken for a start, not for a run.
+!> languages; all tell whether the numbers are treated as a start, not for a run.
 module test_limit_text
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use nutate_effect_catalogue, only: effect_kind_t, effect_kinds

@@ -298,7 +298,7 @@ contains
       end subroutine compare_words
    end subroutine try
 
-   !> What is said behind the number.
+   !> What is reported behind the number.
    pure function tail_of(message) result(tail)
       character(len=*), intent(in) :: message
       character(len=:), allocatable :: tail

@@ -129,7 +129,7 @@ contains
       end do
    end subroutine bounds_are_near
 
-   !> Where drag drives, and for so long that numbers end, nothing is said.
+   !> Where drag drives, and for so long that numbers end, nothing is reported.
    subroutine no_bounds_without_end(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system

@@ -177,7 +177,7 @@ contains
    end subroutine explicit_motion
 
    !> In inertial axes and in those of the orbit, where H - ω·l is kept: the works differ by ω·Δl. What is carried
-   !> stands still in the orbit's axes.
+   !> stands still in the LVLH frame.
    subroutine both_axes(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problems(2)

@@ -166,7 +166,7 @@ contains
       call check_reference(error, references(2), integrator_settings_t(order=8), run_plan_t(time_step=period/100))
    end subroutine references_by_order_8
 
-   !> Released at 30°, at rest in the axes of the orbit: sin θ = ½ sn(ωt + K), of modulus ½; digits of the closed form.
+   !> Released at 30°, at rest in the LVLH frame: sin θ = ½ sn(ωt + K), of modulus ½; digits of the closed form.
    subroutine wide_pitch(error)
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: times(3) = [1000.0_wp, 5000.0_wp, 20000.0_wp]

@@ -127,7 +127,7 @@ contains
       end select
    end subroutine compare_limits
 
-   !> By which a run that chatters is said to do so.
+   !> By which a run that chatters is reported to do so.
    subroutine limits_have_names(error)
       type(error_type), allocatable, intent(out) :: error
       type(limit_slot_t), allocatable :: events(:)

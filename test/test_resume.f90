@@ -1,5 +1,5 @@
 !> What is interrupted and goes on from an archive is bit for bit what it would have been: steppers of every row of the
-!> table of methods, runs with fixed steps and with steps chosen by their error.
+!> table of methods, runs with fixed steps and with adaptive steps.
 module test_resume
    use nutate_applied_torque, only: applied_torque_t
    use nutate_byte_archive, only: byte_archive_t
@@ -401,7 +401,7 @@ contains
       end do
    end subroutine controlled_runs_go_on_with_intervals
 
-   !> The archive of a poll holds the rows before it, and the run ends with the poll's status. What pilot runs have
+   !> The archive of a poll holds the rows before it, and the run ends with the poll's status. What trial runs have
    !> found is in the archive.
    subroutine a_poll_can_ask_and_stop(error)
       type(error_type), allocatable, intent(out) :: error
@@ -453,11 +453,11 @@ contains
       chosen = plan
       chosen%goal%local_tolerance = 1e-3_wp
       call run(forced_body(), integrator_settings_t(), chosen, recorder, outcome, status, recorder%archive)
-      call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps of one length for steps by their error")
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "fixed steps for steps by their error")
       chosen%max_steps = 5
       call run(forced_body(), integrator_settings_t(order=2), chosen, recorder, outcome, status)
       call run(forced_body(), integrator_settings_t(), plan, recorder, outcome, status, recorder%archive)
-      call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps by their error for steps of one length")
+      call check(error, status%code == NUTATE_BAD_ARGUMENT, "steps by their error for fixed steps")
    end subroutine another_run_is_refused
 
    !> A run by a stepper that stays the program's, as one of a method of its own: interrupted, it goes on with another

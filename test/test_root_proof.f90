@@ -77,7 +77,7 @@ contains
                   new_unittest("springs whose ends can meet keep to their bounds", close_spring_keeps_to_bounds), &
                   new_unittest("torques keep to their bounds", torques_keep_to_bounds), &
                   new_unittest("damping keeps to its bounds", damping_keeps_to_bounds), &
-                  new_unittest("potentials of one's own keep to given bounds", own_potential_keeps_to_bounds), &
+                  new_unittest("user-defined potentials keep to given bounds", own_potential_keeps_to_bounds), &
                   new_unittest("torques of one's own keep to given bounds", own_torque_keeps_to_bounds), &
                   new_unittest("the scenes that come along are certified at once", scenes_are_certified_at_once), &
                   new_unittest("an effect without bounds is not certified, with bounds it is", bounds_make_the_proof), &

@@ -1,5 +1,5 @@
-!> Scenes that are wrong: which line is named, and what is said. The files of `cli/malformed` hold the single cases of
-!> the notation; here is what depends on order, on the command line and on each other.
+!> Scenes that are wrong: which line is named, and what is reported. The files of `cli/malformed` hold the single cases
+!> of the notation; here is what depends on order, on the command line and on each other.
 module test_scene_errors
    use nutate_scene, only: scene_t, parse_scene, read_scene
    use nutate_status, only: status_t, NUTATE_BAD_SCENE, NUTATE_IO

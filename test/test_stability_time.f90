@@ -191,7 +191,7 @@ contains
       record%norm = max(record%norm, meter%invariants%norm_error)
    end subroutine run_to
 
-   !> Steps of 0.001 s from 0 and from some 1e6 s on; and the same with steps chosen by their error.
+   !> Steps of 0.001 s from 0 and from some 1e6 s on; and the same with adaptive steps.
    subroutine run_later(way, whole, record)
       type(way_t), intent(in) :: way
       logical, intent(in) :: whole

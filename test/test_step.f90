@@ -268,7 +268,7 @@ contains
                        [0.5_wp, 0.5_wp, -0.5_wp, 0.5_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp)
    end subroutine body_at_rest_stays
 
-   !> The upright pendulum falls from 1e-8 rad/s to 6 rad/s in steps of one length.
+   !> The upright pendulum falls from 1e-8 rad/s to 6 rad/s in fixed steps.
    subroutine momentum_outgrows_its_unit(error)
       type(error_type), allocatable, intent(out) :: error
       type(system_t) :: system

@@ -1,4 +1,4 @@
-!> Torques by a table: the steps that end on its times, the motion that follows, and the bounds of proofs.
+!> Tabulated torque: the steps that end on its times, the motion that follows, and the bounds of proofs.
 module test_table_torques
    use, intrinsic :: iso_fortran_env, only: int64
    use nutate_applied_torque, only: applied_torque_t

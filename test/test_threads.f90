@@ -1,4 +1,4 @@
-!> Results do not depend on how many threads call the library: bit for bit those of one. Steps, runs and pilot runs; not
+!> Results do not depend on how many threads call the library: bit for bit those of one. Steps, runs and trial runs; not
 !> the reading of scenes, in which gfortran keeps the lengths of texts in static variables.
 module test_threads
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
@@ -129,7 +129,7 @@ contains
       end do
    end subroutine step_states
 
-   !> Fixed steps, and pilot runs with controlled steps after them, from different starts.
+   !> Fixed steps, and trial runs with controlled steps after them, from different starts.
    subroutine runs_end_as_from_one(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_job_t), target :: serial, threaded

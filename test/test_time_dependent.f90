@@ -1,5 +1,5 @@
 !> Gravity gradients along an orbit, seen from inertial axes: against values of 20 digits, the account with the work of
-!> time-dependent potentials, and the same motion as in the axes of the orbit.
+!> time-dependent potentials, and the same motion as in the LVLH frame.
 module test_time_dependent
    use nutate_attitude, only: quat_from_axis_angle
    use nutate_body, only: diagonal, make_body

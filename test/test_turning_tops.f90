@@ -101,7 +101,7 @@ contains
       call check(error,.not. follows_turning_axes(problem%system%effects), "axes that stand still")
    end subroutine which_effects_know
 
-   !> 1 s by the series in 20 steps, and by DOP853 in 1000, that goes by no rows.
+   !> 1 s by the series in 20 steps, and by DOP853 in 1000, that follows no rows.
    subroutine compare_with_dop853(error, problem, what)
       type(error_type), allocatable, intent(inout) :: error
       type(problem_t), intent(in) :: problem

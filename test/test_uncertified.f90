@@ -1,4 +1,4 @@
-!> The count of steps whose root is taken for that of the true motion without a proof, from the stepper to the summary.
+!> The count of steps whose root is accepted without certification, from the stepper to the summary.
 module test_uncertified
    use nutate_body, only: diagonal, make_body
    use nutate_byte_archive, only: byte_archive_t
@@ -143,9 +143,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(run_summary_t) :: fixed, chosen
       call take(unbounded(), run_plan_t(time_step=0.05_wp, end_time=2.0_wp), fixed)
-      call check(error, fixed%steps == 40 .and. fixed%uncertified_steps == 40, 'steps of one length')
+      call check(error, fixed%steps == 40 .and. fixed%uncertified_steps == 40, 'fixed steps')
       call take(unbounded(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), chosen)
-      call check(error, chosen%steps > 5 .and. chosen%uncertified_steps == chosen%steps, 'steps chosen by their error')
+      call check(error, chosen%steps > 5 .and. chosen%uncertified_steps == chosen%steps, 'adaptive steps')
    end subroutine effect_without_bounds
 
    !> No bounds are derived for them: not even a step in which next to nothing happens counts as certified, in either
@@ -208,9 +208,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(run_summary_t) :: fixed, chosen
       call take(box(), run_plan_t(time_step=0.3_wp, end_time=9.0_wp), fixed)
-      call check(error, fixed%steps == 30 .and. fixed%uncertified_steps == 0, 'steps of one length')
+      call check(error, fixed%steps == 30 .and. fixed%uncertified_steps == 0, 'fixed steps')
       call take(box(), run_plan_t(end_time=2.0_wp, goal=run_goal_t(local_tolerance=1e-5_wp)), chosen)
-      call check(error, chosen%steps > 5 .and. chosen%uncertified_steps == 0, 'steps chosen by their error')
+      call check(error, chosen%steps > 5 .and. chosen%uncertified_steps == 0, 'adaptive steps')
    end subroutine free_body_is_certified
 
    !> Rows at intervals shorter than the steps are reached by a branch.

@@ -257,7 +257,7 @@ contains
    end subroutine both_forms_agree
 
    !> Everything together, with a wheel that its motor drives from and to times inside of steps, and one that friction
-   !> stops; steppers, and runs with fixed steps and with steps chosen by their error.
+   !> stops; steppers, and runs with fixed steps and with adaptive steps.
    subroutine runs_go_on_with_wheels(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_plan_t), parameter :: controlled = run_plan_t(goal=run_goal_t(local_tolerance=1e-9_wp), &

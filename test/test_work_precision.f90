@@ -25,7 +25,7 @@ module test_work_precision
                                   '&integrator time_step = 0.01, end_time = 1 /'//newline// &
                                   '&gravity acceleration = 1, 2, -9 /'//newline
 
-   !> A clock that goes by its readings. Runs read it every 1024 steps: it goes by the work done, on any machine.
+   !> A clock that follows its readings. Runs read it every 1024 steps: it depends on the work done, on any machine.
    type, extends(clock_t) :: counting_clock_t
       !> Time from one reading to the next, s.
       real(wp) :: tick = 0.0_wp
@@ -43,7 +43,7 @@ contains
                   new_unittest("what two methods agree on is the exact attitude", agreement_is_exact), &
                   new_unittest("a motion too long to be followed has no reference", chaos_has_no_reference), &
                   new_unittest("errors fall with the order of the method", errors_fall_with_the_order), &
-                  new_unittest("a stopwatch goes by wall time", stopwatch_goes_by_wall_time), &
+                  new_unittest("a stopwatch follows wall time", stopwatch_goes_by_wall_time), &
                   new_unittest("a study ends in time with runs of every method", study_ends_in_time), &
                   new_unittest("runs that are too long are ended in time", runs_end_in_time), &
                   new_unittest("the run for the fastest rate is ended in time", first_run_ends_in_time), &
@@ -241,7 +241,7 @@ contains
       call check(error, all(study%ending == OUT_OF_TIME .or. methods%order < 1), 'a run was ended by something else')
    end subroutine runs_end_in_time
 
-   !> A study of 1 s by a clock that goes by the work: it may be late by the readings that find out that the time is
+   !> A study of 1 s by a clock that depends on the work: it may be late by the readings that find out that the time is
    !> over, by every method and in a run, but not by more steps.
    subroutine make_study(error, problem, tick, study)
       type(error_type), allocatable, intent(inout) :: error

@@ -13,7 +13,7 @@ module nutate_desk
 
    public :: desk_t
 
-   !> Where there are more ranks, rank 0 runs no chunks: nobody waits for an answer, and one more would not be noticed.
+   !> Where there are more ranks, rank 0 runs no chunks: no rank waits for an answer, and one more would not be noticed.
    integer, parameter :: most_helped = 32
 
    !> The sweep that is handed out, and how far that is.

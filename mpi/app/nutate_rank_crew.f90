@@ -32,7 +32,7 @@ module nutate_rank_crew
       procedure :: dismiss
    end type rank_crew_t
 
-   !> Ends members when a signal asks for it.
+   !> Ends members on a signal.
    type, extends(sweep_watcher_t) :: signal_watcher_t
    contains
       procedure :: wants_end => signal_came

@@ -322,7 +322,7 @@ def pointer(array: Optional[Array]) -> Any:
 
 # Ctrl-C while the library works. Python would run the handler of the signal as soon as a callback enters Python, outside of
 # what catches exceptions there: ctypes would print what it raises and go on. So the signal is noted, the run is told to stop
-# when it asks, and the handler is called when it has. A second Ctrl-C goes to the handler at once, for a callback that hangs.
+# when it asks, and the handler is called when it has. A second Ctrl-C goes to the handler immediately, for a callback that hangs.
 noted: list[Any] = []
 waiting: list[Any] = []
 

@@ -35,7 +35,7 @@ class WheelMounting(Recipe):
                         coefficients: Optional[npt.ArrayLike] = None) -> None:
         """Adds a magnetic moment, body axes, A m2, in the field of the Earth along the orbit, which must be there; without a moment
         the field is there for the magnetorquers of a controller. epoch_angle is that of Greenwich at t = 0 from the equinox, rad,
-        coefficients are g11, h11, g10 of the dipole, T; those of 2025 unless given."""
+        coefficients are g11, h11, g10 of the dipole, T; default: those of 2025."""
         self._add_earth_field(None if moment is None else vector(moment, 3, "moment").copy(), float(epoch_angle),
                               None if coefficients is None else vector(coefficients, 3, "coefficients").copy())
 

@@ -57,7 +57,7 @@ class Scene(Recipe):
 
     @property
     def plan(self) -> tuple[float, float, int]:
-        """time_step, s (0 where steps are chosen by their error), end_time, s, and every."""
+        """time_step, s (0 where steps are adaptive), end_time, s, and every."""
         numbers, every = np.empty(2), ctypes.c_int64()
         self._call("nutate_scene_get_plan", pointer(numbers[:1]), pointer(numbers[1:]), ctypes.byref(every))
         return float(numbers[0]), float(numbers[1]), every.value

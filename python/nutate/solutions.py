@@ -174,7 +174,7 @@ def solve(system: Union[System, Scene], q0: Any = None, omega0: Optional[npt.Arr
           events: Union[None, Event, Sequence[Event]] = None, *, frame: str = "body", dense_output: bool = True,
           **settings: Any) -> Solution:
     """The motion of a System from t_span[0] to t_span[1], s, forward or back, from the attitude q0 (scalar first, or a Rotation of
-    SciPy; the identity unless given) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space"). A Scene
+    SciPy; default: the identity) and the angular velocity omega0 (rad/s, in the axes of `frame`, "body" or "space"). A Scene
     gives its body and effects, and start and end where they are not given.
 
     accuracy   error of the attitude that is not to be exceeded at the end, rad; trial runs find the steps for it. Or give

@@ -119,7 +119,7 @@ class System(WheelMounting):
     def add_table(self, t: npt.ArrayLike, torque: npt.ArrayLike, *, interpolation: str = "linear", outside: str = "zero",
                   axes: str = "body", start: Optional[float] = None, stop: Optional[float] = None,
                   name: Optional[str] = None, on: bool = True) -> None:
-        """Adds a torque by a table: times, s, shape (n,), and components, N m, shape (n, 3); the keys are those of the group
+        """Adds a tabulated torque: times, s, shape (n,), and components, N m, shape (n, 3); the keys are those of the group
         &torque that go with a table."""
         times, values = (np.ascontiguousarray(array, dtype=np.float64) for array in (t, torque))
         if times.ndim != 1 or values.shape != (times.size, 3):

@@ -25,7 +25,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Exit status: 0 success; 2 the scene is wrong; 3 the run failed half-way; 4 the page cannot be written."""
     parser = argparse.ArgumentParser(prog="python3 -m nutate.view", description="Runs a scene and writes a web page that shows it.")
     parser.add_argument("scene", help="scene file")
-    parser.add_argument("--output", metavar="FILE", help="where to write the page; NAME.html for NAME.nml unless given")
+    parser.add_argument("--output", metavar="FILE", help="output page (default: NAME.html for NAME.nml)")
     parser.add_argument("--set", metavar="GROUP.KEY=VALUE", action=Change, help="override a value of the scene")
     parser.add_argument("--unset", metavar="GROUP.KEY", action=Change, help="take a key out of the scene")
     parser.set_defaults(changes=[])

@@ -67,7 +67,7 @@ contains
       type(torque_series_t), intent(in) :: torques
       !> The torque times Δt is no larger, N m s.
       real(wp), intent(out) :: bound
-      !> False: the other bodies have a gradient and this one none, or the other way round; or there are several.
+      !> False: the other bodies have a gradient and this one none, or vice versa; or there are several.
       logical, intent(out) :: fits
       integer :: i, n
       n = 0

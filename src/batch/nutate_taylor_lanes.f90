@@ -1,5 +1,5 @@
-!> Steps by Taylor series, of one length, of several bodies at once, with the projection onto the invariants: one body a
-!> lane.
+!> Steps by Taylor series, of one length, of several bodies immediately, with the projection onto the invariants: one
+!> body a lane.
 !>
 !> Free bodies and gyrostats, and both under potentials linear in fixed directions, or in a gradient of gravity. All
 !> have the same equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper
@@ -84,7 +84,7 @@ contains
       end do
    end subroutine set_up
 
-   !> A lane without a body: a sphere of which no series turns, whose numbers disturb nobody.
+   !> Fills a SIMD lane without a body with a dummy sphere at rest.
    pure subroutine rest(self, lane)
       class(taylor_lanes_t), intent(inout) :: self
       integer, intent(in) :: lane

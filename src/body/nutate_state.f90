@@ -80,7 +80,8 @@ contains
    end subroutine restore_left
 
    !> The time from which the work of potentials that move counts in the next step, s: that up to which it is counted,
-   !> unless the state was put to another time. Between the two, potentials that move would gain what nobody counts.
+   !> unless the state was put to another time. Between the two, time-dependent potentials would do work that is not
+   !> counted.
    pure real(wp) function time_dependent_since(self, dt)
       class(state_t), intent(in) :: self
       !> The step, s.
@@ -166,7 +167,7 @@ contains
       total = rounded
    end subroutine add_by_kahan
 
-   !> Adds the increment of a quaternion that was turned, and takes away by how much the turn made it too long: before
+   !> Adds the increment of a quaternion that was turned, and removes by how much the turn made it too long: before
    !> the sum, whose rounding leaves a compensation that is zero on the average, since the next step does not see it.
    pure subroutine add_turned(increment, excess, x, compensation)
       real(wp), intent(in) :: increment(4)

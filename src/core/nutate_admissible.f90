@@ -1,5 +1,5 @@
-!> What the numbers of a key may be, as a table: sign, size, and whether they may all vanish; and what is said of those
-!> that may not.
+!> What the numbers of a key may be, as a table: sign, size, and whether they may all vanish; and what is reported about
+!> those that may not.
 module nutate_admissible
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use nutate_kinds, only: wp

@@ -122,7 +122,7 @@ contains
    end subroutine solve_natural
 
    !> The same of a periodic spline. What is beside the diagonals is a matrix h wwᵀ, w = (1, 0, ..., 0, 1), which
-   !> Sherman's and Morrison's formula takes away from the definite tridiagonal rest.
+   !> Sherman's and Morrison's formula removes from the definite tridiagonal rest.
    pure subroutine solve_periodic(times, values, curvature)
       real(wp), intent(in) :: times(:), values(:, :)
       !> Shape (0:size(times) - 1, 3).

@@ -17,7 +17,7 @@ module nutate_applied_torque
 
    public :: applied_torque_t, applied_torque_keys, build_applied_torque
 
-   !> Keys of the scene group `&torque`; the last four are of a torque by a table (`nutate_tabulated_torque`).
+   !> Keys of the scene group `&torque`; the last four are of a tabulated torque (`nutate_tabulated_torque`).
    type(key_t), parameter :: applied_torque_keys(10) = [ &
       key_t(name='body', least=3, most=3), &
       key_t(name='space', least=3, most=3), &
@@ -59,7 +59,7 @@ module nutate_applied_torque
 
 contains
 
-   !> A torque as a scene's group asks for it.
+   !> A torque as a scene's group describes it.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT` where not exactly one of body and space is given, the window is empty, or a key
    !> needs a table.

@@ -1,4 +1,4 @@
-!> A vector that stands still in the axes of an orbit, seen from inertial ones, or the other way round.
+!> A vector that stands still in the axes of an orbit, seen from inertial ones, or vice versa.
 module nutate_carried_vector
    use nutate_kepler_orbit, only: kepler_orbit_t
    use nutate_kinds, only: wp
@@ -10,7 +10,7 @@ module nutate_carried_vector
 
    public :: carried_vector_t
 
-   !> The normal of the orbit in the orbit's own axes.
+   !> The normal of the orbit in the LVLH frame.
    real(wp), parameter :: normal(3) = [0.0_wp, -1.0_wp, 0.0_wp]
 
    !> v, and the orbit.
@@ -18,7 +18,7 @@ module nutate_carried_vector
       type(kepler_orbit_t) :: path = kepler_orbit_t()
       !> In the axes in which it stands still; shape (3).
       real(wp) :: vector(3) = 0.0_wp
-      !> It stands still in inertial axes and is seen from the orbit's, a circular one; else the other way round.
+      !> It stands still in inertial axes and is seen from the orbit's, a circular one; else vice versa.
       logical :: from_orbit = .false.
    contains
       !> v as it is seen at a time.

@@ -64,7 +64,7 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, 'the field of the Earth, and no orbit to be on (expected &orbit with it)')
    end subroutine build_earth_field
 
-   !> The field as a scene's group asks for it, along the orbit of the scene.
+   !> The field as a scene's group describes it, along the orbit of the scene.
    function field_on_orbit(group, orbit) result(effect)
       type(group_t), intent(in) :: group
       type(orbit_t), intent(in) :: orbit

@@ -65,7 +65,7 @@ module nutate_effect_list
       procedure :: n_works
       !> Momentum of rotors and wheels in the body, and what the wheels hold of the kinetic energy.
       procedure :: inner_momentum, wheel_energy
-      !> Gives bounds to the potential, or torque, of one's own that was added last.
+      !> Gives bounds to the user-defined potential, or torque, that was added last.
       procedure :: bound_potential
       procedure :: bound_torque
       !> Adds copies of all effects of another list, with the momentum of its rotors.
@@ -205,7 +205,7 @@ contains
    subroutine switch(self, label, on)
       class(effect_list_t), intent(inout) :: self
       character(len=*), intent(in) :: label
-      !> Absent: on if it was off, and the other way round.
+      !> Absent: on if it was off, and vice versa.
       logical, intent(in), optional :: on
       integer :: i
       do i = 1, self%n_torques
@@ -336,7 +336,7 @@ contains
       end do
    end function controls_wheels
 
-   !> Gives bounds to the potential of one's own that was added last: with them a root of a step can be certified to be
+   !> Gives bounds to the user-defined potential that was added last: with them a root of a step can be certified to be
    !> the true one. They must hold for all γ up to |n| long; a later call replaces them.
    !>
    !> Errors: `NUTATE_BAD_ARGUMENT`, the list as it was, where a bound is not finite, negative or above 1e100, and where
@@ -359,7 +359,7 @@ contains
       status = fail(NUTATE_BAD_ARGUMENT, 'there is no potential of one''s own to bound')
    end subroutine bound_potential
 
-   !> Gives bounds to the torque of one's own that was added last, which must depend on attitude and time alone. They
+   !> Gives bounds to the user-defined torque that was added last, which must depend on attitude and time alone. They
    !> must hold at all attitudes and times; a later call replaces them. Errors as for `bound_potential`.
    pure subroutine bound_torque(self, torque, by_rotation, second, rate, status)
       class(effect_list_t), intent(inout) :: self

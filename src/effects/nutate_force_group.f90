@@ -28,7 +28,7 @@ module nutate_force_group
 
 contains
 
-   !> A force in space or body axes, as a scene's group asks for it. Errors: `NUTATE_BAD_ARGUMENT` for an empty window,
+   !> A force in space or body axes, as a scene's group describes it. Errors: `NUTATE_BAD_ARGUMENT` for an empty window,
    !> and for axes that need an orbit.
    subroutine build_force(group, body, effect, status)
       type(group_t), intent(in) :: group
@@ -52,7 +52,7 @@ contains
       end select
    end subroutine build_force
 
-   !> A force in the axes of the orbit, or in inertial ones. Errors: `NUTATE_BAD_ARGUMENT` for an empty window.
+   !> A force in the LVLH frame, or in inertial ones. Errors: `NUTATE_BAD_ARGUMENT` for an empty window.
    subroutine build_force_on_orbit(group, orbit, effect, status)
       type(group_t), intent(in) :: group
       type(orbit_t), intent(in) :: orbit

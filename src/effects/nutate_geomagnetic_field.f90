@@ -32,7 +32,7 @@ module nutate_geomagnetic_field
       real(wp) :: coefficients(3) = reference_coefficients
       !> θ₀: of Greenwich at t = 0, from the equinox, rad.
       real(wp) :: epoch_angle = 0.0_wp
-      !> Seen from the axes of the orbit, a circular one; else from inertial axes.
+      !> Seen from the LVLH frame, a circular one; else from inertial axes.
       logical :: in_orbit = .false.
    contains
       !> B at a time, T.
@@ -81,7 +81,7 @@ contains
       b = (reference_radius/distance)**3*b
    end function field_at
 
-   !> 3 (G·r̂) r̂ - G with r̂ = (0, 0, -1), as it is in the axes of the orbit; shape (3).
+   !> 3 (G·r̂) r̂ - G with r̂ = (0, 0, -1), as it is in the LVLH frame; shape (3).
    pure function below(g) result(b)
       real(wp), intent(in) :: g(3)
       real(wp) :: b(3)
@@ -165,7 +165,7 @@ contains
       end do
    end subroutine expand_in_space
 
-   !> In the axes of the orbit r̂ = (0, 0, -1), B = (a/r)³ (-G₁, -G₂, 2G₃); the north e turns with ė = e×ν, G with
+   !> In the LVLH frame r̂ = (0, 0, -1), B = (a/r)³ (-G₁, -G₂, 2G₃); the north e turns with ė = e×ν, G with
    !> Ġ = (ω_E e - ν)×G, ν the rate of the axes.
    pure subroutine expand_in_orbit(self, t, time_unit, b)
       class(geomagnetic_field_t), intent(in) :: self

@@ -1,5 +1,5 @@
 !> Potentials linear in a direction that moves: a magnetic moment in the Earth's field along an orbit, a force that
-!> turns with the orbit's axes. V(q, t) = -m·R(q)ᵀn(t).
+!> turns with the LVLH frame. V(q, t) = -m·R(q)ᵀn(t).
 module nutate_moving_linear
    use nutate_effect, only: GENERAL_SERIES
    use nutate_effect_bounds, only: effect_bounds_t, linear_map_t

@@ -49,7 +49,7 @@ module nutate_tabulated_torque
 
 contains
 
-   !> A torque as a scene's group with a table asks for it. Errors: those of `make_tabulated_torque`;
+   !> A torque as a scene's group with a table describes it. Errors: those of `make_tabulated_torque`;
    !> `NUTATE_BAD_ARGUMENT` for a key that belongs to a torque without table.
    subroutine build_tabulated_torque(group, body, effect, status)
       !> With its table.

@@ -1,4 +1,4 @@
-!> What drives a wheel: a torque harmonic in time, or by a table of times and torques; with limits of torque and speed
+!> What drives a wheel: a torque harmonic in time, or tabulated of times and torques; with limits of torque and speed
 !> one that is a straight line in each of its steps, so that neither is passed inside of one.
 module nutate_wheel_motor
    use nutate_applied_torque, only: applied_torque_t

@@ -1,4 +1,4 @@
-!> Members of an ensemble that are run together, each in a lane, by Taylor series with steps of one length: free bodies,
+!> Members of an ensemble that are run together, each in a lane, by Taylor series with fixed steps: free bodies,
 !> gyrostats, tops and satellites. Their rows have the bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
@@ -113,7 +113,7 @@ contains
       end if
    end function method_obstacle
 
-   !> Why not all members take the same steps of one length, the last one as long as the others; empty if they do.
+   !> Why not all members take the same fixed steps, the last one as long as the others; empty if they do.
    pure function steps_obstacle(scene) result(words)
       type(scene_t), intent(in) :: scene
       character(len=:), allocatable :: words

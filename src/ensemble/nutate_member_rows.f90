@@ -79,7 +79,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'this library was built without threads (expected 1)', 'threads')
          return
       end if
-      ! A member alone is run by the thread that calls, which may be the only one that hears when it is to end.
+      ! A member alone is run by the thread that calls, which may be the only one that is told when it is to end.
       workers = int(max(min(int(threads, long), last - first + 1), 1_long))
       share = max(min((last - first + 1)/(usual_shares*workers), largest_share), 1_long)
       ! Whole lanes, where there is one for each thread.
@@ -103,7 +103,8 @@ contains
       end if
    end subroutine fill_rows
 
-   !> Asks whether to go on while others run the last members: the thread that called may be the only one that hears it.
+   !> Asks whether to go on while others run the last members: the thread that called may be the only one that receives
+   !> it.
    subroutine wait_for_others(watcher, at_work)
       class(sweep_watcher_t), intent(in) :: watcher
       !> Threads with members to run; shared.

@@ -123,7 +123,7 @@ contains
       call note_end(self, run, outcome%ok(), fields)
    end subroutine go
 
-   !> Goes to the end. Where only the ends of steps are looked at, the last pilot run is the run.
+   !> Goes to the end. Where only the ends of steps are looked at, the last trial run is the run.
    subroutine go_to_end(watcher, run, system, outcome)
       type(member_watcher_t), intent(inout) :: watcher
       type(run_t), intent(inout) :: run

@@ -23,7 +23,7 @@ module nutate_member_watcher
    !> round-off is seen, so few that they cost little beside the steps.
    integer(long), parameter :: usual_looks = 100
 
-   !> Ends runs, pilot runs too, when the sweep is to end.
+   !> Ends runs, trial runs too, when the sweep is to end.
    type, extends(observer_t) :: sweep_asker_t
       !> Asked whether to go on, where there is one.
       class(sweep_watcher_t), pointer :: sweep => null()

@@ -45,7 +45,7 @@ contains
    end subroutine prepare
 
    !> Takes the length of a step: the quaternion c = 1 + d of the turn, -ω̂ sin x its vector, x = ½|ω|Δt. The length of
-   !> c goes by the vector as it is rounded, so that turns of one length do not stretch what they turn.
+   !> c depends on the vector as it is rounded, so that turns of one length do not stretch what they turn.
    pure subroutine set_length(self, dt, possible)
       class(axes_turn_t), intent(inout) :: self
       !> s.
@@ -56,7 +56,7 @@ contains
       angle = self%rate*dt
       possible = abs(angle) <= greatest_turn
       if (.not. possible) return
-      ! Beyond half a turn the other way round, to the opposite quaternion.
+      ! Beyond half a turn vice versa, to the opposite quaternion.
       angle = angle - (2*pi)*anint(angle/(2*pi))
       self%change(2:4) = sin(0.5_wp*angle)*self%axis
       square = min(dot_product(self%change(2:4), self%change(2:4)), 1.0_wp)

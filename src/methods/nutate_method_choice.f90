@@ -29,7 +29,7 @@ module nutate_method_choice
    !> off the tables of `make bench BENCH=bench_choice`, and runs of the same scenes over up to ten times as long.
    real(wp), parameter :: series_pays = 1e-8_wp, pays_for_torques = 1e-9_wp, pays_for_long = 1e-6_wp, &
       pays_for_simple = 1e-3_wp
-   !> Accuracy down to which steps of one length cost less than the series on symmetric tops, rad; on other motions that
+   !> Accuracy down to which fixed steps cost less than the series on symmetric tops, rad; on other motions that
    !> they suit they always do.
    real(wp), parameter :: equal_pays_on_tops = 0.99e-9_wp
    !> Turn from start to end that makes a motion long, rad: the series wins at 140 to 400 rad, not at 50.
@@ -119,7 +119,7 @@ contains
       type(integrator_settings_t), intent(inout) :: settings
       !> Why, in a few words.
       character(len=:), allocatable, intent(out) :: reason
-      !> The accuracy is that of the end, as usual; else of each step, for which steps of one length cannot be found.
+      !> The accuracy is that of the end, as usual; else of each step, for which fixed steps cannot be found.
       logical, intent(in), optional :: at_end
       character(len=24) :: without_series
       logical :: of_run
@@ -149,7 +149,7 @@ contains
       end if
    end subroutine choose_method
 
-   !> True where steps of one length by rk8 cost less than the series.
+   !> True where fixed steps by rk8 cost less than the series.
    logical function takes_equal_steps(system, state, duration, accuracy)
       type(system_t), intent(in) :: system
       !> The start.

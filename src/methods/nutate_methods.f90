@@ -43,7 +43,7 @@ module nutate_methods
       !> It conserves by itself, to the round-off of its steps, which adds up: it can be projected as well, without
       !> another row for that.
       logical :: can_project = .false.
-      !> Steps of one length to a projection, without torques and while errors are small. It takes 0.06 to 0.15 µs,
+      !> Fixed steps to a projection, without torques and while errors are small. It takes 0.06 to 0.15 µs,
       !> half of a lean step. With 8 energy and momentum are as good as with 1; at long steps on the unstable axis of a
       !> box the attitude error is up to six times as large, with 4 hardly larger. Where there is nothing but round-off
       !> to take away, 32 do as well.
@@ -88,7 +88,7 @@ contains
       if (method%projected) name = trim(name)//'+conserve'
    end function family_of
 
-   !> The settings that a method has where nothing else is said: those of its first row in the table.
+   !> The settings that a method has where nothing else is reported: those of its first row in the table.
    pure type(integrator_settings_t) function default_settings(method) result(settings)
       !> Name of the method.
       character(len=*), intent(in) :: method

@@ -48,8 +48,8 @@ module nutate_stepper
       real(wp) :: tolerance = 0.0_wp, rate = 0.0_wp
       !> Where a step must end at the latest, s: no torque starts or stops before.
       real(wp) :: end_time = 0.0_wp
-      !> The ends of steps are seen: a method without an error, which could go to the end at once, makes them as long as
-      !> suits that.
+      !> The ends of steps are seen: a method without an error, which could go to the end immediately, makes them as
+      !> long as suits that.
       logical :: seen = .false.
       !> Its longest step otherwise, s.
       real(wp) :: longest = huge(1.0_wp)
@@ -64,7 +64,7 @@ module nutate_stepper
       real(wp) :: residual = 0.0_wp
       !> Lengths that the last step tried by continuation in Δt (`nutate_continuation`): each costs as much as a step.
       integer :: continued = 0
-      !> Stages of the last step whose root is taken for the true one without a proof (`nutate_continuation`).
+      !> Stages of the last step whose root is accepted without certification (`nutate_continuation`).
       integer :: uncertified = 0
       !> Estimated error of the last step, rad, of attitude and relative momentum, by methods that have one.
       real(wp) :: error_estimate = 0.0_wp
@@ -116,7 +116,7 @@ module nutate_stepper
       !> Makes the state that a step left fit to be seen: projected onto the invariants, where that is not done in every
       !> step. The steps that follow go on from what they left, whichever of the two they are given.
       procedure :: show => leave_state
-      !> Takes the noise of a pilot run, for the states before their projection; a stepper without one leaves it.
+      !> Takes the noise of a trial run, for the states before their projection; a stepper without one leaves it.
       procedure :: disturb => leave_noise
    end type stepper_t
 
@@ -327,13 +327,13 @@ contains
       class(stepper_t), intent(inout) :: self
    end subroutine forget_nothing
 
-   !> What was predicted goes by the values before.
+   !> What was predicted depends on the values before.
    recursive subroutine forget_for_commands(self)
       class(stepper_t), intent(inout) :: self
       call self%forget_steps()
    end subroutine forget_for_commands
 
-   !> Refuses: what a method remembers and nobody listed would be missing, and the run another one.
+   !> Returns an error: state of a method that is not listed would be missing, and the resumed run would differ.
    subroutine refuse_archive(self, archive)
       !> Prepared for `system`.
       class(stepper_t), intent(inout) :: self

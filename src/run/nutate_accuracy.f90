@@ -1,11 +1,11 @@
 !> From the attitude error that is asked for at the end of a run to the error that its steps may make.
 !>
-!> What steps and round-off do on the way grows by a factor that belongs to the motion: pilot runs measure it. Pilot A
+!> What steps and round-off do on the way grows by a factor that belongs to the motion: trial runs measure it. Pilot A
 !> has a larger tolerance than the run B and *noise* η in its data and in every step, some twentieth of that tolerance,
 !> so that it is off by errors of every kind, each in a direction of its own. How far it ends from B tells what errors
 !> of B's size come to, and, with round-off ε in the place of η, what is left of it however short the steps are: the
 !> *floor*. Two ends can be near each other by accident, so that in doubt there are two such pilots, and every
-!> earlier run is heard.
+!> earlier run is used.
 !>
 !> The constants are measured: `make accuracy` runs random scenes against an oracle of higher precision and writes the
 !> tables in docs/results/accuracy-costs.md. They belong to the error behaviour of the methods, and are to be measured
@@ -51,7 +51,7 @@ module nutate_accuracy
    end type behaviour_t
 
    !> Of the series; of explicit steps of order 8, and of lower ones, which pay more for a smaller tolerance; of
-   !> implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it; of steps of one length, whose
+   !> implicit ones, whose errors go as their order p: `power` is p/(p + 1) of it; of fixed steps, whose
    !> tolerance is a measure of their number alone: A has two in five of those of B.
    type(behaviour_t), parameter :: &
       of_series = behaviour_t(caution=1e4_wp, ratio=1e3_wp, coarsest_a=1e-5_wp, coarsest_b=1e-8_wp, &
@@ -148,7 +148,7 @@ contains
       !> At its start, not its end. The `local_tolerance` of its goal, `estimate` and `round_off` of its summary
       !> and `expected_steps` are set.
       type(progress_t), intent(inout) :: progress
-      !> Begun for the run; its steppers take the pilot runs. To be begun again for the run itself.
+      !> Begun for the run; its steppers take the trial runs. To be begun again for the run itself.
       type(error_control_t), intent(inout) :: control
       !> Success on entry.
       type(status_t), intent(inout) :: status
@@ -206,7 +206,7 @@ contains
    !> The tolerances of the first pair of runs.
    pure subroutine set_first_pair(search, equal)
       type(search_t), intent(inout) :: search
-      !> Steps of one length, where they suit.
+      !> Fixed steps, where they suit.
       type(equal_steps_t), intent(in) :: equal
       if (equal%suit) search%behaviour = of_equal_steps
       associate (behaviour => search%behaviour)
@@ -450,7 +450,7 @@ contains
       search%runs(search%n) = pilot_t(tolerance, noise, own%state%q, max(own%summary%steps, 1_long))
    end subroutine run_pilot
 
-   !> What is said of a pilot that its steps end.
+   !> What is reported about a pilot that its steps end.
    pure function needs_more(limit) result(message)
       integer(long), intent(in) :: limit
       character(len=80) :: message

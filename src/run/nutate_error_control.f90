@@ -1,4 +1,4 @@
-!> Steps chosen by their error: by the method itself before the step, where it can; else by its own estimate after it,
+!> Adaptive steps: by the method itself before the step, where it can; else by its own estimate after it,
 !> where it has one; else by Richardson's from a whole step against two halves.
 !>
 !> The halves are what is kept, so every invariant of the method is kept too. States between the ends of steps are
@@ -27,13 +27,13 @@ module nutate_error_control
 
    public :: error_control_t
 
-   !> Steps chosen by their error. The goal is that of the run's plan.
+   !> Adaptive steps. The goal is that of the run's plan.
    type, extends(step_policy_t) :: error_control_t
       private
       type(method_t) :: method
       !> The next step to try.
       type(step_length_t) :: length
-      !> Steps of one length, which suit some runs to an accuracy.
+      !> Fixed steps, which suit some runs to an accuracy.
       type(equal_steps_t), public :: equal
       !> The whole step, its halves (or the only one), and branches for rows; each with its own memory, where needed.
       class(stepper_t), allocatable :: whole, half, branch
@@ -53,12 +53,12 @@ module nutate_error_control
       real(wp) :: sense = 1.0_wp
       !> Digits of the time that its sum cannot hold, s.
       real(wp) :: t_compensation = 0.0_wp
-      !> Noise of a pilot run, for the ends of steps that nothing projects.
+      !> Noise of a trial run, for the ends of steps that nothing projects.
       type(noise_t) :: noise
    contains
       !> Prepares the steppers and the first step.
       procedure :: begin
-      !> Adds noise to every step, for a pilot run.
+      !> Adds noise to every step, for a trial run.
       procedure :: disturb
       procedure :: advance
       procedure :: show

@@ -1,5 +1,5 @@
 !> Steps of one nominal length. The k-th ends at t0 + kΔt, computed as such; the last one, shortened if need be, ends
-!> exactly at the end time. A step that fails is cut into parts as short as need be.
+!> exactly at the end time. A step that fails is subdivided as short as need be.
 module nutate_fixed_steps
    use nutate_archive, only: archive_t
    use nutate_kinds, only: wp, eps, long
@@ -22,7 +22,7 @@ module nutate_fixed_steps
    !> cost a thousandth of the time; and if each step took 1 ms, a request to stop would be heard within a second.
    integer(long), parameter :: poll_every = 1024
 
-   !> Steps of one length.
+   !> Fixed steps.
    type, extends(step_policy_t) :: fixed_steps_t
       !> Prepared for the system of the run. Whoever has it points this to it in each call: a copy of a run is not to
       !> step by the stepper of the original.
@@ -52,7 +52,7 @@ contains
       self%steps_per_poll = poll_every
       associate (plan => progress%plan, t => progress%state%t)
          if (plan%goal%active()) then
-            status = fail(NUTATE_BAD_ARGUMENT, 'steps chosen by their error are made from settings, not from a stepper')
+            status = fail(NUTATE_BAD_ARGUMENT, 'adaptive steps are made from settings, not from a stepper')
             return
          end if
          if (plan%time_step == 0.0_wp .or. (plan%end_time - t)*sign(1.0_wp, plan%time_step) < 0.0_wp) then

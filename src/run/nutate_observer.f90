@@ -19,7 +19,7 @@ module nutate_observer
       !> Newton iterations of the last step, and its largest last relative increment.
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp
-      !> Stages of the last step, in all its parts, whose root is taken for the true one without a proof.
+      !> Stages of the last step, in all its parts, whose root is accepted without certification.
       integer :: uncertified = 0
       !> Work of all torques so far, J.
       real(wp) :: work = 0.0_wp

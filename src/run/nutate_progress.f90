@@ -22,20 +22,20 @@ module nutate_progress
    type :: run_summary_t
       !> Steps done: nominal ones, or those chosen by their error.
       integer(long) :: steps = 0
-      !> Nominal steps that had to be cut into parts because they failed; steps refused for their error.
+      !> Nominal steps that had to be subdivided because they failed; steps refused for their error.
       integer(long) :: cut_steps = 0
       !> Steps of the method, parts included.
       integer(long) :: parts = 0
       !> Newton iterations, all and the most in one step.
       integer(long) :: iterations = 0
       integer :: most_iterations = 0
-      !> Steps in which a root was taken for that of the true motion without a proof (`nutate_continuation`).
+      !> Steps in which a root was accepted without certification (`nutate_continuation`).
       integer(long) :: uncertified_steps = 0
       !> Work of each torque, and of each wheel motor and friction, J; shape (n_works).
       real(wp), allocatable :: work(:)
       !> What switching potentials on and off has changed the energy by, J.
       real(wp) :: switch_work = 0.0_wp
-      !> Estimate of the attitude error at the end time, rad, to which pilot runs lead where the plan asks for an
+      !> Estimate of the attitude error at the end time, rad, to which trial runs lead where the plan asks for an
       !> accuracy; above the accuracy where that is out of reach. And the part of it that round-off makes, whatever the
       !> steps.
       real(wp) :: estimate = 0.0_wp, round_off = 0.0_wp
@@ -62,7 +62,7 @@ module nutate_progress
 
    !> A run under way.
    type :: progress_t
-      !> What was asked for, and the tolerance of steps that pilot runs have found.
+      !> What was asked for, and the tolerance of steps that trial runs have found.
       type(run_plan_t) :: plan
       !> Where the run is.
       type(state_t) :: state
@@ -70,14 +70,14 @@ module nutate_progress
       type(run_summary_t) :: summary
       !> First time of the run, s: nominal steps end at whole numbers of steps after it.
       real(wp) :: t_first = 0.0_wp
-      !> Steps done at the end of the plan; negative where steps are chosen by their error. And before its first row.
+      !> Steps done at the end of the plan; negative where steps are adaptive. And before its first row.
       integer(long) :: n_steps = -1, first_step = 0
       !> The next time at which a step must end, since a torque starts or stops there or changes its law, s; beyond all
       !> times where there is none.
       real(wp) :: next_break = huge(1.0_wp)
       !> Digits of these works that their sums cannot hold, J.
       real(wp), allocatable :: work_compensation(:)
-      !> Steps that the run is going to take, where pilot runs have found it out; else 0.
+      !> Steps that the run is going to take, where trial runs have found it out; else 0.
       integer(long) :: expected_steps = 0
       !> Rows at intervals, or at times of the plan, so far.
       integer(long) :: rows = 0

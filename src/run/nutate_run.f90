@@ -1,4 +1,4 @@
-!> A run: from a state to an end time, by steps of one length or chosen by their error, with rows for an observer.
+!> A run: from a state to an end time, by fixed steps or chosen by their error, with rows for an observer.
 !>
 !>     call integrate(system, settings, state, plan, status, observer, summary)
 !>
@@ -50,7 +50,7 @@ module nutate_run
       procedure :: expect
       !> Takes a plan for what follows, from the present state.
       procedure :: set_out
-      !> Finds the error of steps that meets the accuracy of the goal, by pilot runs.
+      !> Finds the error of steps that meets the accuracy of the goal, by trial runs.
       procedure :: find_steps
       !> Takes what an observer's `keep` was given: the run goes on from there.
       procedure :: resume
@@ -101,7 +101,7 @@ contains
       call conclude_run(run%progress_t, state, summary)
    end subroutine integrate_by_settings
 
-   !> The same by steps of one length with a stepper that is prepared already, perhaps of a method of one's own. It
+   !> The same by fixed steps with a stepper that is prepared already, perhaps of a user-defined method. It
    !> remembers what it did before.
    subroutine integrate_by_stepper(system, stepper, state, plan, status, observer, summary, events)
       type(system_t), intent(in) :: system
@@ -144,7 +144,7 @@ contains
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_settings
 
-   !> The same by steps of one length, with a copy of a stepper that is prepared already, perhaps of a method of one's
+   !> The same by fixed steps, with a copy of a stepper that is prepared already, perhaps of a method of one's
    !> own.
    subroutine begin_by_stepper(self, system, stepper, state, plan, status)
       class(run_t), intent(inout), target :: self
@@ -156,7 +156,7 @@ contains
       type(run_plan_t), intent(in) :: plan
       type(status_t), intent(out) :: status
       if (plan%goal%active()) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'steps chosen by their error are made from settings, not from a stepper')
+         status = fail(NUTATE_BAD_ARGUMENT, 'adaptive steps are made from settings, not from a stepper')
          return
       end if
       call start_run(self%progress_t, system%effects, state, plan, status)
@@ -269,7 +269,7 @@ contains
    end subroutine point_to_stepper
 
    !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist, and for
-   !> switches in a run to an accuracy, whose pilot runs do not look for events.
+   !> switches in a run to an accuracy, whose trial runs do not look for events.
    subroutine expect(self, events, system, status)
       !> Begun.
       class(run_t), intent(inout), target :: self
@@ -316,19 +316,19 @@ contains
       if (words /= '') status = fail(NUTATE_BAD_ARGUMENT, words//' (expected time_step or local_tolerance)', 'accuracy')
    end subroutine check_promise
 
-   !> Finds the error of steps that meets the accuracy of the goal, by pilot runs; where there is none, or it is known
+   !> Finds the error of steps that meets the accuracy of the goal, by trial runs; where there is none, or it is known
    !> already, there is nothing to find. `go` does this if it has not been done.
    !>
-   !> Errors: those of the pilot runs, and what the observer returned.
+   !> Errors: those of the trial runs, and what the observer returned.
    subroutine find_steps(self, system, status, observer, shown)
       !> Begun.
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system
       type(status_t), intent(out) :: status
-      !> Its `poll` can end the search; the rows that it is shown are the ends of pilot runs.
+      !> Its `poll` can end the search; the rows that it is shown are the ends of trial runs.
       class(observer_t), intent(inout), optional :: observer
       !> Of a run without events, wants the rows at steps alone, of several runs from their start to their end: where
-      !> pilot runs were taken, the last that it was shown is the run, which is then at its end.
+      !> trial runs were taken, the last that it was shown is the run, which is then at its end.
       class(observer_t), intent(inout), optional :: shown
       type(progress_t) :: last
       if (.not. lacks_steps(self)) return
@@ -344,7 +344,7 @@ contains
       end select
    end subroutine find_steps
 
-   !> True where pilot runs have to find the steps, and have not.
+   !> True where trial runs have to find the steps, and have not.
    pure logical function lacks_steps(self)
       class(run_t), intent(in) :: self
       associate (goal => self%plan%goal)
@@ -368,7 +368,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the archive cannot be resumed: '//archive%problem())
    end subroutine resume
 
-   !> Goes to the end, with rows, polls and archives for an observer. Errors: those of the steps and of pilot runs;
+   !> Goes to the end, with rows, polls and archives for an observer. Errors: those of the steps and of trial runs;
    !> `NUTATE_STEP_LIMIT`; what the observer returned. The state is then the last one reached.
    subroutine go(self, system, status, observer)
       !> Begun, with an end time.
@@ -386,7 +386,7 @@ contains
       end if
    end subroutine go
 
-   !> Finds the steps and takes them, for nobody to see: the last run of the search is the run itself.
+   !> Finds and performs the steps without an observer: the last run of the search is the run itself.
    subroutine go_unseen(self, system, status)
       class(run_t), intent(inout), target :: self
       type(system_t), intent(in) :: system

@@ -6,16 +6,16 @@ module nutate_run_plan
 
    public :: run_plan_t, run_goal_t
 
-   !> What steps that are chosen by their error must keep to; one of these is set, or none for steps of one length.
+   !> What steps that are chosen by their error must keep to; one of these is set, or none for fixed steps.
    type :: run_goal_t
-      !> Attitude error at the end time, rad: pilot runs turn it into a `local_tolerance`.
+      !> Attitude error at the end time, rad: trial runs turn it into a `local_tolerance`.
       real(wp) :: accuracy = 0.0_wp
       !> Error of a step, rad.
       real(wp) :: local_tolerance = 0.0_wp
       !> Error of a step over its length, rad/s.
       real(wp) :: error_rate = 0.0_wp
    contains
-      !> True if steps are chosen by their error.
+      !> True if steps are adaptive.
       procedure :: active
    end type run_goal_t
 
@@ -35,7 +35,7 @@ module nutate_run_plan
       real(wp) :: first_time = 0.0_wp
       !> Nominal steps to do; negative: as many as lead to the end time.
       integer(long) :: steps = -1
-      !> Time between rows, s, where steps are chosen by their error; 0: a row every so many steps.
+      !> Time between rows, s, where steps are adaptive; 0: a row every so many steps.
       real(wp) :: interval = 0.0_wp
       !> Times of the rows, s, in the order in which they are reached, from the first to the end time; where allocated,
       !> they are the only ones. Shape (any).
@@ -45,7 +45,7 @@ module nutate_run_plan
 
 contains
 
-   !> True if steps are chosen by their error.
+   !> True if steps are adaptive.
    elemental logical function active(self)
       class(run_goal_t), intent(in) :: self
       active = self%accuracy > 0.0_wp .or. self%local_tolerance > 0.0_wp .or. self%error_rate > 0.0_wp

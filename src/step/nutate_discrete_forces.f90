@@ -7,7 +7,7 @@
 !> derivative ∂V*/∂x = γ'(x̄)ᵀ∇̄U has Δx·∂V*/∂x = ΔV exactly. Since `γ'(x̄)ᵀg = 2 x̄∘[γ·g, g×γ]/|x̄|²`, its force
 !> -∂V*/∂x is that of s = [-γ(x̄)·∇̄U, γ(x̄)×∇̄U].
 !>
-!> **Projection**, equation (11) of Nielsen & Krenk (2012). I - x̄x̄ᵀ/x̄ᵀx̄ takes away the part of a force along x̄. In
+!> **Projection**, equation (11) of Nielsen & Krenk (2012). I - x̄x̄ᵀ/x̄ᵀx̄ removes the part of a force along x̄. In
 !> f that is the scalar part of s, and nothing else: the projection is the *absence* of a scalar part, s = [0, τ] in the
 !> place of s = [-γ(x̄)·∇̄U, τ]. Nothing is multiplied by a projector anywhere; `self%projection` keeps the scalar part
 !> out in `evaluate` and `add_potential_derivative`.

@@ -83,7 +83,7 @@ module nutate_eight_equations
       procedure :: increments
       !> The constraint (5), q·p = 0, holds but for rounding, and stays so.
       procedure :: is_tangent
-      !> Takes away what rounding left of q·p.
+      !> Removes what rounding left of q·p.
       procedure :: make_tangent
       !> Shows to an archive what stays from step to step.
       procedure :: transfer

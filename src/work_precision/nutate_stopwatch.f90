@@ -6,7 +6,7 @@ module nutate_stopwatch
 
    public :: clock_t, stopwatch_t
 
-   !> A clock that goes by what a program wants it to.
+   !> A clock that follows what a program wants it to.
    type, abstract :: clock_t
    contains
       !> Time, s.
@@ -22,7 +22,7 @@ module nutate_stopwatch
    end interface
 
    type :: stopwatch_t
-      !> Where associated, the clock to go by; otherwise it goes by wall time.
+      !> Where associated, the clock to go by; otherwise it follows wall time.
       class(clock_t), pointer :: clock => null()
       integer(long), private :: started = 0, rate = 1
       !> The clock's time at the start, s.

@@ -33,14 +33,14 @@ module nutate_work_point
       real(wp) :: time_step = 0.0_wp
       !> Error for which each step was chosen, rad; 0 where all have one length.
       real(wp) :: tolerance = 0.0_wp
-      !> Nominal steps; those among them that had to be cut into parts; steps of the method, parts included.
+      !> Nominal steps; those among them that had to be subdivided; steps of the method, parts included.
       integer(long) :: steps = 0, cut_steps = 0, parts = 0
       !> Integrations timed, and their median wall time, s.
       integer :: samples = 0
       real(wp) :: seconds = 0.0_wp
       !> Distance from the reference's attitude at the end, rad; negative where there is no reference.
       real(wp) :: attitude_error = -1.0_wp
-      !> Worst error of the conserved momentum over |l|, and of the energy account over T + |V|, over all steps.
+      !> Worst error of the conserved momentum over |l|, and of the energy balance over T + |V|, over all steps.
       real(wp) :: momentum_error = 0.0_wp, energy_error = 0.0_wp
       !> Worst |qᵀq - 1| over all steps.
       real(wp) :: norm_error = 0.0_wp
@@ -164,7 +164,7 @@ contains
    !> One integration, at the step or to the tolerance asked for.
    subroutine run(problem, stepper, point, monitor, outcome, status)
       type(problem_t), intent(in) :: problem
-      !> Prepared; used for steps of one length.
+      !> Prepared; used for fixed steps.
       class(stepper_t), intent(inout) :: stepper
       type(work_point_t), intent(in) :: point
       type(run_monitor_t), intent(inout) :: monitor

@@ -43,7 +43,7 @@ module nutate_work_precision
    type :: work_precision_t
       type(problem_t) :: problem
       type(reference_t) :: reference
-      !> Goes by wall time unless it is given a clock before the study begins.
+      !> Uses wall time unless it is given a clock before the study begins.
       type(stopwatch_t) :: clock
       !> Largest |Ω| of the motion, rad/s.
       real(wp) :: rate = 0.0_wp
@@ -86,7 +86,7 @@ contains
       call self%clock%start()
       self%clock%deadline = seconds
       call reference_methods(first, second)
-      ! What the pilot run fails at is said by the runs themselves.
+      ! What the trial run fails at is reported by the runs themselves.
       call fastest_rate(problem, first, self%rate, status, reference_clock(self))
       call self%reference%begin(problem, self%rate)
       self%first_step = longest_step(problem%duration(), self%rate, time_step)

@@ -62,7 +62,7 @@ class CheckpointTest(CommandLineTest):
         self.write("forced.nml", FORCED)
 
     def controlled(self, scene, key, value):
-        """A scene with steps chosen by their error."""
+        """A scene with adaptive steps."""
         self.write("controlled.nml", self.read(scene).replace("time_step = 0.01", f"{key} = {value}"))
         return "controlled.nml"
 

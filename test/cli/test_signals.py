@@ -96,7 +96,7 @@ class Runs(SignalTest):
         run = self.start("run", "top.nml", *ENDLESS)
         time.sleep(0.1)
         run.send_signal(signal.SIGINT)
-        self.ends_by(run, signal.SIGINT, ["top.nml", "pilot run", "SIGINT"])
+        self.ends_by(run, signal.SIGINT, ["top.nml", "trial run", "SIGINT"])
         self.assertEqual(self.names(), ["box.nml", "top.nml"])
 
     def test_signals_that_are_ignored_stay_ignored(self):

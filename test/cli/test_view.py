@@ -1,4 +1,4 @@
-"""nutate view SCENE, where Python has not what it takes. python/tests/test_view.py has the rest."""
+"""nutate view SCENE, where Python has not what is needed. python/tests/test_view.py has the rest."""
 import os
 import stat
 import unittest

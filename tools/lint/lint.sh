@@ -21,4 +21,5 @@ python3 tools/docs/gallery.py --check || status=1
 python3 tools/lint/version.py --check || status=1
 python3 tools/lint/public_api.py --check || status=1
 python3 tools/lint/f77_arguments.py --check || status=1
+python3 tools/lint/words.py || status=1
 exit $status

@@ -156,7 +156,7 @@ contains
       whole = error%text
    end subroutine parse_events
 
-   !> A torque by a table in memory, with the keys of `&torque` that go with one. Errors: `NUTATE_BAD_SCENE`; those of
+   !> A tabulated torque in memory, with the keys of `&torque` that go with one. Errors: `NUTATE_BAD_SCENE`; those of
    !> `make_tabulated_torque`.
    subroutine parse_table_keys(text, times, values, torque, at, status)
       !> The keys.

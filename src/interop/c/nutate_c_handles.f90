@@ -65,7 +65,7 @@ module nutate_c_handles
       character(len=:), allocatable :: names
       integer :: width = 0
       integer(c_size_t) :: rows = 0
-      !> Steps of the run in which a root was taken for the true one without a proof.
+      !> Steps of the run in which a root was accepted without certification.
       integer(long) :: uncertified_steps = 0
       !> `estimate` and `round_off` of a run with an accuracy, and that, rad.
       real(wp) :: error(2) = 0.0_wp, accuracy = 0.0_wp

@@ -32,7 +32,7 @@ module nutate_c_polls
       procedure :: ask
    end type poll_t
 
-   !> Asks in pilot runs, of which nothing is seen.
+   !> Asks in trial runs, of which nothing is seen.
    type, extends(observer_t) :: pilot_observer_t
       type(poll_t) :: whom
       !> Status and what the callback returned, of a callback that failed; shape (2).
@@ -78,8 +78,8 @@ contains
       if (function(self%user) /= 0) status = fail(NUTATE_STOPPED, 'the run was asked to stop')
    end subroutine ask
 
-   !> Runs to the end of a plan as `integrate` does, and asks in pilot runs as well. Errors: those of `integrate`, of
-   !> callbacks in pilot runs, and `NUTATE_STOPPED`.
+   !> Runs to the end of a plan as `integrate` does, and asks in trial runs as well. Errors: those of `integrate`, of
+   !> callbacks in trial runs, and `NUTATE_STOPPED`.
    subroutine integrate_asking(whom, failure, system, settings, state, plan, status, observer, summary, events)
       !> The observer asks by itself.
       type(poll_t), intent(in) :: whom
@@ -88,7 +88,7 @@ contains
       type(system_t), intent(in) :: system
       type(integrator_settings_t), intent(in) :: settings
       type(state_t), intent(inout) :: state
-      !> The tolerance of steps is put in, where pilot runs have found it.
+      !> The tolerance of steps is put in, where trial runs have found it.
       type(run_plan_t), intent(inout) :: plan
       type(status_t), intent(out) :: status
       class(observer_t), intent(inout) :: observer
@@ -103,7 +103,7 @@ contains
       call conclude_run(run%progress_t, state, summary)
    end subroutine integrate_asking
 
-   !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in pilot runs. Errors: those of pilot
+   !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in trial runs. Errors: those of pilot
    !> runs and of callbacks, and `NUTATE_STOPPED`.
    subroutine find_steps_asking(run, whom, failure, system, status)
       type(run_t), intent(inout) :: run
@@ -118,7 +118,7 @@ contains
       call run%find_steps(system, status, pilots)
    end subroutine find_steps_asking
 
-   !> Ends a pilot run where a callback has failed.
+   !> Ends a trial run where a callback has failed.
    subroutine observe_pilot(self, system, state, record, status)
       class(pilot_observer_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -128,7 +128,7 @@ contains
       status = judge_failure(self%failure)
    end subroutine observe_pilot
 
-   !> Ends a pilot run where a callback has failed, or the program wants it.
+   !> Ends a trial run where a callback has failed, or the program wants it.
    subroutine poll_pilot(self, fraction, status)
       class(pilot_observer_t), intent(inout) :: self
       real(wp), intent(in) :: fraction

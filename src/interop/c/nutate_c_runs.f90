@@ -91,7 +91,7 @@ contains
       code = NUTATE_OK
    end function nutate_stepper_count_rows
 
-   !> Runs to the end time of a plan that says when rows are due: with nominal steps, or steps chosen by their error.
+   !> Runs to the end time of a plan that says when rows are due: with nominal steps, or adaptive steps.
    !> Errors: `NUTATE_BAD_ARGUMENT`, why a step failed, those of callbacks and rows.
    subroutine run_to(handle, plan, taker, status)
       type(stepper_handle_t), intent(inout), target :: handle

@@ -221,7 +221,7 @@ subroutine nustat(istat, w, work, lwork, info)
    use nutate_f77_work, only: get_place, place_t
    use nutate_kinds, only: wp, long
    implicit none
-   !> (output) Steps; Newton iterations; steps that had to be cut into parts; each at most HUGE(0); dimension (3).
+   !> (output) Steps; Newton iterations; steps that had to be subdivided; each at most HUGE(0); dimension (3).
    integer, intent(inout) :: istat(3)
    !> (output) Work that damping and TOR did, J: the energy changed by as much.
    real(wp), intent(inout) :: w

@@ -19,7 +19,7 @@ subroutine nutext(info, text)
    case (NUTATE_NOT_CONVERGED)
       text = 'a step did not converge even when subdivided: is TOR or POT discontinuous?'
    case (NUTATE_OFF_BRANCH)
-      text = 'a step is too long to follow the motion, even cut into parts'
+      text = 'a step is too long to follow the motion, even subdivided'
    case (NUTATE_SINGULAR)
       text = 'the linear system of a step is singular'
    case (NUTATE_NOT_FINITE)

@@ -45,13 +45,13 @@ module nutate_f77_work
    type :: place_t
       !> A call has succeeded.
       logical :: begun = .false.
-      !> Steps of one length since a first time; that length and time, s.
+      !> Fixed steps since a first time; that length and time, s.
       integer(long) :: steps = 0
       real(wp) :: dt = 0.0_wp, first_time = 0.0_wp
       type(state_t) :: state
       !> Work of damping and TOR since NUINIT, J, and the digits that this sum cannot hold.
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
-      !> Since NUINIT: steps, Newton iterations, steps that had to be cut into parts, steps with a root that is taken
+      !> Since NUINIT: steps, Newton iterations, steps that had to be subdivided, steps with a root that is taken
       !> for the true one without a proof.
       integer(long) :: all_steps = 0, iterations = 0, cut_steps = 0, uncertified_steps = 0
    contains

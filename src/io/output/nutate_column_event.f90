@@ -199,7 +199,7 @@ contains
       end associate
    end function column_value
 
-   !> Roll, pitch, yaw against the orbit's axes, its radius, true anomaly or shadow; 0 where there is no orbit.
+   !> Roll, pitch, yaw against the LVLH frame, its radius, true anomaly or shadow; 0 where there is no orbit.
    pure real(wp) function orbit_value(column, system, motion) result(x)
       !> Place in the list.
       integer, intent(in) :: column
@@ -223,7 +223,7 @@ contains
       end associate
    end function orbit_value
 
-   !> Its rate along the motion. With w the body's rate against the orbit's axes: pitch' = w2 cos(roll) - w3 sin(roll),
+   !> Its rate along the motion. With w the body's rate against the LVLH frame: pitch' = w2 cos(roll) - w3 sin(roll),
    !> yaw' = (w2 sin(roll) + w3 cos(roll))/cos(pitch), roll' = w1 + yaw' sin(pitch).
    pure real(wp) function orbit_rate(column, system, motion) result(x)
       !> Place in the list.

@@ -453,7 +453,7 @@ contains
       end if
    end subroutine write_part
 
-   !> The attitude from the body to the LVLH axes of the orbit, or to the space axes where there is no orbit; shape (4).
+   !> The attitude from the body to the LVLH frame, or to the space axes where there is no orbit; shape (4).
    pure function attitude_in_lvlh(system, state) result(q)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

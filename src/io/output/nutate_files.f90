@@ -62,7 +62,7 @@ module nutate_files
       character(len=:), allocatable :: partial
       !> Bytes handed to the system.
       integer(long) :: bytes = 0
-      !> The address of a C `sig_atomic_t`, or null: once it is not zero, nobody who reads a pipe is waited for.
+      !> The address of a C `sig_atomic_t`, or null: once it is not zero, readers of a pipe are no longer waited for.
       type(c_ptr) :: stop_flag = c_null_ptr
       !> Bytes of whole lines among these.
       integer(long), private :: whole_bytes = 0

@@ -162,7 +162,7 @@ contains
    subroutine check_initial(system, state, plan, initial, integrator, error)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
-      !> `time_step` 0: steps are chosen by their error.
+      !> `time_step` 0: steps are adaptive.
       type(run_plan_t), intent(in) :: plan
       !> The groups `&initial` and `&integrator`.
       type(group_t), intent(in) :: initial, integrator

@@ -118,7 +118,7 @@ contains
                                                    expected='accuracy or local_tolerance with it')
    end subroutine check_automatic
 
-   !> The order of a series goes by a name of its own: `order` is one of those in the table of methods.
+   !> The order of a series follows a name of its own: `order` is one of those in the table of methods.
    subroutine check_series(group, settings, error)
       type(group_t), intent(in) :: group
       type(integrator_settings_t), intent(in) :: settings

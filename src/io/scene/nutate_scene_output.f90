@@ -24,7 +24,7 @@ module nutate_scene_output
    type :: output_settings_t
       !> Path of the CSV file, relative to the working directory.
       character(len=:), allocatable :: file
-      !> That of the events, where the scene names one; else blank: it goes by that of the rows.
+      !> That of the events, where the scene names one; else blank: it follows that of the rows.
       character(len=:), allocatable :: events
       !> Names of the sets of columns, as asked for; shape (number of sets).
       character(len=name_length), allocatable :: columns(:)

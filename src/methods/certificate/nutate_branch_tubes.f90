@@ -1,5 +1,5 @@
 !> Continuation of the true root to a stage's length by Newton-Kantorovich tubes: each proves that the branch exists and
-!> is alone in a neighbourhood over a part of the stage, so that no other root can be taken for it.
+!> is alone in a neighbourhood over a part of the stage, so that no other root can be treated as it.
 !>
 !> P(b,t) = 0 is the equation of `nutate_root_certificate`. From a root (b,t) the branch leaves along v = -B P_t, B =
 !> P_b⁻¹. In the ball of radius r about b + (t'-t)v the chord iteration with B contracts for each t' up to t+δ if

@@ -21,7 +21,7 @@ module nutate_continuation
    real(wp), parameter :: near = 0.41_wp
    !> A determinant within this factor of that of a very short step: the effects do not dominate the step. Damping makes
    !> it large and brings no other root near, forces that depend on the attitude do. No bound is certified with it: a
-   !> factor of two in each direction is as far as a Jacobian can be taken for that of a short step.
+   !> factor of two in each direction is as far as a Jacobian can be treated as that of a short step.
    real(wp), parameter :: mild = 4.0_wp
    !> |b| from which a root is refused. At |b| = 1, half a turn, the reduced equations are solved by what is no step.
    real(wp), parameter :: longest = 0.98_wp
@@ -90,7 +90,7 @@ contains
       self%by_attitude = system%effects%needs_attitude()
    end subroutine set_up
 
-   !> True if a root needs no continuation to be taken for the true one.
+   !> True if a root needs no continuation to be treated as the true one.
    pure logical function accepts(self, root)
       class(root_judge_t), intent(in) :: self
       type(root_t), intent(in) :: root

@@ -1,5 +1,5 @@
-!> Steps of one length for an accuracy at the end of a run: where the motion is smooth and cheap to follow, to estimate
-!> the error of each step costs more than to find their number by pilot runs.
+!> Fixed steps for an accuracy at the end of a run: where the motion is smooth and cheap to follow, to estimate
+!> the error of each step costs more than to find their number by trial runs.
 !>
 !> The motions are those of `nutate_lean_motion`, the method is `rk8`. A step is taken to err by `C(ωh)⁹`, ω a rate of
 !> the motion that is known beforehand; n such steps err by n times that. Measured on 300 random tops at 1e-3, 1e-6 and
@@ -16,7 +16,7 @@ module nutate_equal_steps
 
    public :: equal_steps_t
 
-   !> Steps of one length.
+   !> Fixed steps.
    type :: equal_steps_t
       !> They suit the run.
       logical :: suit = .false.
@@ -52,7 +52,7 @@ module nutate_equal_steps
 
 contains
 
-   !> Finds out if steps of one length suit a run: of `rk8`, for motions in its lean variables.
+   !> Finds out if fixed steps suit a run: of `rk8`, for motions in its lean variables.
    pure subroutine recognise(self, system, settings, state, duration, accuracy)
       class(equal_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -70,7 +70,7 @@ contains
       self%suit = settings%method == 'rk8' .and. settings%attitude .and. accuracy >= least_accuracy
       if (.not. self%suit) return
       call motion%prepare(system, settings%attitude)
-      ! What is said of their number was measured in axes that stand still.
+      ! What is reported about their number was measured in axes that stand still.
       self%suit = motion%possible .and. .not. system%effects%frame_turns
       if (.not. self%suit) return
       pace = motion%pace(body_momentum(state))

@@ -2,7 +2,7 @@
 !> in their constants.
 !>
 !> A stage waits for the one before. Its newest rates therefore go into the next stage as they are, numbers in
-!> registers; the sum over the older ones, for which nobody waits, is taken beforehand, from columns of even length that
+!> registers; the sum over the older ones, which are known early, is taken beforehand, from columns of even length that
 !> vector instructions take as a whole.
 module nutate_lean_stages
    use nutate_kinds, only: wp

@@ -72,7 +72,7 @@ module nutate_invariant_projection
       !> Of the state under way: the scale of its energies, and the conserved components of l.
       type(energy_scale_t) :: scale
       type(momentum_target_t) :: target
-      !> What pilot runs add to every state before it is projected, and to its energy, as part of `size`.
+      !> What trial runs add to every state before it is projected, and to its energy, as part of `size`.
       type(noise_t) :: noise
       real(wp) :: kick = 0.0_wp
       !> How far round-off of the energy moved the last state, rad: up to √ε where H is nearly stationary.
@@ -82,7 +82,7 @@ module nutate_invariant_projection
       procedure :: prepare
       !> Starts the balance of a state from its own invariants.
       procedure :: start
-      !> Takes the noise of a pilot run.
+      !> Takes the noise of a trial run.
       procedure :: disturb
       !> Adds it to a state that is not projected.
       procedure :: shake_state
@@ -140,7 +140,7 @@ contains
       call state%balance_here()
    end subroutine settle
 
-   !> Takes the noise of a pilot run: from now on states come as from a machine on which every step rounds by so much.
+   !> Takes the noise of a trial run: from now on states come as from a machine on which every step rounds by so much.
    !> The limits of the projection are then those of that machine.
    pure subroutine disturb(self, noise)
       class(invariant_projection_t), intent(inout) :: self

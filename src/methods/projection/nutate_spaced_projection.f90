@@ -1,6 +1,6 @@
-!> The projection onto the invariants after steps, as often as round-off asks for it.
+!> The projection onto the invariants after steps, as often as round-off requires.
 !>
-!> What a projection takes away comes back slowly, so that without torques only every few steps are projected, counted
+!> What a projection removes comes back slowly, so that without torques only every few steps are projected, counted
 !> from the start, while errors are small. What is shown of the steps between is a projected copy, whose balance holds
 !> the state that it is a copy of: the motion does not depend on who looks.
 module nutate_spaced_projection
@@ -35,7 +35,7 @@ module nutate_spaced_projection
    contains
       !> Takes the invariants that a system has.
       procedure :: prepare
-      !> Takes the noise of a pilot run.
+      !> Takes the noise of a trial run.
       procedure :: disturb
       !> How far round-off of the energy moved the last state that was projected.
       procedure :: moved_by_round_off
@@ -74,7 +74,7 @@ contains
       self%fresh = .true.
    end subroutine prepare
 
-   !> Takes the noise of a pilot run, for every state that a step reaches.
+   !> Takes the noise of a trial run, for every state that a step reaches.
    pure subroutine disturb(self, noise)
       class(spaced_projection_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise

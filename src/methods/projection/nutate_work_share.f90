@@ -87,7 +87,7 @@ contains
    end subroutine balance_momentum
 
    !> Gives the works their share of an excess that is more than round-off of the energy that is left, and weighs the
-   !> two moves for the rest. What rounding makes of the account goes by the largest energy that there was.
+   !> two moves for the rest. What rounding makes of the account depends on the largest energy that there was.
    pure subroutine divide_excess(plan, error, point, slope, noise, size, to_order_one, excess, given, push)
       type(projection_plan_t), intent(in) :: plan
       type(step_error_t), intent(in) :: error

@@ -35,7 +35,7 @@ module nutate_motion_series
 
    !> The equations used: L and three rows; L and one; a top; a free body; the latter two in the axial frame.
    integer, parameter :: TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6
-   !> The momentum is a row of the attitude where it is at least this part of a rotor's: rounding, which goes by the
+   !> The momentum is a row of the attitude where it is at least this part of a rotor's: rounding, which depends on the
    !> larger of the two, then leaves its direction to 100ε.
    real(wp), parameter :: least_share = 1e-2_wp
 

@@ -39,7 +39,7 @@ contains
       change%turn = turn_between(series%frame, rows)
    end subroutine get_change
 
-   !> c - 1 of the rotation c with R(c) (fᵢ + dᵢ) = fᵢ: of 4c₁c, which is linear in Σ fᵢ(fᵢ + dᵢ)ᵀ, the vector goes by d
+   !> c - 1 of the rotation c with R(c) (fᵢ + dᵢ) = fᵢ: of 4c₁c, which is linear in Σ fᵢ(fᵢ + dᵢ)ᵀ, the vector follows d
    !> alone, since Σ fᵢfᵢᵀ is symmetric.
    pure function turn_between(f, d) result(turn)
       !> Columns; shape (3,3).
@@ -63,7 +63,7 @@ contains
       end if
    end function turn_between
 
-   !> Adds a change to the q and p of a state, and takes away what has gathered off |q| = 1 and q·p = 0: along q and p
+   !> Adds a change to the q and p of a state, and removes what has gathered off |q| = 1 and q·p = 0: along q and p
    !> both, which leaves L as it is.
    pure subroutine add_change(change, state)
       type(row_change_t), intent(in) :: change

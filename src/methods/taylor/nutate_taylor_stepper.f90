@@ -34,7 +34,7 @@ module nutate_taylor_stepper
    real(wp), parameter :: order_per_digit = 0.3_wp, extra_order = 8.0_wp
    !> The same for tops in the axial frame, 20 to 24, where coefficients cost less than all else in a step.
    real(wp), parameter :: axial_order_per_digit = 0.15_wp, axial_extra_order = 18.0_wp
-   !> Steps of one length to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as
+   !> Fixed steps to a projection, which takes a tenth to a fifth of a step. With 4 energy and momentum are as
    !> good. Chosen steps are projected one by one: on the unstable axis of a box the others err by more than they may.
    integer, parameter :: usual_interval = 4
    !> Longest step in units of time, where all terms vanish, as for a body at rest.
@@ -123,14 +123,14 @@ contains
                                    system%effects%n_works() > 0
    end function is_compensated
 
-   !> Takes the noise of a pilot run, for the states before their projection.
+   !> Takes the noise of a trial run, for the states before their projection.
    subroutine disturb(self, noise)
       class(taylor_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise
       call self%projection%disturb(noise)
    end subroutine disturb
 
-   !> The series that there is goes by the values before.
+   !> The series that there is depends on the values before.
    recursive subroutine take_commands(self)
       class(taylor_t), intent(inout) :: self
       self%expanded = .false.

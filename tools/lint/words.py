@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""Finds words of this project's own in user-facing text, and names the field's term for each (words.tsv beside this file).
+
+Read are README, CHANGELOG, docs, the C headers, docstrings of the Python package, and of Fortran sources the `!>` comments and
+the texts between quotes.
+    python3 tools/lint/words.py [FILE]...     all of them unless named; exit status 1 if a phrase is found
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FILES = ("README.md", "CHANGELOG.md", "docs/*.md", "include/*.h", "python/README.md", "python/nutate/*.py", "app/*.f90",
+         "src/*.f90", "mpi/app/*.f90")
+# Where former names are listed, to be rejected with the present ones; and what 0.1.0 was released with.
+EXEMPT = ("src/core/nutate_spelling.f90", "docs/public-api.txt")
+QUOTED = re.compile(r"'(?:[^']|'')*'|\"[^\"]*\"")
+
+
+def phrases():
+    """Pairs of a phrase, as a pattern, and what to write instead."""
+    for line in pathlib.Path(__file__).with_name("words.tsv").read_text(encoding="utf-8").splitlines():
+        phrase, better = line.split("\t")
+        start = r"\b" if phrase[0].isalnum() else ""
+        yield re.compile(start + re.escape(phrase), re.IGNORECASE), phrase.strip(), better
+
+
+def user_text(path, line):
+    """What of a line a user may read."""
+    if path.suffix != ".f90":
+        return line
+    stripped = line.lstrip()
+    if stripped.startswith("!"):
+        return line if stripped.startswith("!>") else ""
+    return " ".join(QUOTED.findall(line))
+
+
+def main():
+    words = list(phrases())
+    tracked = subprocess.run(["git", "ls-files", "--", *FILES], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    found = 0
+    for name in sys.argv[1:] or tracked.split():
+        if name in EXEMPT:
+            continue
+        path = ROOT / name
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            for pattern, phrase, better in words:
+                if pattern.search(user_text(path, line)):
+                    print(f"{name}:{number}: '{phrase}' (write: {better})")
+                    found += 1
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
