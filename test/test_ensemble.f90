@@ -313,7 +313,7 @@ contains
          "series_order = 9, end_time = 3 / &output columns = 'angular_momentum_space', 'constraints' /", &
          "series_order = 24, end_time = 1 / &output columns = 'angular_velocity_space', every = 100 /", &
          "end_time = 1 / &output columns = 'quaternion', every = 2 /"]
-      character(len=*), parameter :: head(5) = [character(len=200) :: "", &
+      character(len=*), parameter :: head(5) = [character(len=200) :: "&rotor momentum = 0, 1, 2 /", &
          "&rotor momentum = 10, 0, 3 / &vary key = 'rotor.momentum.1', distribution = 'normal', sigma = 5 /", &
          "&dipole moment = 9, 0, 30, field = 5, 0, 2 /", &
          "&gravity_gradient direction = 1, 2, -2, strength = 9 / &dipole moment = 9, 0, 30, field = 5, 0, 2 /", &
@@ -338,7 +338,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer(long), allocatable :: status_of(:)
       call compare_rows("&body inertia = 5.0, 20.0, 17.0 / &initial angular_velocity = 0.1, 0.0, 10.0 / "// &
-                        "&rotating_frame rate = 0, 0, 0 / &integrator method = 'taylor', "// &
+                        "&rotating_frame rate = 0, 0, 0 / &rotor momentum = 0, 1, 2 / "// &
+                        "&integrator method = 'taylor', "// &
                         "time_step = 0.1, end_time = 2.0 / &output columns = 'quaternion', 'energy' /"// &
                         line_feed//"&ensemble members = 64 / &vary key = 'rotating_frame.rate.3', "// &
                         "distribution = 'grid', low = -1, high = 1, points = 3 /", min(1, lanes/2), status_of, error)

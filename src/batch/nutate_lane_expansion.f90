@@ -2,20 +2,19 @@
 !> same equations.
 !>
 !> The equations are those of `nutate_motion_series`: two pairs, L and three rows, for tops of any inertia, with rotors,
-!> several directions and gradients of gravity; one pair, L and a row, for such bodies that are free; free bodies and
-!> tops of diagonal inertia; and all but one pair with an axis of symmetry in the axial frame. A step is the unit of
-!> time of its series, so that all powers of it are 1.
+!> several directions and gradients of gravity; one pair, L and a row, for gyrostats; tops of diagonal inertia; and all
+!> but one pair with an axis of symmetry in the axial frame. Bodies without rotor on which nothing acts have a closed
+!> solution (`nutate_exact_stepper`) and no lane. A step is the unit of time of its series, so that all powers of it
+!> are 1.
 module nutate_lane_expansion
    use nutate_axial_frame, only: axial_frame_t
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: replace_lanes
    use nutate_lane_motion, only: add_changes, begin_lanes, end_lanes, find_axes, find_frames, find_rates, &
-      find_sines, find_weights, see_lanes, straighten_rows, test_rates, turn_evenly, turn_free_lanes, &
-      turn_in_axial_frame, turn_rows
+      find_sines, see_lanes, straighten_rows, test_rates, turn_evenly, turn_in_axial_frame, turn_rows
    use nutate_lane_row_series, only: expand_axial_lanes, expand_pair_lanes, expand_top_lanes
-   use nutate_lane_series, only: expand_free_lanes, sum_angles, sum_lanes
    use nutate_lane_torque_series, only: lane_torques_t, put_torques, rest_torques, set_up_torques
-   use nutate_lane_tail, only: add_angle, add_row, begin_tail, tail_products_t, tail_weights
+   use nutate_lane_tail, only: add_angle, add_row, begin_tail, sum_angles, sum_lanes, tail_products_t, tail_weights
    use nutate_lane_vectors, only: cross_lanes, find_full_rates, multiply_lanes
    use nutate_lane_width, only: lanes
    use nutate_motion_series, only: least_share
@@ -29,8 +28,8 @@ module nutate_lane_expansion
 
    public :: lane_expansion_t, set_up_motion, put_motion, rest_motion, move_lanes
 
-   !> The equations: none yet, L and three rows, L and one, a top, a free body, the latter two in the axial frame.
-   integer, parameter :: NONE = 0, TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, FREE_BODY = 4, AXIAL_TOP = 5, AXIAL_FREE = 6
+   !> The equations: none yet, L and three rows, L and one, a top, a top and a gyrostat in the axial frame.
+   integer, parameter :: NONE = 0, TWO_PAIRS = 1, ONE_PAIR = 2, TOP = 3, AXIAL_TOP = 4, AXIAL_FREE = 5
    !> Momentum of a free body, N m s.
    real(wp), parameter :: least = 1e-40_wp
    !> Change of ΔtΩ that a potential may make in a step, rad: what is beyond belongs to no step that a lane takes.
@@ -61,7 +60,7 @@ module nutate_lane_expansion
 
    !> The series of a step. No component has a first value: they would be set at every step.
    type :: lane_series_t
-      !> ΔtΩ, or ΔtL/J₁; the angle of free bodies, rad; rows.
+      !> ΔtΩ, or ΔtL/J₁; the angle about the axis of symmetry, rad; rows.
       real(wp) :: w(lanes, 3, 0:highest_order), angle(lanes, 0:highest_order), rows(lanes, 3, 0:highest_order, 4)
       !> Weights of the last coefficient and of the one before in the tail.
       real(wp) :: last(lanes), before(lanes)
@@ -134,20 +133,20 @@ contains
       if (equations == TWO_PAIRS) call put_pairs(self, lane, is_first, system, torques, fits)
    end subroutine put_motion
 
-   !> Which equations do, as `nutate_motion_series` finds it.
+   !> Which equations do, as `nutate_motion_series` finds it; none for a body without rotor on which nothing acts.
    pure integer function equations_of(system, axis, torques) result(equations)
       type(system_t), intent(in) :: system
       !> Of symmetry; 0: none.
       integer, intent(in) :: axis
       type(torque_series_t), intent(in) :: torques
-      logical :: diagonal
+      logical :: has_rotor, diagonal
+      has_rotor = any(abs(system%effects%rotor_momentum) > 0.0_wp)
       associate (j => system%body%inverse_inertia)
-         diagonal = .not. any(abs([j(2, 1), j(3, 1), j(3, 2), system%effects%rotor_momentum]) > 0.0_wp)
+         diagonal = .not. (has_rotor .or. any(abs([j(2, 1), j(3, 1), j(3, 2)]) > 0.0_wp))
       end associate
       equations = NONE
       if (torques%rank == 0) then
-         equations = merge(FREE_BODY, ONE_PAIR, diagonal)
-         if (axis > 0) equations = AXIAL_FREE
+         if (has_rotor) equations = merge(AXIAL_FREE, ONE_PAIR, axis > 0)
       else if (.not. torques%has_more .and. torques%n_moments == 1 .and. (diagonal .or. axis > 0)) then
          equations = merge(AXIAL_TOP, TOP, axis > 0)
       else
@@ -245,8 +244,6 @@ contains
          call move_pair(self, series, momentum, rotation, given_up)
       case (TWO_PAIRS)
          call move_pairs(self, q, series, momentum, rotation, given_up)
-      case (FREE_BODY)
-         call move_free(self, series, momentum, rotation, given_up)
       case (TOP)
          call move_top(self, q, [1, 2, 3], series, momentum, rotation, given_up)
       case (AXIAL_FREE, AXIAL_TOP)
@@ -257,37 +254,13 @@ contains
       call end_lanes(rotation, momentum, q, p, given_up)
    end subroutine move_lanes
 
-   !> Free bodies.
-   pure subroutine move_free(self, series, momentum, rotation, given_up)
+   !> Gyrostats.
+   pure subroutine move_pair(self, series, momentum, rotation, given_up)
       type(lane_expansion_t), intent(in) :: self
       type(lane_series_t), intent(inout) :: series
       !> L at the start on entry, at the end on exit; shape (lanes, 3).
       real(wp), intent(inout) :: momentum(lanes, 3)
       !> Since the start; shape (lanes, 4).
-      real(wp), intent(out) :: rotation(lanes, 4)
-      real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: axis(lanes, 3), weights(lanes, 3), change(lanes, 3), angle(lanes)
-      real(wp) :: length(lanes), cosine(lanes), sine(lanes)
-      type(tail_products_t) :: products
-      call find_axes(self%floor, momentum, axis, length, given_up)
-      call find_weights(axis, self%inertia, length, weights)
-      call expand_free_lanes(self%order, self%c, weights, axis, series%w, series%angle)
-      call begin_tail(self%order, self%inertia, series%w, products)
-      call add_angle(self%order, series%angle, products)
-      call tail_weights(products, series%last, series%before)
-      call sum_lanes(self%order, series%w, series%last, series%before, change)
-      call sum_angles(self%order, series%angle, series%last, series%before, angle)
-      call find_sines(0.5_wp*angle, cosine, sine)
-      call add_changes(self%inertia, change, momentum)
-      call turn_free_lanes(self%floor, cosine, sine, axis, momentum, rotation, given_up)
-   end subroutine move_free
-
-   !> Free bodies of any inertia, with rotors.
-   pure subroutine move_pair(self, series, momentum, rotation, given_up)
-      type(lane_expansion_t), intent(in) :: self
-      type(lane_series_t), intent(inout) :: series
-      !> As in `move_free`.
-      real(wp), intent(inout) :: momentum(lanes, 3)
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
       real(wp), parameter :: ones(lanes, 3) = 1.0_wp
@@ -318,7 +291,7 @@ contains
       type(lane_expansion_t), intent(in) :: self
       real(wp), intent(in) :: q(lanes, 4)
       type(lane_series_t), intent(inout) :: series
-      !> As in `move_free`.
+      !> As in `move_pair`.
       real(wp), intent(inout) :: momentum(lanes, 3)
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
@@ -367,7 +340,7 @@ contains
       !> Of the components in the body.
       integer, intent(in) :: places(3)
       type(lane_series_t), intent(inout) :: series
-      !> As in `move_free`; components in their places here.
+      !> As in `move_pair`; components in their places here.
       real(wp), intent(inout) :: momentum(lanes, 3)
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)
@@ -407,7 +380,7 @@ contains
       type(lane_expansion_t), intent(in) :: self
       real(wp), intent(in) :: q(lanes, 4)
       type(lane_series_t), intent(inout) :: series
-      !> As in `move_free`.
+      !> As in `move_pair`.
       real(wp), intent(inout) :: momentum(lanes, 3)
       real(wp), intent(out) :: rotation(lanes, 4)
       real(wp), intent(inout) :: given_up(lanes)

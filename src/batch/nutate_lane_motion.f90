@@ -8,9 +8,8 @@ module nutate_lane_motion
    implicit none
    private
 
-   public :: begin_lanes, find_rates, test_rates, find_axes, find_weights, find_frames, find_scale, scale_moments
-   public :: add_changes, find_sines, turn_free_lanes, see_lanes, straighten_rows, turn_rows
-   public :: turn_in_axial_frame, turn_evenly, end_lanes
+   public :: begin_lanes, find_rates, test_rates, find_axes, find_frames, find_scale, scale_moments, add_changes
+   public :: find_sines, see_lanes, straighten_rows, turn_rows, turn_in_axial_frame, turn_evenly, end_lanes
 
    !> Sum of the components of a turn in a step that a lane takes, rad: coefficients of the series grow by this from one
    !> to the next at most, since the moments of a body obey the triangle inequality; none leaves the range of numbers.
@@ -77,7 +76,7 @@ contains
       end do
    end subroutine give_up_others
 
-   !> Of free bodies the direction of L; gives up those that have none, which get another.
+   !> Of gyrostats the direction of L; gives up those that have none, which get another.
    pure subroutine find_axes(floor, momentum, axis, length, given_up)
       !> Lengths up to this have no direction; shape (lanes).
       real(wp), intent(in) :: floor(lanes)
@@ -113,19 +112,6 @@ contains
       call give_up_others(kept, given_up)
       call replace_lanes(kept, 1.0_wp, length)
    end subroutine find_lengths
-
-   !> u times the moments over Δt and |L|: what the rate is multiplied by in u·u₀.
-   pure subroutine find_weights(axis, inertia, length, weights)
-      !> Shapes (lanes, 3) and (lanes).
-      real(wp), intent(in) :: axis(lanes, 3), inertia(lanes, 3), length(lanes)
-      real(wp), intent(out) :: weights(lanes, 3)
-      integer :: i
-      do i = 1, lanes
-         weights(i, 1) = axis(i, 1)*(inertia(i, 1)/length(i))
-         weights(i, 2) = axis(i, 2)*(inertia(i, 2)/length(i))
-         weights(i, 3) = axis(i, 3)*(inertia(i, 3)/length(i))
-      end do
-   end subroutine find_weights
 
    !> 1 over the size of L, from the first three coefficients.
    pure subroutine find_scale(inertia, w0, w1, w2, scale)
@@ -194,39 +180,6 @@ contains
       end do
    end subroutine find_sines
 
-   !> The rotation of free bodies: by an angle about u₀, after the shortest one from u to u₀, u the direction of L.
-   pure subroutine turn_free_lanes(floor, cosine, sine, axis, momentum, rotation, given_up)
-      !> Lengths of L up to this have no direction; shape (lanes).
-      real(wp), intent(in) :: floor(lanes)
-      !> Of half the angle; shape (lanes).
-      real(wp), intent(in) :: cosine(lanes), sine(lanes)
-      !> u₀, and L at the end; shape (lanes, 3).
-      real(wp), intent(in) :: axis(lanes, 3), momentum(lanes, 3)
-      !> Shape (lanes, 4).
-      real(wp), intent(out) :: rotation(lanes, 4)
-      real(wp), intent(inout) :: given_up(lanes)
-      real(wp) :: length(lanes), kept(lanes), u1, u2, u3, s1, s2, s3, s4, a1, a2, a3, a4
-      integer :: i
-      call find_lengths(floor, momentum, length, kept, given_up)
-      do i = 1, lanes
-         u1 = momentum(i, 1)/length(i)
-         u2 = momentum(i, 2)/length(i)
-         u3 = momentum(i, 3)/length(i)
-         s1 = 1 + (u1*axis(i, 1) + u2*axis(i, 2) + u3*axis(i, 3))
-         s2 = u2*axis(i, 3) - u3*axis(i, 2)
-         s3 = u3*axis(i, 1) - u1*axis(i, 3)
-         s4 = u1*axis(i, 2) - u2*axis(i, 1)
-         a1 = cosine(i)
-         a2 = sine(i)*axis(i, 1)
-         a3 = sine(i)*axis(i, 2)
-         a4 = sine(i)*axis(i, 3)
-         rotation(i, 1) = a1*s1 - a2*s2 - a3*s3 - a4*s4
-         rotation(i, 2) = a1*s2 + a2*s1 + a3*s4 - a4*s3
-         rotation(i, 3) = a1*s3 - a2*s4 + a3*s1 + a4*s2
-         rotation(i, 4) = a1*s4 + a2*s3 - a3*s2 + a4*s1
-      end do
-   end subroutine turn_free_lanes
-
    !> A direction fixed in space as the bodies see it, Rᵀe.
    pure subroutine see_lanes(q, e, seen)
       !> Shapes (lanes, 4) and (lanes, 3).
@@ -245,7 +198,7 @@ contains
       end do
    end subroutine see_lanes
 
-   !> Directions across u, and across both: frames of free bodies, of which u is the second row.
+   !> Directions across u, and across both: frames of gyrostats, of which u is the second row.
    pure subroutine find_frames(u, f1, f3)
       !> Shape (lanes, 3).
       real(wp), intent(in) :: u(lanes, 3)
@@ -274,7 +227,7 @@ contains
       end do
    end subroutine find_frames
 
-   !> The rows of free bodies at the end: the second along L, the first across it.
+   !> The rows of gyrostats at the end: the second along L, the first across it.
    pure subroutine straighten_rows(floor, momentum, g1, g2, given_up)
       !> Lengths of L up to this have no direction; shape (lanes).
       real(wp), intent(in) :: floor(lanes)
@@ -335,7 +288,7 @@ contains
       call give_up_others(kept, given_up)
    end subroutine turn_rows
 
-   !> The rotation of symmetric free bodies in the axial frame, about their momentum; one at rest does not turn.
+   !> The rotation of symmetric gyrostats in the axial frame, about their momentum; one at rest does not turn.
    pure subroutine turn_evenly(w, rotation)
       !> ΔtL/J₁; shape (lanes, 3).
       real(wp), intent(in) :: w(lanes, 3)

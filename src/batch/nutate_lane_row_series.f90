@@ -1,7 +1,9 @@
 !> Power series of vectors that turn against several bodies at once: one body a lane, each with its own numbers.
 !>
 !> The arithmetic is that of tops in `nutate_diagonal_series`, and of one pair in `nutate_motion_series`, product by
-!> product, with series and loops as in `nutate_lane_series`. The two rows are series of their own.
+!> product. The two rows are series of their own. Series have the lanes first, then the components, so that a
+!> coefficient is one piece of memory. Where products are added up, the loop over coefficients is left at its end:
+!> gfortran then puts it inside the loop over lanes, with the sums in registers.
 module nutate_lane_row_series
    use nutate_kinds, only: wp
    use nutate_lane_torque_series, only: add_torques, gradient_series_t, lane_torques_t

@@ -1,5 +1,6 @@
-!> What the power series of several bodies leave out, from their last coefficients: one body a lane. The arithmetic is
-!> that of `nutate_series_tail`, at the end of the unit of time, where all powers are 1.
+!> Sums of the power series of several bodies, and what these leave out, from their last coefficients: one body a lane.
+!> The arithmetic is that of `nutate_series_sum` and `nutate_series_tail`, at the end of the unit of time, where all
+!> powers are 1.
 module nutate_lane_tail
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
@@ -10,7 +11,7 @@ module nutate_lane_tail
    implicit none
    private
 
-   public :: begin_tail, add_row, add_angle, tail_products_t, tail_weights
+   public :: begin_tail, add_row, add_angle, tail_products_t, tail_weights, sum_angles, sum_lanes
 
    !> Lengths of rows as angles (`nutate_motion_series`).
    real(wp), parameter :: root_half = sqrt(0.5_wp)
@@ -228,5 +229,70 @@ contains
       call replace_lanes(used, 0.0_wp, last)
       call replace_lanes(used, 0.0_wp, before)
    end subroutine weigh
+
+   !> Σ xₖ from k = 1 on, which is the series at the end of the unit of time, and the tail; of the components of a
+   !> vector.
+   pure subroutine sum_lanes(order, x, last, before, total)
+      !> Highest coefficient, at least 3.
+      integer, intent(in) :: order
+      real(wp), intent(in) :: x(lanes, 3, 0:highest_order)
+      !> Weights of the last coefficient and of the one before in the tail; shape (lanes).
+      real(wp), intent(in) :: last(lanes), before(lanes)
+      !> Shape (lanes, 3).
+      real(wp), intent(out) :: total(lanes, 3)
+      real(wp) :: start(lanes, 3), even1, even2, even3, odd1, odd2, odd3
+      integer :: i, k, top
+      top = 2*((order - 1)/2)
+      start = 0.0_wp
+      if (order > top + 1) start = x(:, :, order)
+      do i = 1, lanes
+         odd1 = x(i, 1, top + 1)
+         odd2 = x(i, 2, top + 1)
+         odd3 = x(i, 3, top + 1)
+         even1 = start(i, 1)
+         even2 = start(i, 2)
+         even3 = start(i, 3)
+         k = top
+         do
+            odd1 = odd1 + x(i, 1, k - 1)
+            odd2 = odd2 + x(i, 2, k - 1)
+            odd3 = odd3 + x(i, 3, k - 1)
+            even1 = even1 + x(i, 1, k)
+            even2 = even2 + x(i, 2, k)
+            even3 = even3 + x(i, 3, k)
+            k = k - 2
+            if (k < 2) exit
+         end do
+         total(i, 1) = (odd1 + even1) + (last(i)*x(i, 1, order) + before(i)*x(i, 1, order - 1))
+         total(i, 2) = (odd2 + even2) + (last(i)*x(i, 2, order) + before(i)*x(i, 2, order - 1))
+         total(i, 3) = (odd3 + even3) + (last(i)*x(i, 3, order) + before(i)*x(i, 3, order - 1))
+      end do
+   end subroutine sum_lanes
+
+   !> The same of an angle.
+   pure subroutine sum_angles(order, x, last, before, total)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: x(lanes, 0:highest_order)
+      real(wp), intent(in) :: last(lanes), before(lanes)
+      !> Shape (lanes).
+      real(wp), intent(out) :: total(lanes)
+      real(wp) :: start(lanes), even, odd
+      integer :: i, k, top
+      top = 2*((order - 1)/2)
+      start = 0.0_wp
+      if (order > top + 1) start = x(:, order)
+      do i = 1, lanes
+         odd = x(i, top + 1)
+         even = start(i)
+         k = top
+         do
+            odd = odd + x(i, k - 1)
+            even = even + x(i, k)
+            k = k - 2
+            if (k < 2) exit
+         end do
+         total(i) = (odd + even) + (last(i)*x(i, order) + before(i)*x(i, order - 1))
+      end do
+   end subroutine sum_angles
 
 end module nutate_lane_tail

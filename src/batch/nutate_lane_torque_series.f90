@@ -145,7 +145,7 @@ contains
       end do
    end subroutine see_gradient
 
-   !> Coefficient k of γ×Aγ. The loop over products is left at its end, as in `nutate_lane_series`.
+   !> Coefficient k of γ×Aγ. The loop over products is left at its end, as in `nutate_lane_row_series`.
    pure subroutine multiply_series(k, gamma, slope, product)
       integer, intent(in) :: k
       real(wp), intent(in) :: gamma(lanes, 3, 0:highest_order), slope(lanes, 3, 0:highest_order)

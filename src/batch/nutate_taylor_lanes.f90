@@ -1,8 +1,8 @@
 !> Steps by Taylor series, of one length, of several bodies immediately, with the projection onto the invariants: one
 !> body a lane.
 !>
-!> Free bodies and gyrostats, and both under potentials linear in fixed directions, or in a gradient of gravity. All
-!> have the same equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper
+!> Gyrostats, and bodies with and without rotors under potentials linear in fixed directions, or in a gradient of
+!> gravity. All have the same equations (`nutate_lane_expansion`). A lane does the arithmetic of the scalar stepper
 !> (`nutate_taylor_stepper` with `nutate_motion_series` and `nutate_spaced_projection`), operation by operation: its
 !> bits are the same. A body that turns by tens of radians in a step, or that the projection would move far, is given
 !> up, to be moved by the scalar stepper from its start.
@@ -58,11 +58,13 @@ module nutate_taylor_lanes
 
 contains
 
-   !> True if lanes may be able to move a system: nothing acts on it but rotors, and potentials that lanes know.
+   !> True if lanes may be able to move a system: nothing acts on it but rotors and potentials that lanes know, and
+   !> one of both does.
    pure logical function can_be_lanes(system) result(can_be)
       type(system_t), intent(in) :: system
       associate (effects => system%effects)
          can_be = effects%n_torques + effects%n_off + effects%n_wheels == 0 .and. .not. effects%frame_turns
+         if (can_be) can_be = effects%n_potentials > 0 .or. any(abs(effects%rotor_momentum) > 0.0_wp)
          if (can_be) can_be = are_lane_potentials(effects)
       end associate
    end function can_be_lanes

@@ -1,4 +1,4 @@
-!> Members of an ensemble that are run together, each in a lane, by Taylor series with fixed steps: free bodies,
+!> Members of an ensemble that are run together, each in a lane, by Taylor series with fixed steps:
 !> gyrostats, tops and satellites. Their rows have the bits of members that are run alone.
 module nutate_lane_run
    use nutate_columns, only: columns_t
@@ -90,6 +90,10 @@ contains
       if (words /= '') return
       if (.not. can_be_lanes(scene%system)) then
          words = 'an effect that batches do not know'
+         associate (effects => scene%system%effects)
+            if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_wheels == 0 .and. &
+                .not. effects%frame_turns) words = "a free body, of which method = 'exact' has the closed solution"
+         end associate
       else if (scene%events%count() > 0) then
          words = 'there are events'
       else if (columns%follows_steps) then

@@ -11,7 +11,8 @@ from test_sweep import SweepTest, TUMBLE, read_npy
 class Looks(SweepTest):
     """Where the scene asks for no rows, some hundred steps are looked at: seen in the largest errors alone."""
 
-    SCENE = TUMBLE.replace(", every = 10", "").replace("members = 200", "members = 20").replace("&event", "! &event")
+    SCENE = TUMBLE.replace(", every = 10", "").replace("members = 200", "members = 20").replace("&event", "! &event").replace(
+        "&integrator", "&rotor momentum = 0.0, 1.0, 2.0 /\n&integrator")
 
     def scene(self, steps, **changes):
         text = self.SCENE.replace("time_step = 0.01, end_time = 0.5", f"time_step = 0.001, end_time = {steps/1000}")
@@ -55,6 +56,7 @@ class Looks(SweepTest):
                  ("'energy'", "none: 'solver' is among", "'solver'"),
                  ("&ensemble", "none: a number of &integrator varies",
                   "&vary key = 'integrator.end_time', distribution = 'uniform', low = 0.9, high = 1.1 /\n&ensemble"),
+                 ("&rotor", "none: a free body, of which method = 'exact' has the closed solution", "! &rotor"),
                  ("&ensemble", "none: an effect that batches do not know", "&damping coefficient = 0.1, 0.1, 0.1 /\n&ensemble"))
         for old, says, *new in cases:
             self.scene(1000, **{"formulation = 'reduced'": "method = 'taylor'"}, **({old: new[0] if new else ""} if old else {}))
@@ -65,10 +67,11 @@ class Looks(SweepTest):
 
 
 class Together(SweepTest):
-    """Free bodies by Taylor series, which are run several at once, some too fast for their steps: nothing shows of it."""
+    """Gyrostats by Taylor series, which are run several at once, some too fast for their steps: nothing shows of it."""
 
     SCENE = """&body inertia = 5.0, 20.0, 17.0 /
 &initial angular_velocity = 0.1, 0.0, 10.0 /
+&rotor momentum = 0.0, 1.0, 2.0 /
 &integrator method = 'taylor', time_step = 0.1, end_time = 5.0 /
 &output columns = 'quaternion', 'angular_velocity', 'energy', every = 10 /
 &ensemble members = 203, seed = 1, file = 'tumble.npy' /

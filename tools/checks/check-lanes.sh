@@ -12,6 +12,7 @@ bash tools/setup/build.sh || exit 1
 cat >"$scratch/series.nml" <<'END'
 &body inertia = 5.0, 20.0, 17.0 /
 &initial angular_velocity = 0.1, 0.0, 10.0 /
+&rotor momentum = 0.0, 10.0, 50.0 /
 &integrator method = 'taylor', time_step = 0.1, end_time = 10.0 /
 &output columns = 'quaternion', 'energy', every = 7 /
 &ensemble members = 61, seed = 4, chunk = 61 /
@@ -42,9 +43,9 @@ cat >"$scratch/series_satellite.nml" <<'END'
 &vary key = 'gravity_gradient.strength', distribution = 'uniform', low = 0.0, high = 1e-2 /
 END
 sed -e 's/0.35, 0.3,/0.3, 0.3,/' -e '/^&dipole/d' "$scratch/series_top.nml" >"$scratch/series_axial_top.nml"
-sed -e '/^&gravity/d' "$scratch/series_axial_top.nml" >"$scratch/series_axial.nml"
+sed -e 's/^&gravity.*/\&rotor momentum = 0.0, 0.0, 0.01 \//' "$scratch/series_axial_top.nml" >"$scratch/series_axial.nml"
 sed -e 's/inertia = 5.0, 20.0, 17.0/inertia_tensor = 5.0, 20.0, 17.0, 0.1, 0.2, -0.1/' -e "/'body.inertia'/d" \
-   -e '/^&output/i &rotor momentum = 0.0, 10.0, 50.0 /' "$scratch/series.nml" >"$scratch/series_gyrostat.nml"
+   "$scratch/series.nml" >"$scratch/series_gyrostat.nml"
 sed -e '/^&gravity/i &rotor momentum = 0.0, 0.1, 0.5 /' "$scratch/series_top.nml" >"$scratch/series_gyrostat_top.nml"
 sed -e 's/5.0, 20.0, 17.0/20.0, 20.0, 17.0/' -e 's/0.0, 0.1, 0.5/0.0, 0.0, 0.5/' "$scratch/series_satellite.nml" \
    >"$scratch/series_axial_satellite.nml"
