@@ -142,7 +142,7 @@ contains
             exit
          end if
          if (index(arguments(i)%text, '-') == 1 .and. len(arguments(i)%text) > 1) then
-            call take_option(arguments, i, given, command)
+            call parse_option(arguments, i, given, command)
          else
             is_word(i) = .true.
          end if
@@ -152,7 +152,7 @@ contains
       if (given(option_number('--version'))) then
          command%verb = 'version'
       else if (size(arguments) > 0) then
-         call take_words(pack(arguments, is_word), given, command)
+         call parse_words(pack(arguments, is_word), given, command)
       end if
    end subroutine parse_arguments
 
@@ -182,8 +182,8 @@ contains
       end do
    end function option_number
 
-   !> Takes an option, `--name=value` or `--name value`, and moves on over a value that stands apart.
-   subroutine take_option(arguments, i, given, command)
+   !> Parses an option, `--name=value` or `--name value`, and moves on over a value that stands apart.
+   subroutine parse_option(arguments, i, given, command)
       type(argument_t), intent(in) :: arguments(:)
       !> Position of the option; on return that of the last word taken.
       integer, intent(inout) :: i
@@ -219,11 +219,11 @@ contains
       if (given(n) .and. options(n)%value /= '' .and. all(name /= ['--set  ', '--unset'])) &
          command%error = name//' is given twice'
       given(n) = .true.
-      call take_value(name, value, options(n)%value /= '', command)
-   end subroutine take_option
+      call set_value(name, value, options(n)%value /= '', command)
+   end subroutine parse_option
 
    !> Notes the value of an option.
-   subroutine take_value(name, value, has_value, command)
+   subroutine set_value(name, value, has_value, command)
       character(len=*), intent(in) :: name, value
       !> The option takes one.
       logical, intent(in) :: has_value
@@ -243,14 +243,14 @@ contains
          command%csv = value
          if (value == '') command%error = '--csv needs the name of a file, or - for standard output'
       case ('--plot', '--columns', '--title')
-         call take_drawing(name, value, command)
+         call set_drawing(name, value, command)
       case ('--seconds')
-         call take_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
+         call set_seconds(name, value, 0.1_wp, '0.1', command%seconds, command%error)
       case ('--checkpoint')
          command%checkpoint = value
          if (value == '') command%error = '--checkpoint needs the name of a file'
       case ('--every-seconds')
-         call take_seconds(name, value, 0.0_wp, '0', command%every_seconds, command%error)
+         call set_seconds(name, value, 0.0_wp, '0', command%every_seconds, command%error)
       case ('--resume')
          if (.not. has_value) then
             command%goes_on = .true.
@@ -259,11 +259,11 @@ contains
             if (value == '') command%error = '--resume needs the name of a file'
          end if
       case ('--members')
-         call take_members(value, command)
+         call set_members(value, command)
       case ('--member')
-         call take_count(name, value, 'the number of a member', command%member, command%error)
+         call set_count(name, value, 'the number of a member', command%member, command%error)
       case ('--threads')
-         call take_count(name, value, 'a number of threads', count, command%error)
+         call set_count(name, value, 'a number of threads', count, command%error)
          command%threads = int(min(count, 4096_long))
       case ('--merge')
          command%merges = .true.
@@ -272,15 +272,15 @@ contains
       case ('--quiet')
          command%quiet = .true.
       case ('--max-steps')
-         call take_count(name, value, 'a number of steps', command%max_steps, command%error)
+         call set_count(name, value, 'a number of steps', command%max_steps, command%error)
       case default
          ! An option whose mention is all there is to it.
          continue
       end select
-   end subroutine take_value
+   end subroutine set_value
 
    !> Notes what is drawn, and where.
-   subroutine take_drawing(name, value, command)
+   subroutine set_drawing(name, value, command)
       !> The option and its value.
       character(len=*), intent(in) :: name, value
       type(command_t), intent(inout) :: command
@@ -296,10 +296,10 @@ contains
       case default
          command%title = value
       end select
-   end subroutine take_drawing
+   end subroutine set_drawing
 
    !> Notes a number of something.
-   subroutine take_count(name, value, meaning, count, error)
+   subroutine set_count(name, value, meaning, count, error)
       !> The option and its value.
       character(len=*), intent(in) :: name, value
       !> What it is, in words.
@@ -313,23 +313,23 @@ contains
       if (iostat == 0 .and. count > 0) return
       count = 1
       error = name//' '//quoted(value)//' is not '//meaning//' (expected 1, 2, ...)'
-   end subroutine take_count
+   end subroutine set_count
 
    !> Notes the members of a sweep, `A:B`.
-   subroutine take_members(value, command)
+   subroutine set_members(value, command)
       character(len=*), intent(in) :: value
       type(command_t), intent(inout) :: command
       character(len=:), allocatable :: error
       integer :: colon
       colon = index(value, ':')
-      call take_count('', value(:max(colon - 1, 0)), '', command%first, error)
-      call take_count('', value(colon + 1:), '', command%last, error)
+      call set_count('', value(:max(colon - 1, 0)), '', command%first, error)
+      call set_count('', value(colon + 1:), '', command%last, error)
       if (colon == 0 .or. allocated(error) .or. command%first > command%last) &
          command%error = '--members '//quoted(value)//' is not a range of members (expected A:B, such as 1:1000)'
-   end subroutine take_members
+   end subroutine set_members
 
    !> Notes a time.
-   subroutine take_seconds(name, value, least, least_text, seconds, error)
+   subroutine set_seconds(name, value, least, least_text, seconds, error)
       !> The option and its value.
       character(len=*), intent(in) :: name, value
       !> The shortest time, s, as a number and as text.
@@ -342,10 +342,10 @@ contains
       call read_real(value, seconds, problem)
       if (problem == '' .and. seconds >= least .and. seconds <= most) return
       error = name//' '//quoted(value)//' is not a time (expected '//least_text//' to 1e6 s)'
-   end subroutine take_seconds
+   end subroutine set_seconds
 
-   !> Takes the words that are no options: the command, which may be left out, and the scene.
-   subroutine take_words(words, given, command)
+   !> Parses the words that are not options: the command, which may be left out, and the scene.
+   subroutine parse_words(words, given, command)
       type(argument_t), intent(in) :: words(:)
       !> Which options have been given; shape (number of options).
       logical, intent(in) :: given(:)
@@ -357,7 +357,7 @@ contains
       command%verb = 'run'
       if (size(words) > 0) then
          if (words(1)%text == 'help') then
-            call take_topic(words, command)
+            call parse_topic(words, command)
             return
          else if (any(verbs%name == words(1)%text)) then
             command%verb = words(1)%text
@@ -386,10 +386,10 @@ contains
       else
          command%scene = words(first)%text
       end if
-   end subroutine take_words
+   end subroutine parse_words
 
-   !> Takes the words of `nutate help` and `nutate help COMMAND`.
-   subroutine take_topic(words, command)
+   !> Parses the words of `nutate help` and `nutate help COMMAND`.
+   subroutine parse_topic(words, command)
       type(argument_t), intent(in) :: words(:)
       type(command_t), intent(inout) :: command
       command%verb = 'help'
@@ -401,7 +401,7 @@ contains
       else
          command%error = 'unknown command '//quoted(words(2)%text)//hint(nearest_name(words(2)%text, verbs%name))
       end if
-   end subroutine take_topic
+   end subroutine parse_topic
 
    !> True for a file that exists and for anything that is written like a path.
    logical function looks_like_scene(word)

@@ -35,7 +35,7 @@ module nutate_run_checkpoint
       !> Clock count at which the next one is due, and counts between two.
       integer(long), private :: due = 0, interval = 0
    contains
-      !> Takes the scene.
+      !> Stores the scene.
       procedure :: prepare
       !> True if checkpoints are written at all.
       procedure :: is_wanted
@@ -49,7 +49,7 @@ module nutate_run_checkpoint
 
 contains
 
-   !> Takes the scene of the run.
+   !> Stores the scene of the run.
    subroutine prepare(self, file, every, scene, is_resumed)
       class(checkpoint_t), intent(inout) :: self
       character(len=*), intent(in) :: file

@@ -56,7 +56,7 @@ contains
       type(byte_archive_t), allocatable :: archive
 
       call load_scene(command, scene, exit_code)
-      if (exit_code == EXIT_SUCCESS) call take_checkpoint(command, scene, archive, exit_code)
+      if (exit_code == EXIT_SUCCESS) call load_checkpoint(command, scene, archive, exit_code)
       if (exit_code == EXIT_SUCCESS) call check_names(command, scene, exit_code)
       if (exit_code == EXIT_SUCCESS .and. allocated(command%plot)) &
          call claim_picture(command, scene, picture, exit_code)
@@ -119,7 +119,7 @@ contains
    end subroutine run_scene
 
    !> Reads the checkpoint that the run is to go on from, if there is one.
-   subroutine take_checkpoint(command, scene, archive, exit_code)
+   subroutine load_checkpoint(command, scene, archive, exit_code)
       type(command_t), intent(in) :: command
       type(scene_t), intent(inout) :: scene
       !> What the watcher of the interrupted run put in an archive; not allocated for a run from the start.
@@ -142,7 +142,7 @@ contains
       allocate (archive)
       call archive%begin_reading(content)
       exit_code = EXIT_SUCCESS
-   end subroutine take_checkpoint
+   end subroutine load_checkpoint
 
    !> Refuses names by which the run would destroy what is there, or what it writes itself.
    subroutine check_names(command, scene, exit_code)
@@ -407,7 +407,7 @@ contains
       call self%progress%start(wanted)
    end subroutine start
 
-   !> Takes the first state of a run for a new run.
+   !> Stores the first state of a run for a new run.
    subroutine count_run(self, system, state, record, status)
       class(pilot_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system

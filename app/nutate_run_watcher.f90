@@ -41,9 +41,9 @@ module nutate_run_watcher
       !> Clock count at the start.
       integer(long), private :: started = 0
    contains
-      !> Takes the first state; the history must be open.
+      !> Stores the first state; the history must be open.
       procedure :: start
-      !> Takes what `keep` put in an archive; after `start`.
+      !> Restores what `keep` put in an archive; after `start`.
       procedure :: resume
       !> Wall time so far, s.
       procedure :: seconds
@@ -56,7 +56,7 @@ module nutate_run_watcher
 
 contains
 
-   !> Takes the first state; the history must be open.
+   !> Stores the first state; the history must be open.
    subroutine start(self, system, state, plan, settings, quiet)
       class(run_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -79,7 +79,7 @@ contains
       call self%progress%start(wanted=.not. quiet)
    end subroutine start
 
-   !> Takes what `keep` put in an archive; after `start`.
+   !> Restores what `keep` put in an archive; after `start`.
    subroutine resume(self, archive)
       class(run_watcher_t), intent(inout) :: self
       !> Being read.

@@ -84,7 +84,7 @@ module nutate_controller
       procedure :: direction_series => series_of_field
       procedure :: series_torque => controller_series_torque
       procedure :: is_moderate => controller_is_moderate
-      !> Takes the field of the Earth as that of its magnetorquers.
+      !> Uses the field of the Earth for its magnetorquers.
       procedure :: follow
       !> Takes the axes of an orbit as those of its target.
       procedure :: follow_orbit
@@ -101,7 +101,7 @@ module nutate_controller
 
 contains
 
-   !> Takes the field of the Earth as that of its magnetorquers.
+   !> Uses the field of the Earth for its magnetorquers.
    pure subroutine follow(self, earth)
       class(controller_t), intent(inout) :: self
       !> Along the orbit, in the space axes of the scene.

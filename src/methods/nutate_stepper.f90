@@ -116,7 +116,7 @@ module nutate_stepper
       !> Makes the state that a step left fit to be seen: projected onto the invariants, where that is not done in every
       !> step. The steps that follow go on from what they left, whichever of the two they are given.
       procedure :: show => leave_state
-      !> Takes the noise of a trial run, for the states before their projection; a stepper without one leaves it.
+      !> Sets the noise of a trial run, for the states before their projection; a stepper without one leaves it.
       procedure :: disturb => leave_noise
    end type stepper_t
 

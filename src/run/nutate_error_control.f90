@@ -464,7 +464,7 @@ contains
       if (allocated(self%probe) .and. status%ok()) call self%probe%renew(system, status)
    end subroutine renew
 
-   !> Takes it that torques and motors hold other values.
+   !> Notes that torques and motors hold other values.
    subroutine take_commands(self)
       class(error_control_t), intent(inout) :: self
       call self%half%take_commands()

@@ -143,7 +143,7 @@ contains
       if (allocated(self%slots)) count_events = size(self%slots)
    end function count_events
 
-   !> Takes events, system and first state. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist.
+   !> Sets events, system and first state. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist.
    subroutine begin(self, events, system, state, status)
       class(event_tracker_t), intent(inout) :: self
       type(event_list_t), intent(in) :: events

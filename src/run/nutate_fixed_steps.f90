@@ -221,7 +221,7 @@ contains
       call self%stepper%renew(system, status)
    end subroutine renew
 
-   !> Takes it that torques and motors hold other values.
+   !> Notes that torques and motors hold other values.
    subroutine take_commands(self)
       class(fixed_steps_t), intent(inout) :: self
       call self%stepper%take_commands()

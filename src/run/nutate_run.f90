@@ -46,7 +46,7 @@ module nutate_run
       generic :: begin => begin_by_settings, begin_by_stepper
       procedure, private :: begin_by_settings
       procedure, private :: begin_by_stepper
-      !> Takes events to look for; between `begin` and all else.
+      !> Sets events to look for; between `begin` and all else.
       procedure :: expect
       !> Takes a plan for what follows, from the present state.
       procedure :: set_out
@@ -268,7 +268,7 @@ contains
       end select
    end subroutine point_to_stepper
 
-   !> Takes events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist, and for
+   !> Sets events to look for. Errors: `NUTATE_BAD_ARGUMENT` for a switch of an effect that does not exist, and for
    !> switches in a run to an accuracy, whose trial runs do not look for events.
    subroutine expect(self, events, system, status)
       !> Begun.
@@ -280,7 +280,7 @@ contains
       call expect_events(self%progress_t, self%policy, events, system, status)
    end subroutine expect
 
-   !> Takes events, and what the wheels of a system bring with them.
+   !> Sets events, and what the wheels of a system bring with them.
    subroutine expect_events(progress, policy, events, system, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy

@@ -38,7 +38,7 @@ module nutate_step_policy
       procedure(take_again), deferred :: retake
       !> Takes a system that has changed.
       procedure(take_system), deferred :: renew
-      !> Takes it that torques and motors hold other values.
+      !> Notes that torques and motors hold other values.
       procedure(take_values), deferred :: take_commands
       !> Shows to an archive what the next steps depend on.
       procedure(show_memory), deferred :: transfer

@@ -155,7 +155,7 @@ contains
       call self%handle%poll%ask(status)
    end subroutine ask_program
 
-   !> Takes a step back in which a callback has failed.
+   !> Performs a step back in which a callback has failed.
    subroutine judge_callbacks(self, status)
       class(row_taker_t), intent(inout) :: self
       type(status_t), intent(out) :: status

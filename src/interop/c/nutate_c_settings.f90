@@ -58,7 +58,7 @@ contains
       call unprepare(handle)
    end subroutine set_key
 
-   !> Takes a key out of a group.
+   !> Removes a key from a group.
    subroutine drop(group, name)
       type(group_t), intent(inout) :: group
       character(len=*), intent(in) :: name

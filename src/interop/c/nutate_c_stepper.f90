@@ -274,7 +274,7 @@ contains
       call take_start(handle, from%scene%initial, from%scene%output%columns, status)
    end subroutine take_scene
 
-   !> Takes the first state and the sets of columns.
+   !> Stores the first state and the sets of columns.
    subroutine take_start(handle, state, sets, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state

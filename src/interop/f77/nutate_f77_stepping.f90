@@ -142,7 +142,7 @@ contains
       settings%inverse_auxiliary_inertia = setup%inverse_j0
    end function settings_of
 
-   !> Takes steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
+   !> Performs steps. Errors, `info` > 0, with state and WORK as they were: a code of `nutate_status`.
    subroutine take_steps(request, pot, tor, iuser, ruser, work, info)
       type(request_t), intent(inout), target :: request
       procedure(f77_potential) :: pot
@@ -202,7 +202,7 @@ contains
       call advance(request, setup, system, stepper, work, info)
    end subroutine with_composition
 
-   !> Takes steps with a stepper that is not prepared yet. Errors as for `take_steps`.
+   !> Performs steps with a stepper that is not prepared yet. Errors as for `take_steps`.
    subroutine advance(request, setup, system, stepper, work, info)
       type(request_t), intent(inout) :: request
       type(setup_t), intent(in) :: setup

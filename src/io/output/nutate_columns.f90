@@ -158,11 +158,11 @@ module nutate_columns
       !> Euler angles of each chosen set that has some; shape (that of `chosen`) where there is one.
       type(followed_angles_t), allocatable, private :: followed(:)
    contains
-      !> Takes the names of the sets.
+      !> Selects the sets by name.
       procedure :: choose
       !> The header row.
       procedure :: header
-      !> Takes the first state.
+      !> Stores the first state.
       procedure :: start
       !> Follows angles that must not lose turns between rows.
       procedure :: follow
@@ -181,7 +181,7 @@ contains
       need_attitude = any([(any(names == column_sets(i)%name) .and. column_sets(i)%attitude, i=1, size(column_sets))])
    end function need_attitude
 
-   !> Takes the names of the sets, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
+   !> Selects sets by name, in any order. Errors: `NUTATE_BAD_ARGUMENT` for a name that is not in the table, for
    !> a wheel, an orbit or a sun that does not exist, and for two sets with the same columns.
    subroutine choose(self, names, status, degrees, effects)
       class(columns_t), intent(inout) :: self
@@ -304,7 +304,7 @@ contains
       end do
    end function in_degrees
 
-   !> Takes the first state.
+   !> Stores the first state.
    pure subroutine start(self, system, state, inverse_j0, backward)
       class(columns_t), intent(inout) :: self
       type(system_t), intent(in) :: system

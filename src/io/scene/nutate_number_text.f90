@@ -45,7 +45,7 @@ contains
          if (word(1:1) == '-') value = -value
          return
       end if
-      call take_apart(word, decimal, legal)
+      call split_digits(word, decimal, legal)
       if (.not. legal) then
          problem = quoted(word)//' is not a number'
       else if (decimal%n_digits == 0) then
@@ -81,7 +81,7 @@ contains
    end function is_too_large
 
    !> Cuts a word into the parts of a number.
-   pure subroutine take_apart(word, decimal, legal)
+   pure subroutine split_digits(word, decimal, legal)
       character(len=*), intent(in) :: word
       type(decimal_t), intent(out) :: decimal
       !> The word is a number.
@@ -110,7 +110,7 @@ contains
       legal = n_mantissa > 0
       if (legal .and. i <= len(word)) call read_exponent(word(i:), point, exponent, legal)
       decimal%power = decimal%power + exponent
-   end subroutine take_apart
+   end subroutine split_digits
 
    !> Appends a digit of the mantissa; leading zeros only move the point.
    pure subroutine add_digit(decimal, digit, after_point)

@@ -32,7 +32,7 @@ contains
       integer :: power
 
       value = 0.0_wp
-      call take_apart(word, mantissa, power, done)
+      call split_digits(word, mantissa, power, done)
       if (.not. done .or. mantissa == 0) return
       done = mantissa <= countable .and. abs(power) <= 2*most_power
       if (.not. done) return
@@ -50,7 +50,7 @@ contains
    end subroutine read_quickly
 
    !> Digits and power of ten of `-12.5e3`.
-   pure subroutine take_apart(word, mantissa, power, done)
+   pure subroutine split_digits(word, mantissa, power, done)
       character(len=*), intent(in) :: word
       integer(int64), intent(out) :: mantissa
       integer, intent(out) :: power
@@ -82,7 +82,7 @@ contains
       end do
       done = n > 0
       if (done .and. k <= len(word)) call add_exponent(word(k:), power, done)
-   end subroutine take_apart
+   end subroutine split_digits
 
    !> Adds `e-3`.
    pure subroutine add_exponent(tail, power, done)

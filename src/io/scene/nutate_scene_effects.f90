@@ -109,13 +109,13 @@ contains
          call kind%build(group, body, effect, status)
       end if
       if (status%ok()) call check_strength(effect, status)
-      if (status%ok()) call take_switch(group, effect, error)
-      if (status%ok() .and. .not. error%raised) call take_effect(system, effect, status)
+      if (status%ok()) call read_switch(group, effect, error)
+      if (status%ok() .and. .not. error%raised) call add_effect_of(system, effect, status)
       if (.not. status%ok()) call error%take(group%line_of(trim(status%subject)), status)
    end subroutine build_one
 
    !> The name by which switches call an effect, and whether it is on at the start.
-   subroutine take_switch(group, effect, error)
+   subroutine read_switch(group, effect, error)
       type(group_t), intent(in) :: group
       class(effect_t), intent(inout) :: effect
       type(scene_error_t), intent(inout) :: error
@@ -127,11 +127,11 @@ contains
                                                                expected='a name for the effect')
       effect%label = name
       effect%on = group%flag('on', .true.)
-   end subroutine take_switch
+   end subroutine read_switch
 
    !> Adds an effect. A rotor, a rotating frame or an orbit that is off, which cannot be switched, is not there then.
    !> Errors: those of `add_wheel` and `add_controller`; `NUTATE_BAD_ARGUMENT` for a second frame beside an orbit.
-   subroutine take_effect(system, effect, status)
+   subroutine add_effect_of(system, effect, status)
       type(system_t), intent(inout) :: system
       class(effect_t), intent(in) :: effect
       type(status_t), intent(out) :: status
@@ -139,7 +139,7 @@ contains
       class is (rotor_t)
          if (effect%on) call system%effects%add(effect)
       class is (rotating_frame_t)
-         if (effect%on) call take_frame(system, effect, status)
+         if (effect%on) call add_frame(system, effect, status)
       type is (wheel_t)
          call add_wheel(system, effect, status)
       type is (controller_t)
@@ -147,10 +147,10 @@ contains
       class default
          call system%effects%add(effect)
       end select
-   end subroutine take_effect
+   end subroutine add_effect_of
 
-   !> Adds a frame that turns, or an orbit. Errors: those of `take_effect`.
-   subroutine take_frame(system, frame, status)
+   !> Adds a frame that turns, or an orbit. Errors: those of `add_effect_of`.
+   subroutine add_frame(system, frame, status)
       type(system_t), intent(inout) :: system
       class(rotating_frame_t), intent(in) :: frame
       type(status_t), intent(out) :: status
@@ -165,6 +165,6 @@ contains
       else
          call system%effects%add(frame)
       end if
-   end subroutine take_frame
+   end subroutine add_frame
 
 end module nutate_scene_effects

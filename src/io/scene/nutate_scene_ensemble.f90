@@ -59,7 +59,7 @@ contains
          if (groups(i)%name == 'vary' .and. .not. error%raised) call build_variation(groups(i), kinds, plan, error)
       end do
       if (groups(at)%has('table') .and. .not. error%raised) call read_table(groups(at), kinds, path, plan, error)
-      if (.not. error%raised) call take_settings(groups(at), scene_name, path, plan, error)
+      if (.not. error%raised) call read_settings(groups(at), scene_name, path, plan, error)
       if (.not. error%raised) call count_members(groups(at), plan, error)
       if (.not. error%raised) call check_event_names(groups, error)
       if (error%raised) return
@@ -68,7 +68,7 @@ contains
    end subroutine build_ensemble
 
    !> What is kept, and how draws are made.
-   subroutine take_settings(group, scene_name, path, plan, error)
+   subroutine read_settings(group, scene_name, path, plan, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: scene_name, path
       type(ensemble_plan_t), intent(inout) :: plan
@@ -84,7 +84,7 @@ contains
       else if (plan%file == path) then
          call error%raise(group%line_of('file'), 'file would replace the scene itself', expected='another name')
       end if
-   end subroutine take_settings
+   end subroutine read_settings
 
    !> The number of members: as given, or as many as a grid or a table has.
    subroutine count_members(group, plan, error)

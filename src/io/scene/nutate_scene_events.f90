@@ -49,12 +49,12 @@ contains
       do i = 1, size(groups)
          if (groups(i)%name /= 'event' .or. error%raised) cycle
          event = column_event_t()
-         call take_quantity(groups(i), effects, event, error)
-         call take_kind(groups(i), event, error)
-         call take_name(groups(i), names(i), event, error)
+         call read_quantity(groups(i), effects, event, error)
+         call read_kind(groups(i), event, error)
+         call read_name(groups(i), names(i), event, error)
          event%stop = groups(i)%flag('stop', .false.)
          event%count = int(groups(i)%whole('count', 0), long)
-         if (groups(i)%has('switch')) call take_switch(groups(i), effects, accuracy, event, error)
+         if (groups(i)%has('switch')) call read_switch(groups(i), effects, accuracy, event, error)
          if (.not. error%raised) call events%add(event)
       end do
    end subroutine build_events
@@ -126,7 +126,7 @@ contains
    end function events_need_attitude
 
    !> Columns, weights and period.
-   subroutine take_quantity(group, effects, event, error)
+   subroutine read_quantity(group, effects, event, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
       type(column_event_t), intent(inout) :: event
@@ -160,10 +160,10 @@ contains
       end if
       if (n == 1 .and. .not. group%has('weights')) event%period = natural_period(event%columns(1))
       event%period = group%number('modulo', event%period)
-   end subroutine take_quantity
+   end subroutine read_quantity
 
    !> Crossing or extremum, and its direction.
-   subroutine take_kind(group, event, error)
+   subroutine read_kind(group, event, error)
       type(group_t), intent(in) :: group
       type(column_event_t), intent(inout) :: event
       type(scene_error_t), intent(inout) :: error
@@ -194,10 +194,10 @@ contains
       else if (event%kind /= CROSSING .and. group%has('modulo')) then
          call error%raise(group%line_of('modulo'), 'an extremum has no modulo', expected='modulo with crosses')
       end if
-   end subroutine take_kind
+   end subroutine read_kind
 
    !> The name.
-   subroutine take_name(group, name, event, error)
+   subroutine read_name(group, name, event, error)
       type(group_t), intent(in) :: group
       character(len=*), intent(in) :: name
       type(column_event_t), intent(inout) :: event
@@ -206,10 +206,10 @@ contains
          call error%raise(group%line_of('name'), 'name is too long', expected='at most 24 characters')
       if (name == '') call error%raise(group%line_of('name'), 'name is blank', expected='a name for the event')
       event%name = name
-   end subroutine take_name
+   end subroutine read_name
 
    !> What is switched: `NAME on`, `NAME off` or `NAME toggle`.
-   subroutine take_switch(group, effects, accuracy, event, error)
+   subroutine read_switch(group, effects, accuracy, event, error)
       type(group_t), intent(in) :: group
       type(effect_list_t), intent(in) :: effects
       real(wp), intent(in) :: accuracy
@@ -241,6 +241,6 @@ contains
                           expected='time_step or local_tolerance')
       end if
       event%effect = label
-   end subroutine take_switch
+   end subroutine read_switch
 
 end module nutate_scene_events

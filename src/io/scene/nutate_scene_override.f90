@@ -37,7 +37,7 @@ contains
       if (error%raised) return
       if (index(override, '-') == 1) then
          call find_name(override(2:), 'GROUP.KEY', LINE_OF_UNSET, kinds, groups, at, error)
-         if (.not. error%raised) call take_out(at, kinds(at%kind)%keys(at%key)%name, groups)
+         if (.not. error%raised) call remove_key(at, kinds(at%kind)%keys(at%key)%name, groups)
          return
       end if
       equals = index(override, '=')
@@ -187,8 +187,8 @@ contains
       groups(i)%settings = settings(1:n + 1)
    end subroutine put
 
-   !> Takes a key out of a group, if both are there.
-   subroutine take_out(at, key, groups)
+   !> Removes a key from a group, if both are there.
+   subroutine remove_key(at, key, groups)
       type(place_t), intent(in) :: at
       character(len=*), intent(in) :: key
       type(group_t), intent(inout) :: groups(:)
@@ -204,6 +204,6 @@ contains
          settings(n) = groups(i)%settings(j)
       end do
       groups(i)%settings = settings(1:n)
-   end subroutine take_out
+   end subroutine remove_key
 
 end module nutate_scene_override

@@ -67,12 +67,12 @@ contains
       if (error%raised) return
       select case (variation%distribution)
       case (NORMAL)
-         call take_normal(group, plan, variation, error)
+         call read_normal(group, plan, variation, error)
       case (ROTATION)
          if (variation%n /= 4) call error%raise(group%line_of('key'), 'a rotation is a quaternion', &
                                                 expected='a key of 4 numbers')
       case default
-         call take_bounds(group, variation, error)
+         call read_bounds(group, variation, error)
       end select
       if (.not. error%raised) plan%variations = [plan%variations, variation]
    end subroutine build_variation
@@ -107,7 +107,7 @@ contains
    end subroutine check_parameters
 
    !> Bounds of a uniform distribution or of a grid.
-   subroutine take_bounds(group, variation, error)
+   subroutine read_bounds(group, variation, error)
       type(group_t), intent(in) :: group
       type(variation_t), intent(inout) :: variation
       type(scene_error_t), intent(inout) :: error
@@ -128,10 +128,10 @@ contains
          points = group%vector('points', points)
       end if
       variation%points = nint(points)
-   end subroutine take_bounds
+   end subroutine read_bounds
 
    !> Mean and covariance. The mean is what the scene says where the group gives none.
-   subroutine take_normal(group, plan, variation, error)
+   subroutine read_normal(group, plan, variation, error)
       type(group_t), intent(in) :: group
       type(ensemble_plan_t), intent(in) :: plan
       type(variation_t), intent(inout) :: variation
@@ -160,7 +160,7 @@ contains
          if (i > 0) call error%raise(group%line_of('covariance'), 'covariance is none', &
                                      expected='a symmetric matrix, row by row, positive semidefinite')
       end if
-   end subroutine take_normal
+   end subroutine read_normal
 
    !> The lower triangle L of a covariance L Lᵀ, by Cholesky; columns without variance of their own are zero.
    pure subroutine find_factor(covariance, factor, fault)

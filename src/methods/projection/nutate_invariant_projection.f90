@@ -82,7 +82,7 @@ module nutate_invariant_projection
       procedure :: prepare
       !> Starts the balance of a state from its own invariants.
       procedure :: start
-      !> Takes the noise of a trial run.
+      !> Sets the noise of a trial run.
       procedure :: disturb
       !> Adds it to a state that is not projected.
       procedure :: shake_state
@@ -140,7 +140,7 @@ contains
       call state%balance_here()
    end subroutine settle
 
-   !> Takes the noise of a trial run: from now on states come as from a machine on which every step rounds by so much.
+   !> Sets the noise of a trial run: from now on states come as from a machine on which every step rounds by so much.
    !> The limits of the projection are then those of that machine.
    pure subroutine disturb(self, noise)
       class(invariant_projection_t), intent(inout) :: self

@@ -35,7 +35,7 @@ module nutate_spaced_projection
    contains
       !> Takes the invariants that a system has.
       procedure :: prepare
-      !> Takes the noise of a trial run.
+      !> Sets the noise of a trial run.
       procedure :: disturb
       !> How far round-off of the energy moved the last state that was projected.
       procedure :: moved_by_round_off
@@ -74,7 +74,7 @@ contains
       self%fresh = .true.
    end subroutine prepare
 
-   !> Takes the noise of a trial run, for every state that a step reaches.
+   !> Sets the noise of a trial run, for every state that a step reaches.
    pure subroutine disturb(self, noise)
       class(spaced_projection_t), intent(inout) :: self
       type(noise_t), intent(in) :: noise
