@@ -55,7 +55,7 @@ contains
       self%stiffness(lane, :, :) = 0.0_wp
    end subroutine rest_torques
 
-   !> Takes what acts on a body.
+   !> Sets what acts on a body.
    pure subroutine put_torques(self, lane, is_first, system, torques, bound, fits)
       type(lane_torques_t), intent(inout) :: self
       integer, intent(in) :: lane

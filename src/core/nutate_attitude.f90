@@ -313,7 +313,7 @@ contains
       end if
    end subroutine locate_euler
 
-   !> Takes an angle of [-2π, 2π] to (-π, π] by at most one revolution.
+   !> Maps an angle of [-2π, 2π] to (-π, π] by at most one revolution.
    elemental function wrapped(angle) result(reduced)
       real(wp), intent(in) :: angle
       real(wp) :: reduced

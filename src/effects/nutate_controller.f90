@@ -86,7 +86,7 @@ module nutate_controller
       procedure :: is_moderate => controller_is_moderate
       !> Uses the field of the Earth for its magnetorquers.
       procedure :: follow
-      !> Takes the axes of an orbit as those of its target.
+      !> Uses the LVLH frame for its target.
       procedure :: follow_orbit
       !> The torque that the law asks for, and that or the moment, which have the limit.
       procedure :: wanted
@@ -112,7 +112,7 @@ contains
       self%pace = earth%pace()
    end subroutine follow
 
-   !> Takes the axes of an orbit as those of its target. Where they are the space axes nothing changes.
+   !> Uses the LVLH frame for its target. Where they are the space axes nothing changes.
    pure subroutine follow_orbit(self, orbit)
       class(controller_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit

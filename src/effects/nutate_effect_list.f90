@@ -120,7 +120,7 @@ contains
       self%frame_turns = any(abs(self%frame_rate) > 0.0_wp)
    end subroutine turn_frame
 
-   !> Takes an orbit; its rate counts as that of the space axes.
+   !> Adds an orbit; its rate counts as that of the space axes.
    pure subroutine follow_orbit(self, orbit)
       class(effect_list_t), intent(inout) :: self
       type(orbit_t), intent(in) :: orbit

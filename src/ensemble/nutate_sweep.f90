@@ -72,7 +72,7 @@ module nutate_sweep
    contains
       !> Opens the file.
       procedure :: open => open_sweep
-      !> Takes part in a sweep that another process has opened.
+      !> Joins a sweep that another process has opened.
       procedure :: join
       !> Runs what is not done yet.
       procedure :: go
@@ -136,7 +136,7 @@ contains
       end if
    end subroutine open_sweep
 
-   !> Takes part in a sweep that another process has opened: runs chunks of it. Errors: `NUTATE_IO`;
+   !> Joins a sweep that another process has opened: runs chunks of it. Errors: `NUTATE_IO`;
    !> `NUTATE_BAD_ARGUMENT` where the scene is not that of the other process.
    subroutine join(self, scene, first, last, name, chunk, identity, status)
       class(sweep_t), intent(inout) :: self
@@ -159,7 +159,7 @@ contains
                                                chunk, status)
    end subroutine join
 
-   !> Takes what is the same for all that run chunks.
+   !> Sets what is the same for all that run chunks.
    subroutine begin(self, scene, first, last, name, status)
       class(sweep_t), intent(inout) :: self
       type(scene_t), intent(in) :: scene

@@ -24,7 +24,7 @@ module nutate_axes_turn
    contains
       !> Looks whether the motion knows of the turn.
       procedure :: prepare
-      !> Takes the length of a step.
+      !> Sets the length of a step.
       procedure :: set_length
    end type axes_turn_t
 
@@ -44,7 +44,7 @@ contains
       self%axis = -effects%frame_rate/self%rate
    end subroutine prepare
 
-   !> Takes the length of a step: the quaternion c = 1 + d of the turn, -ω̂ sin x its vector, x = ½|ω|Δt. The length of
+   !> Sets the length of a step: the quaternion c = 1 + d of the turn, -ω̂ sin x its vector, x = ½|ω|Δt. The length of
    !> c depends on the vector as it is rounded, so that turns of one length do not stretch what they turn.
    pure subroutine set_length(self, dt, possible)
       class(axes_turn_t), intent(inout) :: self

@@ -86,10 +86,10 @@ module nutate_stepper
       class(*), allocatable, private :: again
       logical, private :: used = .false.
    contains
-      !> Takes the settings and makes the work space; must be called before the first step and after every change of
+      !> Sets the settings and makes the work space; must be called before the first step and after every change of
       !> the system.
       procedure, non_overridable :: prepare => prepare_stepper
-      !> Takes a system that has changed, with the settings that it has.
+      !> Sets a system that has changed, with the settings that it has.
       procedure, non_overridable :: renew
       !> Moves a state by one step.
       procedure, non_overridable :: step => take_step
@@ -100,7 +100,7 @@ module nutate_stepper
       !> The state at a time inside the last step (dense output), as good as the method: the step taken again with that
       !> fraction, from its start, unless the method knows better.
       procedure :: state_at => state_taken_again
-      !> Takes the start of a step that `advance` is to take.
+      !> Sets the start of a step that `advance` is to take.
       procedure :: mark_step
       !> Forgets the steps before, which only help to predict the next one.
       procedure :: forget_steps => forget_nothing
@@ -167,7 +167,7 @@ module nutate_stepper
 
 contains
 
-   !> Takes the settings and makes the work space. Errors: those of the method's `set_up`, mostly
+   !> Sets the settings and makes the work space. Errors: those of the method's `set_up`, mostly
    !> `NUTATE_BAD_ARGUMENT` for settings that it cannot honour.
    recursive subroutine prepare_stepper(self, system, settings, status)
       class(stepper_t), intent(inout) :: self
@@ -189,7 +189,7 @@ contains
       call self%set_up(system, settings, status)
    end subroutine prepare_stepper
 
-   !> Takes a system that has changed; steps are kept as before. Errors: those of `prepare`.
+   !> Sets a system that has changed; steps are kept as before. Errors: those of `prepare`.
    subroutine renew(self, system, status)
       !> Prepared.
       class(stepper_t), intent(inout) :: self
@@ -253,7 +253,7 @@ contains
       self%keeps_steps = .true.
    end subroutine keep_own
 
-   !> Takes the start of a step that `advance` is to take, if starts are kept.
+   !> Sets the start of a step that `advance` is to take, if starts are kept.
    subroutine mark_step(self, state, dt, window_time)
       class(stepper_t), intent(inout) :: self
       type(state_t), intent(in) :: state

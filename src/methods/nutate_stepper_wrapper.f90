@@ -15,9 +15,9 @@ module nutate_stepper_wrapper
    contains
       !> Says where there is no stepper inside.
       procedure, non_overridable :: check_base
-      !> Takes what the stepper inside tells of its last step, whether it succeeded or not; work and estimate apart.
+      !> Copies what the inner stepper reports of its last step, whether it succeeded or not; work and estimate apart.
       procedure, non_overridable :: take_counts
-      !> Takes the work of the last step, and the estimate of its error.
+      !> Copies the work of the last step, and the estimate of its error.
       procedure, non_overridable :: take_work
       procedure :: copy
       procedure :: forget_steps
@@ -36,7 +36,7 @@ contains
       if (.not. allocated(self%base)) status = fail(NUTATE_BAD_ARGUMENT, name//' needs a stepper')
    end subroutine check_base
 
-   !> Takes what the stepper inside tells of its last step.
+   !> Copies what the inner stepper reports of its last step.
    subroutine take_counts(self)
       class(stepper_wrapper_t), intent(inout) :: self
       self%iterations = self%base%iterations
@@ -45,7 +45,7 @@ contains
       self%uncertified = self%base%uncertified
    end subroutine take_counts
 
-   !> Takes the work of the last step, and the estimate of its error.
+   !> Copies the work of the last step, and the estimate of its error.
    subroutine take_work(self)
       class(stepper_wrapper_t), intent(inout) :: self
       integer :: i

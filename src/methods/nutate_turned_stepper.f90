@@ -90,7 +90,7 @@ contains
       call turn_state(self%turn%change, state)
    end subroutine advance
 
-   !> Takes the length of a step.
+   !> Sets the length of a step.
    pure subroutine take_length(self, dt, status)
       class(turned_stepper_t), intent(inout) :: self
       !> s.
@@ -117,7 +117,7 @@ contains
       self%keeps_steps = .true.
    end subroutine keep_steps
 
-   !> Takes the start of a step.
+   !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)
       class(turned_stepper_t), intent(inout) :: self
       type(state_t), intent(in) :: state

@@ -106,7 +106,7 @@ module nutate_event_tracker
       procedure :: sleeps_until
       !> Finds out for how long nothing can happen.
       procedure :: fall_asleep
-      !> Takes a system with other effects on.
+      !> Sets a system with other effects on.
       procedure :: take_system
       !> Takes the sides on which the quantities of limits are, as the system has it.
       procedure :: hold_sides
@@ -195,7 +195,7 @@ contains
       end do
    end subroutine remember
 
-   !> Takes a system with other effects on.
+   !> Sets a system with other effects on.
    subroutine take_system(self, system)
       class(event_tracker_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -213,7 +213,7 @@ contains
       progress%state%t = t_end
    end subroutine retake
 
-   !> Takes a system that has changed.
+   !> Sets a system that has changed.
    subroutine renew(self, system, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -36,7 +36,7 @@ module nutate_step_policy
       procedure(look), deferred :: look_inside
       !> Takes that step again, shorter.
       procedure(take_again), deferred :: retake
-      !> Takes a system that has changed.
+      !> Sets a system that has changed.
       procedure(take_system), deferred :: renew
       !> Notes that torques and motors hold other values.
       procedure(take_values), deferred :: take_commands

@@ -41,7 +41,7 @@ module nutate_wheel_steps
    contains
       !> Takes the wheels of a system.
       procedure :: prepare
-      !> Takes the length of a step.
+      !> Sets the length of a step.
       procedure :: set_step
       !> Starts a step.
       procedure :: start
@@ -69,7 +69,7 @@ contains
       self%share = 1.0_wp
    end subroutine prepare
 
-   !> Takes the length of a step, s.
+   !> Sets the length of a step, s.
    pure subroutine set_step(self, effects, dt)
       class(wheel_steps_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects

@@ -249,7 +249,7 @@ contains
       if (.not. complete) code = NUTATE_BAD_ARGUMENT
    end subroutine look
 
-   !> Takes a list of sets of columns.
+   !> Sets a list of sets of columns.
    integer(c_int) function choose(handle, list) result(code)
       type(stepper_handle_t), intent(inout) :: handle
       character(len=*), intent(in) :: list

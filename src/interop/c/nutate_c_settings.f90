@@ -20,7 +20,7 @@ module nutate_c_settings
 
 contains
 
-   !> Takes a setting of `&integrator`. Errors: `NUTATE_BAD_ARGUMENT`.
+   !> Sets a setting of `&integrator`. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine set_key(handle, key, value, status)
       type(stepper_handle_t), intent(inout) :: handle
       character(len=*), intent(in) :: key

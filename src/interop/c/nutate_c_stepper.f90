@@ -257,7 +257,7 @@ contains
       end if
    end subroutine finish_handle
 
-   !> Takes system, start and settings of a scene.
+   !> Sets system, start and settings of a scene.
    subroutine take_scene(handle, from, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(scene_handle_t), intent(in) :: from
@@ -316,7 +316,7 @@ contains
       if (allocated(switched) .and. .not. status%ok()) handle%system%effects = switched
    end subroutine replace_state
 
-   !> Takes a state. Errors: `NUTATE_BAD_ARGUMENT` where momentum or energy are too large; those of callbacks.
+   !> Sets a state. Errors: `NUTATE_BAD_ARGUMENT` where momentum or energy are too large; those of callbacks.
    subroutine take_state(handle, state, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state

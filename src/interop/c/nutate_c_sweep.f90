@@ -36,7 +36,7 @@ module nutate_c_sweep
    type, extends(sweep_watcher_t) :: polling_sweep_t
       type(answer_t), pointer, private :: answer => null()
    contains
-      !> Takes whom to ask.
+      !> Sets the poll callback.
       procedure :: start
       procedure :: wants_end => ask_program
       final :: forget
@@ -200,7 +200,7 @@ contains
       whole = error%text
    end subroutine take_table
 
-   !> Takes whom to ask.
+   !> Sets the poll callback.
    subroutine start(self, poll, threads)
       class(polling_sweep_t), intent(inout) :: self
       type(poll_t), intent(in) :: poll

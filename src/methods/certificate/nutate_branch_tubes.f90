@@ -108,7 +108,7 @@ contains
       end do
    end subroutine follow
 
-   !> Takes a part of the stage's length.
+   !> Sets a part of the stage's length.
    subroutine set_length(equations, system, state, length, window_time)
       type(reduced_equations_t), intent(inout) :: equations
       type(system_t), intent(in) :: system

@@ -77,7 +77,7 @@ module nutate_continuation
       procedure :: keeps_to
       !> There is a length to try.
       procedure :: goes_on
-      !> Takes the outcome of a trial.
+      !> Records the outcome of a trial.
       procedure :: take
    end type continuation_t
 

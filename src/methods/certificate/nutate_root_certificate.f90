@@ -74,11 +74,11 @@ module nutate_root_certificate
       !> Largest |b0| and largest |b| of a root that is the true one.
       real(wp), private :: reach = -1.0_wp, radius = 0.0_wp
    contains
-      !> Takes a system.
+      !> Sets a system.
       procedure :: set_up
       !> The root is the true one.
       procedure :: holds
-      !> Takes the state at the start of a stage, and tells whether the root is then certified.
+      !> Sets the state at the start of a stage, and tells whether the root is then certified.
       procedure :: holds_here
       !> The longest part of a stage whose root lies in a ball that contains no other.
       procedure :: first_part
@@ -88,7 +88,7 @@ module nutate_root_certificate
 
 contains
 
-   !> Takes a system: bounds at any attitude.
+   !> Sets a system: bounds at any attitude.
    pure subroutine set_up(self, system)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -128,7 +128,7 @@ contains
       holds = start <= self%reach .and. root <= self%radius
    end function holds
 
-   !> Takes the state at the start of a stage. True if the root is certified by the bounds that belong to its attitude.
+   !> Sets the state at the start of a stage. True if the root is certified by the bounds that belong to its attitude.
    pure subroutine holds_here(self, system, state, dt, start, root, certified)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -41,7 +41,7 @@ module nutate_root_proof
       type(root_certificate_t), private :: certificate
       type(reduced_equations_t), private :: equations
    contains
-      !> Takes a system.
+      !> Sets a system.
       procedure :: set_up
       !> The root is the true one, as bounds show that belong to the step's length.
       procedure :: holds
@@ -53,7 +53,7 @@ module nutate_root_proof
 
 contains
 
-   !> Takes a system.
+   !> Sets a system.
    subroutine set_up(self, system)
       class(root_proof_t), intent(inout) :: self
       type(system_t), intent(in) :: system

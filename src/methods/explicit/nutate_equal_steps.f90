@@ -87,7 +87,7 @@ contains
       n = anint(max(least_number, self%turn*(constant/tolerance)**(1.0_wp/power)))
    end function number_for
 
-   !> Takes the length of steps that err by a tolerance each.
+   !> Sets the length of steps that err by a tolerance each.
    pure subroutine divide(self, tolerance, length)
       class(equal_steps_t), intent(inout) :: self
       !> rad a step.

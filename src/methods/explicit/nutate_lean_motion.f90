@@ -72,7 +72,7 @@ module nutate_lean_motion
    contains
       !> Looks what a system is.
       procedure :: prepare
-      !> Takes the length of a step; false for one that is none.
+      !> Sets the length of a step; false for one that is none.
       procedure :: fits
       !> One step.
       procedure :: move
@@ -236,7 +236,7 @@ contains
       if (abs(x) < fastest*min(1.0_wp, y)) ratio = abs(x)/y
    end function bounded_ratio
 
-   !> Takes the length of a step. False for one that is so short, or long, that the general equations have to take it.
+   !> Sets the length of a step. False for one that is so short, or long, that the general equations have to take it.
    pure subroutine fits(self, dt, yes)
       class(lean_motion_t), intent(inout) :: self
       !> s.

@@ -54,7 +54,7 @@ module nutate_composition
       private
       type(stage_t), allocatable :: stages(:)
    contains
-      !> Takes the stepper to compose; must come before `prepare`.
+      !> Sets the stepper to compose; must come before `prepare`.
       procedure :: compose
       procedure :: set_up
       procedure :: advance
@@ -64,7 +64,7 @@ module nutate_composition
 
 contains
 
-   !> Takes the stepper to compose. Errors: `NUTATE_BAD_ARGUMENT` for an order without a composition.
+   !> Sets the stepper to compose. Errors: `NUTATE_BAD_ARGUMENT` for an order without a composition.
    subroutine compose(self, base, order, status)
       class(composition_t), intent(inout) :: self
       !> A symmetric stepper of order 2; copied.

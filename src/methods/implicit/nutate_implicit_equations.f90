@@ -33,7 +33,7 @@ module nutate_implicit_equations
       !> The next step is the first since `prepare`.
       logical :: untested = .true.
    contains
-      !> Takes the state and the length of a step. Refuses states that the form cannot move.
+      !> Sets the state and the length of a step. Refuses states that the form cannot move.
       procedure(start_equations), deferred :: start
       !> Chooses units for a step that was started and for which no Jacobian was kept.
       procedure(choose_units), deferred :: scale_unknowns

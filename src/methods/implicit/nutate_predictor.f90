@@ -36,7 +36,7 @@ module nutate_predictor
       procedure :: set_up
       !> Predicts a step of some length.
       procedure :: predict
-      !> Takes up the unknowns of a step that was done.
+      !> Stores the unknowns of a step that was done.
       procedure :: remember
       !> Forgets all but the last few steps.
       procedure :: forget
@@ -82,7 +82,7 @@ contains
       continued = (w(1)*x(1) + w(3)*x(3) + w(5)*x(5)) + (w(2)*x(2) + w(4)*x(4) + w(6)*x(6))
    end function continued
 
-   !> Takes up the unknowns of a step that was done.
+   !> Stores the unknowns of a step that was done.
    pure subroutine remember(self, dt, z)
       class(predictor_t), intent(inout) :: self
       !> Of the step last predicted, s.

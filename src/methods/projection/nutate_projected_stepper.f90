@@ -121,7 +121,7 @@ contains
       self%keeps_steps = .true.
    end subroutine keep_steps
 
-   !> Takes the start of a step.
+   !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)
       class(projected_stepper_t), intent(inout) :: self
       type(state_t), intent(in) :: state
