@@ -37,11 +37,38 @@ module nutate_energy_balance
       real(wp), dimension(4) :: left_q = 0.0_wp, left_p = 0.0_wp
       real(wp), dimension(4) :: left_q_compensation = 0.0_wp, left_p_compensation = 0.0_wp
    contains
+      !> Becomes a copy of another one.
+      procedure :: take
       !> Transfers all values to or from an archive.
       procedure :: transfer
    end type energy_balance_t
 
 contains
+
+   !> Becomes a copy of another one; what is not in use stays, which costs less than an assignment.
+   pure subroutine take(self, other, wheels)
+      class(energy_balance_t), intent(inout) :: self
+      type(energy_balance_t), intent(in) :: other
+      !> There are wheels.
+      logical, intent(in) :: wheels
+      self%open = other%open
+      self%shown = other%shown
+      self%count = other%count
+      self%interval = other%interval
+      self%energy = other%energy
+      self%scale = other%scale
+      self%momentum = other%momentum
+      self%momentum_time = other%momentum_time
+      self%component = other%component
+      self%q = other%q
+      self%p = other%p
+      if (wheels) self%wheels = other%wheels
+      if (.not. other%shown) return
+      self%left_q = other%left_q
+      self%left_p = other%left_p
+      self%left_q_compensation = other%left_q_compensation
+      self%left_p_compensation = other%left_p_compensation
+   end subroutine take
 
    !> Transfers all values to or from an archive.
    subroutine transfer(self, archive)

@@ -103,7 +103,7 @@ contains
       self%p_compensation = other%p_compensation
       self%time_dependent_work = other%time_dependent_work
       self%time_dependent_until = other%time_dependent_until
-      if (balance) self%balance = other%balance
+      if (balance) call self%balance%take(other%balance, wheels)
       if (.not. wheels) return
       self%wheel_momentum = other%wheel_momentum
       self%wheel_compensation = other%wheel_compensation

@@ -287,26 +287,28 @@ contains
       else if (mod(progress%summary%steps - progress%first_step, progress%plan%every) == 0) then
          is_row = .true.
       end if
-      if (is_row .or. observer%sees_every_step) &
-         call show_end(progress, policy, system, watched, is_row, observer, status)
+      ! Without a copy of the state in steps that end in no output point: this runs in each of them.
+      if (is_row) then
+         call show_end(progress, policy, system, watched, observer, status)
+      else if (observer%sees_every_step) then
+         call watch_turn(progress, policy, system, progress%state, watched, observer, status)
+      end if
    end subroutine finish_step
 
-   !> Shows the end of a step of the run.
-   subroutine show_end(progress, policy, system, watched, is_row, observer, status)
+   !> Shows the end of a step of the run that is an output point.
+   subroutine show_end(progress, policy, system, watched, observer, status)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy
       type(system_t), intent(in) :: system
       !> Time up to which the observer watched, s.
       real(wp), intent(inout) :: watched
-      !> It is an output point.
-      logical, intent(in) :: is_row
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
       type(state_t) :: seen
       seen = progress%state
-      if (is_row) call policy%show(system, seen)
+      call policy%show(system, seen)
       if (observer%sees_every_step) call watch_turn(progress, policy, system, seen, watched, observer, status)
-      if (.not. is_row .or. status%code /= 0) return
+      if (status%code /= 0) return
       call put_works(progress%summary, progress%record)
       call observer%observe(system, seen, progress%record, status)
    end subroutine show_end
@@ -426,19 +428,30 @@ contains
       real(wp), intent(inout) :: watched
       class(observer_t), intent(inout) :: observer
       type(status_t), intent(inout) :: status
-      type(state_t) :: between
-      type(run_record_t) :: record
       integer :: i, n
       n = parts_of_turn(policy, system, state, watched)
       do i = 1, n - 1
+         call watch_inside(progress, policy, system, watched + (real(i, wp)/n)*(state%t - watched), observer, status)
          if (status%code /= 0) return
-         call policy%state_inside(system, progress, watched + (real(i, wp)/n)*(state%t - watched), between, record, &
-                                  status)
-         call observer%watch(between)
       end do
       call observer%watch(state)
       watched = state%t
    end subroutine watch_turn
+
+   !> Lets the observer watch the state at a time inside the last step.
+   subroutine watch_inside(progress, policy, system, t, observer, status)
+      type(progress_t), intent(in) :: progress
+      class(step_policy_t), intent(inout) :: policy
+      type(system_t), intent(in) :: system
+      !> s.
+      real(wp), intent(in) :: t
+      class(observer_t), intent(inout) :: observer
+      type(status_t), intent(inout) :: status
+      type(state_t) :: between
+      type(run_record_t) :: record
+      call policy%state_inside(system, progress, t, between, record, status)
+      call observer%watch(between)
+   end subroutine watch_inside
 
    !> Puts the run in an archive and shows it to the observer.
    subroutine offer(progress, policy, observer, status)

@@ -157,6 +157,8 @@ module nutate_columns
       type(shared_t), private :: shared
       !> Euler angles of each chosen set that has some; shape (that of `chosen`) where there is one.
       type(followed_angles_t), allocatable, private :: followed(:)
+      !> The chosen sets that follow angles, by number.
+      integer, allocatable, private :: angle_sets(:)
    contains
       !> Selects the sets by name.
       procedure :: choose
@@ -224,7 +226,8 @@ contains
       where (self%chosen == WORKS) self%widths = size(split_list(self%works))
       self%width = 1 + sum(self%widths)
       self%needs_rate = any(self%chosen == RATE .or. self%chosen == RATE_SPACE)
-      self%follows_steps = any(column_sets(self%chosen)%sequence /= '')
+      self%angle_sets = pack([(i, i=1, size(self%chosen))], column_sets(self%chosen)%sequence /= '')
+      self%follows_steps = size(self%angle_sets) > 0
       self%shows_commands = any(column_sets(self%chosen)%controller > 0)
    end subroutine choose
 
@@ -334,9 +337,8 @@ contains
       class(columns_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       integer :: i
-      do i = 1, size(self%chosen)
-         ! A code instead of a text, which gfortran would compare by a call of its library: this runs in every step.
-         if (iachar(column_sets(self%chosen(i))%sequence(1:1)) /= iachar(' ')) call self%followed(i)%follow(state%q)
+      do i = 1, size(self%angle_sets)
+         call self%followed(self%angle_sets(i))%follow(state%q)
       end do
    end subroutine follow
 

@@ -163,7 +163,7 @@ contains
          call self%series%tail%use_in_step(dt/self%series%time_unit)
          if (self%conserve) then
             call self%projection%begin_step(system, self%next)
-            self%first%balance = self%next%balance
+            call self%first%balance%take(self%next%balance, self%rates%n_wheels > 0)
          end if
          call get_state(self, dt, y)
       end if
