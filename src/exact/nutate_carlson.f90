@@ -8,7 +8,7 @@ module nutate_carlson
    implicit none
    private
 
-   public :: carlson_rc, carlson_rd, carlson_rf, carlson_rj
+   public :: carlson_rc, carlson_rf, carlson_rj
 
    !> Relative spread of the arguments below which the series of degree 7 is exact to round-off.
    real(wp), parameter :: series_radius = 6.0e-3_wp
@@ -82,15 +82,6 @@ contains
       end do
       rj = 6*total + weight*rj_series((mean - v)/mean)/mean/sqrt(mean)
    end function carlson_rj
-
-   !> R_D(x, y, z) = R_J(x, y, z, z).
-   pure real(wp) function carlson_rd(x, y, z) result(rd)
-      !> >= 0, at most one of them zero.
-      real(wp), intent(in) :: x, y
-      !> > 0.
-      real(wp), intent(in) :: z
-      rd = carlson_rj(x, y, z, z)
-   end function carlson_rd
 
    !> Series of R_J about equal arguments, DLMF 19.36.2.
    pure real(wp) function rj_series(v) result(series)

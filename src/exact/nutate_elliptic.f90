@@ -1,15 +1,14 @@
-!> Elliptic integrals of the first and second kind and Jacobi's elliptic functions.
+!> The complete elliptic integral of the first kind and Jacobi's elliptic functions.
 !>
 !> The parameter is the complementary one, m1 = 1 - m = k'²: next to the separatrix (m -> 1) nothing can be computed
 !> from m, and next to m = 0 nothing is lost by 1 - m. All routines take m1 from 0 to 1, both included; m1 > 1
 !> (negative m) is admissible too.
 module nutate_elliptic
-   use nutate_carlson, only: carlson_rd, carlson_rf
    use nutate_kinds, only: wp, pi
    implicit none
    private
 
-   public :: elliptic_k, elliptic_e, elliptic_f, jacobi, jacobi_am
+   public :: elliptic_k, jacobi
 
    !> Steps of the arithmetic-geometric mean at most: m1 = 1e-308 needs 13.
    integer, parameter :: most_means = 20
@@ -31,36 +30,6 @@ contains
       call means(m1, a, b, n)
       k = pi/(2*a(n))
    end function elliptic_k
-
-   !> Complete integral of the second kind E(m) = ∫₀^{π/2} √(1 - m sin²φ) dφ, DLMF 19.25.1.
-   pure real(wp) function elliptic_e(m1) result(e)
-      !> 1 - m, >= 0.
-      real(wp), intent(in) :: m1
-      e = 1
-      if (m1 < 1.0e-20_wp) return
-      e = m1*(carlson_rd(0.0_wp, m1, 1.0_wp) + carlson_rd(0.0_wp, 1.0_wp, m1))/3
-   end function elliptic_e
-
-   !> Incomplete integral of the first kind F(φ|m) = ∫₀^φ dφ / √(1 - m sin²φ), for any φ.
-   !>
-   !> `huge` with the sign of φ where it is infinite: m1 = 0 and |φ| >= π/2.
-   pure real(wp) function elliptic_f(phi, m1) result(f)
-      !> Amplitude (rad).
-      real(wp), intent(in) :: phi
-      !> 1 - m, >= 0.
-      real(wp), intent(in) :: m1
-      real(wp) :: n, s, c
-      n = anint(phi/pi)
-      s = sin(phi)
-      c = cos(phi)
-      if (is_odd(n)) s = -s
-      if (m1 <= 0 .and. abs(phi) >= pi/2) then
-         f = sign(huge(1.0_wp), phi)
-         return
-      end if
-      f = s*carlson_rf(c**2, c**2 + m1*s**2, 1.0_wp)
-      if (abs(n) > 0) f = f + 2*n*elliptic_k(m1)
-   end function elliptic_f
 
    !> Jacobi's sn, cn and dn by the arithmetic-geometric mean.
    !>
@@ -105,22 +74,6 @@ contains
          cn = -cn
       end if
    end subroutine jacobi
-
-   !> Jacobi's amplitude: sn u = sin(am u), cn u = cos(am u), continuous in u.
-   pure real(wp) function jacobi_am(u, m1) result(am)
-      real(wp), intent(in) :: u
-      !> 1 - m, >= 0.
-      real(wp), intent(in) :: m1
-      real(wp) :: half_periods, sn, cn, dn
-      half_periods = 0
-      if (m1 > 0) half_periods = anint(u/(2*elliptic_k(m1)))
-      call jacobi(u, m1, sn, cn, dn)
-      if (is_odd(half_periods)) then
-         sn = -sn
-         cn = -cn
-      end if
-      am = atan2(sn, cn) + pi*half_periods
-   end function jacobi_am
 
    !> The limit m = 1: tanh and sech, without overflow for any u.
    pure subroutine hyperbolic(u, sn, cn, dn)

@@ -26,8 +26,6 @@ module nutate_c_polls
       !> Count of the system's clock when it was asked.
       integer(long), private :: asked = 0
    contains
-      !> There is someone to ask.
-      procedure :: is_there
       !> Asks, if it is time to.
       procedure :: ask
    end type poll_t
@@ -56,12 +54,6 @@ module nutate_c_polls
    integer(long), parameter :: steps_between_looks = 64
 
 contains
-
-   !> There is someone to ask.
-   pure logical function is_there(self)
-      class(poll_t), intent(in) :: self
-      is_there = c_associated(self%function)
-   end function is_there
 
    !> Asks, if it is time to. Errors: `NUTATE_STOPPED` where the answer is not 0.
    subroutine ask(self, status)

@@ -3,8 +3,9 @@
 module nutate_c_satellites
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_int, c_ptr, c_size_t
-   use nutate_c_groups, only: add_effect_of, add_motor_of, parse_motor_keys, put_numbers, put_text
+   use nutate_c_groups, only: add_motor_of, parse_motor_keys, put_numbers, put_text
    use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
+   use nutate_c_system_effects, only: add, is_finite_or_bad
    use nutate_c_text, only: lock_texts, take_text, unlock_texts
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
@@ -230,37 +231,5 @@ contains
       given = ieee_is_nan(x)
       if (.not. given) given = abs(x) > 0.0_wp
    end function given
-
-   !> False for infinity, which says that there is no such limit.
-   pure logical function is_finite_or_bad(x)
-      real(wp), intent(in) :: x
-      is_finite_or_bad = ieee_is_nan(x)
-      if (.not. is_finite_or_bad) is_finite_or_bad = x <= huge(x)
-   end function is_finite_or_bad
-
-   !> Adds the effect that a group describes.
-   integer(c_int) function add(system, name, group, missing) result(code)
-      type(c_ptr), intent(in) :: system
-      character(len=*), intent(in) :: name
-      type(group_t), intent(inout) :: group
-      !> An argument is null.
-      logical, intent(in) :: missing
-      type(system_handle_t), pointer :: handle
-      type(status_t) :: status
-      code = NUTATE_BAD_HANDLE
-      handle => find_system(system)
-      if (.not. associated(handle)) return
-      group%name = name
-      if (missing) then
-         status = fail(NUTATE_BAD_ARGUMENT, name//': an argument is NULL')
-      else if (name == 'rotating_frame' .and. handle%system%effects%frame_turns) then
-         status = fail(NUTATE_BAD_ARGUMENT, 'the space axes turn already (expected one frame)')
-      else
-         call lock_texts()
-         call add_effect_of(group, handle%system, status)
-         call unlock_texts()
-      end if
-      code = conclude(handle, status)
-   end function add
 
 end module nutate_c_satellites

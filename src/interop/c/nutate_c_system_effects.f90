@@ -14,6 +14,7 @@ module nutate_c_system_effects
    public :: nutate_system_add_gravity, nutate_system_add_dipole, nutate_system_add_gravity_gradient, &
       nutate_system_add_spring, nutate_system_add_damping, nutate_system_add_torque, nutate_system_add_rotor, &
       nutate_system_bound_potential, nutate_system_bound_torque
+   public :: add, is_finite_or_bad
 
 contains
 
@@ -79,8 +80,8 @@ contains
       end if
       call put_numbers(group, 'frequency', [frequency])
       call put_numbers(group, 'phase', [phase])
-      if (.not. is_infinite(start, -1.0_wp)) call put_numbers(group, 'start', [start])
-      if (.not. is_infinite(stop, 1.0_wp)) call put_numbers(group, 'stop', [stop])
+      if (is_finite_or_bad(-start)) call put_numbers(group, 'start', [start])
+      if (is_finite_or_bad(stop)) call put_numbers(group, 'stop', [stop])
       code = add(system, 'torque', group, missing_of(torque))
    end function nutate_system_add_torque
 
@@ -116,12 +117,12 @@ contains
       code = conclude(handle, status)
    end function nutate_system_bound_torque
 
-   !> Infinity of a sign.
-   pure logical function is_infinite(x, side)
-      real(wp), intent(in) :: x, side
-      is_infinite = .false.
-      if (.not. ieee_is_nan(x)) is_infinite = side*x > huge(x)
-   end function is_infinite
+   !> False for infinity, which says that there is no such limit.
+   pure logical function is_finite_or_bad(x)
+      real(wp), intent(in) :: x
+      is_finite_or_bad = ieee_is_nan(x)
+      if (.not. is_finite_or_bad) is_finite_or_bad = x <= huge(x)
+   end function is_finite_or_bad
 
    !> The argument is null.
    pure logical function missing_of(vector)
@@ -152,6 +153,8 @@ contains
       group%name = name
       if (missing) then
          status = fail(NUTATE_BAD_ARGUMENT, name//': an argument is NULL')
+      else if (name == 'rotating_frame' .and. handle%system%effects%frame_turns) then
+         status = fail(NUTATE_BAD_ARGUMENT, 'the space axes turn already (expected one frame)')
       else
          call lock_texts()
          call add_effect_of(group, handle%system, status)
