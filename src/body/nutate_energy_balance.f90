@@ -27,8 +27,8 @@ module nutate_energy_balance
       !> Steps since the last projection, and from there to the next one.
       integer :: count = 0, interval = 1
       !> H₀ + work.
-      type(energy_sum_t) :: energy
-      type(energy_scale_t) :: scale
+      type(energy_sum_t) :: energy = energy_sum_t()
+      type(energy_scale_t) :: scale = energy_scale_t()
       !> Conserved l, space axes, N m s, shape (3), at a time, s; of it l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, momentum_time = 0.0_wp, component = 0.0_wp
       !> Attitude and momentum of the state that the balance belongs to, shape (4), and momenta of its wheels.

@@ -29,7 +29,7 @@ module nutate_state
       !> Time up to which it is counted, s: a rounding from `t` where that was put to the end of a step.
       real(wp) :: time_dependent_until = -huge(1.0_wp)
       !> What the invariants are to be, for steppers that project onto them.
-      type(energy_balance_t) :: balance
+      type(energy_balance_t) :: balance = energy_balance_t()
    contains
       !> Becomes a copy of another one.
       procedure :: take
