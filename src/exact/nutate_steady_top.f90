@@ -9,7 +9,7 @@ module nutate_steady_top
    implicit none
    private
 
-   public :: steady_precession, steady_precession_of_spin, sleeping_spin
+   public :: steady_precession, sleeping_spin
 
 contains
 
@@ -28,58 +28,16 @@ contains
       real(wp), intent(out) :: slow, fast
       !> `NUTATE_BAD_ARGUMENT`: moments not positive, or the spin is too slow for any steady precession.
       type(status_t), intent(out) :: status
+      real(wp) :: a, b, r, q
       slow = 0
       fast = 0
-      if (in_range([j1, j3, mgl, theta, omega3])) then
-         call solve_rates(j1*cos(theta), j3*omega3, j1, j3, mgl, slow, fast, status)
-      else
+      if (.not. in_range([j1, j3, mgl, theta, omega3])) then
          status = fail(NUTATE_BAD_ARGUMENT, 'moments, torque, tilt and spin must be finite and of a sensible size')
+         return
       end if
-   end subroutine steady_precession
-
-   !> The two rates of steady precession for a given spin ψ̇ relative to the line of nodes.
-   pure subroutine steady_precession_of_spin(j1, j3, mgl, theta, psi_rate, slow, fast, status)
-      !> Moments about the pivot, across and along the symmetry axis (kg m²), > 0.
-      real(wp), intent(in) :: j1, j3
-      !> m g times the distance of the centre of mass above the pivot along the axis (N m), of either sign.
-      real(wp), intent(in) :: mgl
-      !> Tilt of the axis from the upward vertical (rad).
-      real(wp), intent(in) :: theta
-      !> Spin ψ̇ (rad/s).
-      real(wp), intent(in) :: psi_rate
-      !> As in `steady_precession`.
-      real(wp), intent(out) :: slow, fast
-      !> As in `steady_precession`.
-      type(status_t), intent(out) :: status
-      slow = 0
-      fast = 0
-      if (in_range([j1, j3, mgl, theta, psi_rate])) then
-         call solve_rates((j1 - j3)*cos(theta), j3*psi_rate, j1, j3, mgl, slow, fast, status)
-      else
-         status = fail(NUTATE_BAD_ARGUMENT, 'moments, torque, tilt and spin must be finite and of a sensible size')
-      end if
-   end subroutine steady_precession_of_spin
-
-   !> The body rate |Ω₃| above which the upright top is stable (rad/s): J₃² Ω₃² = 4 J₁ m g l; 0 for a hanging one.
-   pure real(wp) function sleeping_spin(j1, j3, mgl) result(omega3)
-      !> Moments about the pivot, across and along the symmetry axis (kg m²), > 0.
-      real(wp), intent(in) :: j1, j3
-      !> m g times the distance of the centre of mass above the pivot along the axis (N m).
-      real(wp), intent(in) :: mgl
-      omega3 = 0
-      if (j1 > 0 .and. mgl > 0) omega3 = quotient(2*sqrt(j1)*sqrt(mgl), j3)
-   end function sleeping_spin
-
-   !> Roots of a x² - b x + m g l = 0 without cancellation or overflow.
-   pure subroutine solve_rates(a, b, j1, j3, mgl, slow, fast, status)
-      real(wp), intent(in) :: a, b
-      !> As the caller got them.
-      real(wp), intent(in) :: j1, j3, mgl
-      real(wp), intent(out) :: slow, fast
-      type(status_t), intent(out) :: status
-      real(wp) :: r, q
-      slow = 0
-      fast = 0
+      ! Roots of a x² - b x + m g l = 0 without cancellation or overflow.
+      a = j1*cos(theta)
+      b = j3*omega3
       r = 2*sqrt(abs(a))*sqrt(abs(mgl))
       if (min(j1, j3) <= 0) then
          status = fail(NUTATE_BAD_ARGUMENT, 'moments of inertia must be positive')
@@ -99,7 +57,17 @@ contains
       ! cos(pi/2) is 6e-17: a horizontal axis in floating point.
       fast = sign(huge(1.0_wp), q)
       if (abs(a) > 1.0e-16_wp*j1) fast = quotient(q, a)
-   end subroutine solve_rates
+   end subroutine steady_precession
+
+   !> The body rate |Ω₃| above which the upright top is stable (rad/s): J₃² Ω₃² = 4 J₁ m g l; 0 for a hanging one.
+   pure real(wp) function sleeping_spin(j1, j3, mgl) result(omega3)
+      !> Moments about the pivot, across and along the symmetry axis (kg m²), > 0.
+      real(wp), intent(in) :: j1, j3
+      !> m g times the distance of the centre of mass above the pivot along the axis (N m).
+      real(wp), intent(in) :: mgl
+      omega3 = 0
+      if (j1 > 0 .and. mgl > 0) omega3 = quotient(2*sqrt(j1)*sqrt(mgl), j3)
+   end function sleeping_spin
 
    !> True if numbers are finite and so far from the ends of the range that their products are.
    pure logical function in_range(data)

@@ -21,6 +21,7 @@ module nutate_stepper_wrapper
       procedure, non_overridable :: take_work
       procedure :: copy
       procedure :: forget_steps
+      procedure :: keep_steps
       procedure :: take_commands
       procedure :: transfer
    end type stepper_wrapper_t
@@ -68,6 +69,13 @@ contains
       end select
       call move_alloc(base, self%base)
    end subroutine copy
+
+   !> The starts of steps are kept where they are taken again: inside, before what the wrapper does to them.
+   recursive subroutine keep_steps(self)
+      class(stepper_wrapper_t), intent(inout) :: self
+      call self%base%keep_steps()
+      self%keeps_steps = .true.
+   end subroutine keep_steps
 
    !> So does the stepper inside.
    recursive subroutine forget_steps(self)

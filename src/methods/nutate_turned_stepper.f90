@@ -29,7 +29,6 @@ module nutate_turned_stepper
       procedure :: wrap
       procedure :: set_up
       procedure :: advance
-      procedure :: keep_steps
       procedure :: mark_step
       procedure :: state_at
    end type turned_stepper_t
@@ -109,13 +108,6 @@ contains
       call add_by_kahan(state%q, state%q_compensation, turned(d, state%q))
       call add_by_kahan(state%p, state%p_compensation, turned(d, state%p))
    end subroutine turn_state
-
-   !> The starts of steps are kept where they are taken again: before the turn.
-   recursive subroutine keep_steps(self)
-      class(turned_stepper_t), intent(inout) :: self
-      call self%base%keep_steps()
-      self%keeps_steps = .true.
-   end subroutine keep_steps
 
    !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)

@@ -5,7 +5,7 @@ module nutate_c_history
    use nutate_c_effects, only: add_failure, judge_failure
    use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
       open_slot, report, scene_handle_t, stepper_handle_t, HISTORY_MARK
-   use nutate_c_polls, only: integrate_asking, poll_t
+   use nutate_c_polls, only: find_steps_asking, poll_t
    use nutate_c_rows, only: row_taker_t
    use nutate_c_runs, only: travel
    use nutate_c_stepper, only: start_handle, take_scene
@@ -16,7 +16,7 @@ module nutate_c_history
    use nutate_history, only: history_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: run_record_t
-   use nutate_run_plan, only: run_plan_t
+   use nutate_run, only: run_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, &
       NUTATE_OK
@@ -234,15 +234,13 @@ contains
       type(status_t), intent(out) :: status
       type(writer_t) :: writer
       type(system_t) :: system
-      type(state_t) :: state
+      type(run_t) :: run
       type(status_t) :: closing
-      type(run_plan_t) :: plan
       integer(c_int), target :: failure(2)
       failure = 0
       call copy_system(from%scene%system, system, c_loc(failure))
       writer%failure => failure
       writer%whom = from%poll
-      plan = from%scene%plan
       call lock_texts()
       call writer%open(name, from%scene%output%columns, system, from%scene%initial, &
                        from%scene%integrator%inverse_auxiliary_inertia, status, from%scene%output%degrees, &
@@ -251,9 +249,12 @@ contains
       call unlock_texts()
       if (.not. status%ok()) return
       call add_failure(failure, status)
-      state = from%scene%initial
-      if (status%ok()) call integrate_asking(from%poll, failure, system, from%scene%integrator, state, plan, &
-                                            status, writer, events=from%scene%events)
+      associate (scene => from%scene)
+         if (status%ok()) call run%begin(system, scene%integrator, scene%initial, scene%plan, status)
+         if (status%ok()) call run%expect(scene%events, system, status)
+      end associate
+      if (status%ok()) call find_steps_asking(run, from%poll, failure, system, status)
+      if (status%ok()) call run%go(system, status, writer)
       call add_failure(failure, status)
       call lock_texts()
       if (status%ok() .and. writer%events%wanted) call writer%events%file%finish(status)

@@ -3,20 +3,16 @@ module nutate_c_polls
    use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_funptr, c_int, c_null_funptr, c_null_ptr, &
       c_ptr
    use nutate_c_effects, only: judge_failure
-   use nutate_event_tracker, only: event_list_t
    use nutate_kinds, only: wp, long
    use nutate_observer, only: observer_t, run_record_t
-   use nutate_progress, only: conclude_run, run_summary_t
    use nutate_run, only: run_t
-   use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STOPPED
-   use nutate_stepper, only: integrator_settings_t
    use nutate_system, only: system_t
    implicit none
    private
 
-   public :: poll_t, integrate_asking, find_steps_asking, steps_between_looks
+   public :: poll_t, find_steps_asking, steps_between_looks
 
    !> Whom to ask, and when that was done last.
    type :: poll_t
@@ -69,31 +65,6 @@ contains
       call c_f_procpointer(self%function, function)
       if (function(self%user) /= 0) status = fail(NUTATE_STOPPED, 'the run was asked to stop')
    end subroutine ask
-
-   !> Runs to the end of a plan as `integrate` does, and asks in trial runs as well. Errors: those of `integrate`, of
-   !> callbacks in trial runs, and `NUTATE_STOPPED`.
-   subroutine integrate_asking(whom, failure, system, settings, state, plan, status, observer, summary, events)
-      !> The observer asks by itself.
-      type(poll_t), intent(in) :: whom
-      !> Status and what the callback returned, of a callback that failed; shape (2).
-      integer(c_int), intent(in), target :: failure(:)
-      type(system_t), intent(in) :: system
-      type(integrator_settings_t), intent(in) :: settings
-      type(state_t), intent(inout) :: state
-      !> The tolerance of steps is put in, where trial runs have found it.
-      type(run_plan_t), intent(inout) :: plan
-      type(status_t), intent(out) :: status
-      class(observer_t), intent(inout) :: observer
-      type(run_summary_t), intent(out), optional :: summary
-      type(event_list_t), intent(in), optional :: events
-      type(run_t) :: run
-      call run%begin(system, settings, state, plan, status)
-      if (present(events) .and. status%ok()) call run%expect(events, system, status)
-      if (status%ok()) call find_steps_asking(run, whom, failure, system, status)
-      if (status%ok()) call run%go(system, status, observer)
-      plan%goal%local_tolerance = run%plan%goal%local_tolerance
-      call conclude_run(run%progress_t, state, summary)
-   end subroutine integrate_asking
 
    !> Finds the steps of a run that has begun, as its `find_steps` does, and asks in trial runs. Errors: those of pilot
    !> runs and of callbacks, and `NUTATE_STOPPED`.

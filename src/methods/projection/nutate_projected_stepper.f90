@@ -33,7 +33,6 @@ module nutate_projected_stepper
       procedure :: set_up
       procedure :: advance
       procedure :: show
-      procedure :: keep_steps
       procedure :: mark_step
       procedure :: state_at
       procedure :: transfer
@@ -113,13 +112,6 @@ contains
       type(state_t), intent(inout) :: state
       call self%projection%show(system, state)
    end subroutine show
-
-   !> The starts of steps are kept where they are taken again: without the projection.
-   recursive subroutine keep_steps(self)
-      class(projected_stepper_t), intent(inout) :: self
-      call self%base%keep_steps()
-      self%keeps_steps = .true.
-   end subroutine keep_steps
 
    !> Sets the start of a step.
    recursive subroutine mark_step(self, state, dt, window_time)
