@@ -16,9 +16,9 @@ module nutate_cost_csv
 
    public :: cost_csv_t
 
-   character(len=*), parameter :: header = 'method,order,formulation,time_step,steps,cut_steps,samples,wall_time,'// &
-                                           'ns_per_step,iterations,attitude_error,reference_error,momentum_error,'// &
-                                           'energy_error,norm_error'
+   character(len=*), parameter :: header = 'method,order,formulation,time_step,steps,subdivided_steps,samples,'// &
+                                           'wall_time,ns_per_step,iterations,attitude_error,reference_error,'// &
+                                           'momentum_error,energy_error,norm_error'
 
    !> A CSV file under way.
    type :: cost_csv_t
@@ -104,8 +104,8 @@ contains
          line = trim(family_of(method))//','//count_text(int(method%order, long))//','//trim(method%formulation)
       end associate
       line = line//field(decimal, point%time_step)//','//count_text(point%steps)//','// &
-             count_text(point%cut_steps)//','//count_text(int(point%samples, long))//field(decimal, point%seconds)// &
-             field(decimal, point%nanoseconds())//field(decimal, point%iterations)
+             count_text(point%subdivided_steps)//','//count_text(int(point%samples, long))// &
+             field(decimal, point%seconds)//field(decimal, point%nanoseconds())//field(decimal, point%iterations)
       if (reference%known()) then
          line = line//field(decimal, point%attitude_error)//field(decimal, reference%uncertainty)
       else

@@ -65,7 +65,7 @@ contains
       call conserved_momentum(study%problem%system%effects, components, axis)
       call table%add_column('time_step', '/ s', digits=5)
       call table%add_column('steps', digits=1)
-      call table%add_column('cut', digits=1)
+      call table%add_column('subdivided', digits=1)
       call table%add_column('time', '/ ms', digits=3)
       call table%add_column('step', '/ ns', digits=3)
       call table%add_column('Newton', digits=3)
@@ -135,8 +135,8 @@ contains
       call table%add_row()
       call table%put(point%time_step)
       call table%put(count_text(point%steps))
-      if (point%cut_steps > 0) then
-         call table%put(count_text(point%cut_steps))
+      if (point%subdivided_steps > 0) then
+         call table%put(count_text(point%subdivided_steps))
       else
          call table%put('')
       end if

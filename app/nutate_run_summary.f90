@@ -66,8 +66,9 @@ contains
       else
          call page%item('steps', count_text(run%summary%steps)//' of '//rounded_text(scene%plan%time_step)// &
                         ' s, to t = '//rounded_text(run%state%t)//' s')
-         if (run%summary%cut_steps > 0) call page%item('cut steps', count_text(run%summary%cut_steps)//', '// &
-                                                   count_text(run%summary%parts)//' steps and parts in all')
+         if (run%summary%subdivided_steps > 0) &
+            call page%item('subdivided steps', count_text(run%summary%subdivided_steps)//', '// &
+                           count_text(run%summary%parts)//' steps and parts in all')
       end if
       if (run%summary%uncertified_steps > 0) &
          call page%item('not certified', count_text(run%summary%uncertified_steps)// &
@@ -86,7 +87,7 @@ contains
       type(run_plan_t), intent(in) :: plan
       type(run_t), intent(in) :: run
       call page%item('steps', count_text(run%summary%steps)//' adaptive, to t = '// &
-                     rounded_text(run%state%t)//' s; '//count_text(run%summary%cut_steps)//' rejected')
+                     rounded_text(run%state%t)//' s; '//count_text(run%summary%subdivided_steps)//' rejected')
       if (plan%goal%accuracy > 0.0_wp) then
          call add_error(page, plan%goal%accuracy, run)
       else

@@ -9,10 +9,10 @@ program f77_stepping
    interface
       subroutine nunone()
       end subroutine nunone
-      subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, info)
+      subroutine nuinit(aj, aj0, h, cm, g, d, dn, iform, iorder, icall, work, lwork, info)
          import :: wp
          implicit none
-         integer, intent(in) :: isolv, iorder, icall, lwork
+         integer, intent(in) :: iform, iorder, icall, lwork
          real(wp), intent(in) :: aj(3, 3), aj0, h(3), cm(3), g(3), d(3), dn(3)
          real(wp), intent(inout) :: work(lwork)
          integer, intent(out) :: info

@@ -125,7 +125,7 @@ contains
          one%seconds(k) = outcome%seconds
          one%error(k) = huge(1.0_wp)
          one%steps(k) = int(outcome%summary%parts)
-         if (status%ok() .and. 10*outcome%summary%cut_steps <= outcome%summary%steps) &
+         if (status%ok() .and. 10*outcome%summary%subdivided_steps <= outcome%summary%steps) &
             one%error(k) = attitude_distance(outcome%state%q, exact)
       end if
       one%seconds(k) = min(one%seconds(k), outcome%seconds)

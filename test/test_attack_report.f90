@@ -82,7 +82,7 @@ contains
       end associate
    end subroutine repeat_case
 
-   !> The case as a scene file, which starts at t = 0; there windows of torques cut steps.
+   !> The case as a scene file, which starts at t = 0; there windows of torques shorten steps.
    subroutine write_scene(item)
       type(attack_case_t), intent(in) :: item
       real(wp) :: tensor(3, 3)

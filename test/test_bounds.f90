@@ -137,13 +137,13 @@ contains
    !> With bounds of both, of one, and of none; by both solvers: the same bits and the same counts.
    subroutine all_ways_prove_alike(error)
       type(error_type), allocatable, intent(out) :: error
-      integer :: isolv, given, counts(3)
+      integer :: iform, given, counts(3)
       real(wp) :: ends(8, 3)
-      do isolv = 1, 2
+      do iform = 1, 2
          do given = 0, 3
-            call take_library(isolv, given, ends(:, 1), counts(1))
-            call take_f77(isolv, given, ends(:, 2), counts(2))
-            call take_c(isolv, given, ends(:, 3), counts(3))
+            call take_library(iform, given, ends(:, 1), counts(1))
+            call take_f77(iform, given, ends(:, 2), counts(2))
+            call take_c(iform, given, ends(:, 3), counts(3))
             call check(error, counts(1), merge(0, steps, given == 3), 'Fortran')
             call check(error, counts(2), counts(1), 'F77')
             call check(error, counts(3), counts(1), 'C')
@@ -154,15 +154,15 @@ contains
    end subroutine all_ways_prove_alike
 
    !> `given`: 1 counts for bounds of the potential, 2 of the torque.
-   subroutine take_library(isolv, given, end, uncertified)
-      integer, intent(in) :: isolv, given
+   subroutine take_library(iform, given, end, uncertified)
+      integer, intent(in) :: iform, given
       real(wp), intent(out) :: end(8)
       integer, intent(out) :: uncertified
       type(twin_t) :: twin
       type(state_t) :: state
       type(row_keeper_t) :: keeper
       type(status_t) :: status
-      twin = forced_twin(isolv, 4, friction=0.0_wp)
+      twin = forced_twin(iform, 4, friction=0.0_wp)
       associate (effects => twin%problem%system%effects, u => spring_bounds, tau => motor_bounds)
          if (mod(given, 2) == 1) call effects%bound_potential(u(1), u(2), u(3), status)
          if (given > 1) call effects%bound_torque(tau(1), tau(2), tau(3), tau(4), status)
@@ -172,14 +172,14 @@ contains
       end = [state%q, state%p]
    end subroutine take_library
 
-   subroutine take_f77(isolv, given, end, uncertified)
-      integer, intent(in) :: isolv, given
+   subroutine take_f77(iform, given, end, uncertified)
+      integer, intent(in) :: iform, given
       real(wp), intent(out) :: end(8)
       integer, intent(out) :: uncertified
       real(wp) :: work(most), t, q(4), p(4)
       integer :: info(5)
       info = 0
-      call start(forced_twin(isolv, 4, friction=0.0_wp), work, most, t, q, p, info(1))
+      call start(forced_twin(iform, 4, friction=0.0_wp), work, most, t, q, p, info(1))
       associate (u => spring_bounds, tau => motor_bounds)
          if (mod(given, 2) == 1) call nubpot(u(1), u(2), u(3), work, most, info(2))
          if (given > 1) call nubtor(tau(1), tau(2), tau(3), tau(4), work, most, info(3))
@@ -190,15 +190,15 @@ contains
       end = [q, p]
    end subroutine take_f77
 
-   subroutine take_c(isolv, given, end, uncertified)
-      integer, intent(in) :: isolv, given
+   subroutine take_c(iform, given, end, uncertified)
+      integer, intent(in) :: iform, given
       real(wp), intent(out) :: end(8)
       integer, intent(out) :: uncertified
       type(twin_t) :: twin
       type(c_ptr), target :: system, stepper
       integer(c_int) :: codes(16)
       integer(c_int64_t) :: n
-      twin = forced_twin(isolv, 4, friction=0.0_wp)
+      twin = forced_twin(iform, 4, friction=0.0_wp)
       codes = NUTATE_OK
       n = -1
       associate (j => twin%aj, u => spring_bounds, tau => motor_bounds)
@@ -213,7 +213,7 @@ contains
          if (given > 1) codes(7) = nutate_system_bound_torque(system, tau(1), tau(2), tau(3), tau(4))
       end associate
       codes(8) = nutate_stepper_create(system, c_loc(stepper), c_null_ptr, 0_c_size_t)
-      codes(9) = set(stepper, 'formulation', trim(merge('reduced', 'full   ', isolv == 1)))
+      codes(9) = set(stepper, 'formulation', trim(merge('reduced', 'full   ', iform == 1)))
       codes(10) = set(stepper, 'order', '4')
       associate (first => twin%problem%start)
          codes(11) = nutate_stepper_set_canonical(stepper, first%t, first%q, first%p)

@@ -247,7 +247,7 @@ contains
             call check(error, status%ok(), trim(status%message))
             call check(error, guard%rows > summary%steps/30 .and. guard%rows > 80, "no rows between steps")
             call check_guard(error, guard)
-            rejected = rejected + int(summary%cut_steps)
+            rejected = rejected + int(summary%subdivided_steps)
          end do
       end do
       call check(error, rejected > 10, "no tries were rejected")

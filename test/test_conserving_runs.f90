@@ -102,7 +102,8 @@ contains
       state = problem%start
       call integrate(problem%system, stepper, state, &
                      run_plan_t(time_step=dt, end_time=state%t + n*dt, every=every), status, guard, summary)
-      call check(error, status%ok() .and. summary%cut_steps == 0, trim(method)//' cut: '//trim(status%message))
+      call check(error, status%ok() .and. summary%subdivided_steps == 0, &
+                 trim(method)//' subdivided: '//trim(status%message))
       call check_guard(error, guard)
    end subroutine check_run
 

@@ -132,7 +132,7 @@ contains
          state = problem%start
          call integrate(problem%system, default_settings('rk8'), state, &
                         run_plan_t(end_time=end_time, goal=run_goal_t(accuracy=accuracies(i))), status, summary=summary)
-         call check(error, status%ok() .and. summary%cut_steps == 0, trim(status%message))
+         call check(error, status%ok() .and. summary%subdivided_steps == 0, trim(status%message))
          call check_below(error, summary%estimate, accuracies(i), "said")
          call check_below(error, attitude_distance(state%q, reference%q), summary%estimate, "error")
       end do

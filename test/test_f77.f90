@@ -51,10 +51,10 @@ contains
       type(state_t) :: state
       type(status_t) :: status
       real(wp) :: work(most), t, q(4), p(4), e(3), al(3, 2), c(2), jacobi(2)
-      integer :: info, i, isolv
-      do isolv = 1, 2
+      integer :: info, i, iform
+      do iform = 1, 2
          do i = 1, 2
-            twin = forced_twin(isolv, merge(4, 2, i == 1))
+            twin = forced_twin(iform, merge(4, 2, i == 1))
             if (i == 2) call leave_potential(twin)
             call twin%problem%system%effects%add(rotating_frame_t(rate=w))
             call run_library(twin, dt, 30, 30, state, keeper, status)
@@ -131,30 +131,30 @@ contains
 
    subroutine box_has_the_digits(error)
       type(error_type), allocatable, intent(out) :: error
-      integer :: isolv, iorder
-      do isolv = 1, 2
+      integer :: iform, iorder
+      do iform = 1, 2
          do iorder = 2, 8, 2
-            call compare(error, twin_of(box(), isolv, iorder), 0.01_wp, 150, 150)
+            call compare(error, twin_of(box(), iform, iorder), 0.01_wp, 150, 150)
          end do
       end do
    end subroutine box_has_the_digits
 
    subroutine top_has_the_digits(error)
       type(error_type), allocatable, intent(out) :: error
-      integer :: isolv, iorder
-      do isolv = 1, 2
+      integer :: iform, iorder
+      do iform = 1, 2
          do iorder = 2, 8, 2
-            call compare(error, top_twin(isolv, iorder), 2e-3_wp, 100, 100)
+            call compare(error, top_twin(iform, iorder), 2e-3_wp, 100, 100)
          end do
       end do
    end subroutine top_has_the_digits
 
    subroutine forced_has_the_digits(error)
       type(error_type), allocatable, intent(out) :: error
-      integer :: isolv, iorder
-      do isolv = 1, 2
+      integer :: iform, iorder
+      do iform = 1, 2
          do iorder = 2, 8, 2
-            call compare(error, forced_twin(isolv, iorder), 0.013_wp, 100, 100)
+            call compare(error, forced_twin(iform, iorder), 0.013_wp, 100, 100)
          end do
       end do
    end subroutine forced_has_the_digits
@@ -170,13 +170,13 @@ contains
 
    subroutine one_by_one_is_all_at_once(error)
       type(error_type), allocatable, intent(out) :: error
-      integer :: isolv, iorder
-      do isolv = 1, 2
+      integer :: iform, iorder
+      do iform = 1, 2
          do iorder = 2, 4, 2
-            call compare(error, twin_of(box(), isolv, iorder), 0.01_wp, 150, 1)
-            call compare(error, top_twin(isolv, iorder), 2e-3_wp, 100, 1)
-            call compare(error, forced_twin(isolv, iorder), 0.013_wp, 100, 1)
-            call compare(error, forced_twin(isolv, iorder), -0.013_wp, 100, 13)
+            call compare(error, twin_of(box(), iform, iorder), 0.01_wp, 150, 1)
+            call compare(error, top_twin(iform, iorder), 2e-3_wp, 100, 1)
+            call compare(error, forced_twin(iform, iorder), 0.013_wp, 100, 1)
+            call compare(error, forced_twin(iform, iorder), -0.013_wp, 100, 13)
          end do
       end do
    end subroutine one_by_one_is_all_at_once
@@ -255,9 +255,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(twin_t) :: twin
       real(wp) :: work(most), fresh(most), t(2), q(4, 2), p(4, 2)
-      integer :: info, isolv
-      do isolv = 1, 2
-         twin = forced_twin(isolv, 2)
+      integer :: info, iform
+      do iform = 1, 2
+         twin = forced_twin(iform, 2)
          call start(twin, work, most, t(1), q(:, 1), p(:, 1), info)
          call start(twin, fresh, most, t(2), q(:, 2), p(:, 2), info)
          call nustep(20, 0.01_wp, t(1), q(:, 1), p(:, 1), potspr, tormot, iuser, plain, work, most, info)
@@ -304,9 +304,9 @@ contains
       type(twin_t) :: twin
       real(wp) :: work(most), copy(most), t, q(4), p(4), rows(12, 9)
       character(len=72) :: text
-      integer :: info, isolv, nrows
-      do isolv = 1, 2
-         twin = top_twin(isolv, 2)
+      integer :: info, iform, nrows
+      do iform = 1, 2
+         twin = top_twin(iform, 2)
          call start(twin, work, most, t, q, p, info)
          copy = work
          call nustep(3, 1e3_wp, t, q, p, potspr, tormot, iuser, plain, work, most, info)
@@ -324,13 +324,13 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(twin_t) :: twin
       real(wp) :: work(most), copy(most), t, q(4), p(4), ruser(7), e(3), al(3, 2), c(2), bad(2)
-      integer :: info, isolv, i
+      integer :: info, iform, i
       bad = [ieee_value(0.0_wp, ieee_quiet_nan), ieee_value(0.0_wp, ieee_positive_inf)]
       ruser = plain
-      do isolv = 1, 2
+      do iform = 1, 2
          do i = 1, 2
             ruser(7) = bad(i)
-            twin = forced_twin(isolv, 2*i)
+            twin = forced_twin(iform, 2*i)
             call start(twin, work, most, t, q, p, info)
             copy = work
             call nustep(20, 0.01_wp, t, q, p, potspr, tornan, iuser, ruser, work, most, info)

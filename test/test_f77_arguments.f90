@@ -28,10 +28,10 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(twin_t) :: twin, empty
       real(wp) :: work(most), t, q(4), p(4)
-      integer :: info, isolv, iorder, n
-      do isolv = 1, 2
+      integer :: info, iform, iorder, n
+      do iform = 1, 2
          do iorder = 2, 8, 2
-            twin = top_twin(isolv, iorder)
+            twin = top_twin(iform, iorder)
             call start(twin, work, -1, t, q, p, info)
             n = nint(work(1))
             call check(error, info == 0 .and. n > 100 .and. n < most)
@@ -75,7 +75,7 @@ contains
          case (5); twin%g(2) = nan
          case (6); twin%d(3) = 1e200_wp
          case (7); twin%dn(1) = nan
-         case (8); twin%isolv = 3
+         case (8); twin%iform = 3
          case (9); twin%iorder = 3
          case (10); twin%icall = 4
          case (11); twin%aj(3, 3) = -1.0_wp
@@ -85,7 +85,7 @@ contains
          case (15)
             twin%dn = 0.0_wp
             twin%icall = 1
-         case (16); twin%isolv = 0
+         case (16); twin%iform = 0
          case default; twin%icall = -1
          end select
          call start(twin, work, most, t, q, p, info)

@@ -29,7 +29,7 @@ module test_f77_routines
    end interface
 
    interface
-      subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, info)
+      subroutine nuinit(aj, aj0, h, cm, g, d, dn, iform, iorder, icall, work, lwork, info)
          import :: wp
          implicit none
          real(wp), intent(in) :: aj(3, 3)
@@ -39,7 +39,7 @@ module test_f77_routines
          real(wp), intent(in) :: g(3)
          real(wp), intent(in) :: d(3)
          real(wp), intent(in) :: dn(3)
-         integer, intent(in) :: isolv
+         integer, intent(in) :: iform
          integer, intent(in) :: iorder
          integer, intent(in) :: icall
          real(wp), intent(inout) :: work(*)

@@ -40,7 +40,7 @@ module test_f77_twins
       type(integrator_settings_t) :: settings
       real(wp) :: aj(3, 3) = 0.0_wp, aj0 = 0.0_wp, h(3) = 0.0_wp, cm(3) = 0.0_wp, g(3) = 0.0_wp, d(3) = 0.0_wp
       real(wp) :: dn(3) = [0.0_wp, 0.0_wp, 1.0_wp]
-      integer :: isolv = 1, iorder = 2, icall = 0
+      integer :: iform = 1, iorder = 2, icall = 0
    end type twin_t
 
    !> Keeps the rows of a run.
@@ -92,28 +92,28 @@ contains
    end subroutine keep_row
 
    !> A problem with the given solver, 1 reduced or 2 LAPACK.
-   type(twin_t) function twin_of(problem, isolv, iorder) result(twin)
+   type(twin_t) function twin_of(problem, iform, iorder) result(twin)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: isolv, iorder
+      integer, intent(in) :: iform, iorder
       twin%problem = problem
-      twin%isolv = isolv
+      twin%iform = iform
       twin%iorder = iorder
       twin%settings%order = iorder
-      if (isolv == 1) twin%settings%formulation = 'reduced'
+      if (iform == 1) twin%settings%formulation = 'reduced'
       twin%aj = problem%system%body%inertia
       twin%cm = problem%system%body%mass*problem%system%body%center_of_mass
    end function twin_of
 
    !> Brüls' heavy top.
-   type(twin_t) function top_twin(isolv, iorder) result(twin)
-      integer, intent(in) :: isolv, iorder
-      twin = twin_of(bruls_top(), isolv, iorder)
+   type(twin_t) function top_twin(iform, iorder) result(twin)
+      integer, intent(in) :: iform, iorder
+      twin = twin_of(bruls_top(), iform, iorder)
       twin%g = [0.0_wp, 0.0_wp, -9.81_wp]
    end function top_twin
 
    !> A full tensor with a rotor under a potential, damping and a torque that depends on time.
-   type(twin_t) function forced_twin(isolv, iorder, friction) result(twin)
-      integer, intent(in) :: isolv, iorder
+   type(twin_t) function forced_twin(iform, iorder, friction) result(twin)
+      integer, intent(in) :: iform, iorder
       !> Of the motor, N m s; by default that of `plain`.
       real(wp), intent(in), optional :: friction
       type(problem_t) :: problem
@@ -123,7 +123,7 @@ contains
       resistance = plain(5)
       if (present(friction)) resistance = friction
       problem = forced_body()
-      twin = twin_of(problem, isolv, iorder)
+      twin = twin_of(problem, iform, iorder)
       twin%cm = 0.0_wp
       twin%h = [1.0_wp, 2.0_wp, -1.0_wp]
       twin%d = [0.01_wp, 0.02_wp, 0.03_wp]
@@ -153,7 +153,7 @@ contains
       real(wp), intent(out) :: t, q(4), p(4)
       integer, intent(out) :: info
       work = 0.0_wp
-      call nuinit(twin%aj, twin%aj0, twin%h, twin%cm, twin%g, twin%d, twin%dn, twin%isolv, twin%iorder, twin%icall, &
+      call nuinit(twin%aj, twin%aj0, twin%h, twin%cm, twin%g, twin%d, twin%dn, twin%iform, twin%iorder, twin%icall, &
                   work, lwork, info)
       t = twin%problem%start%t
       q = twin%problem%start%q

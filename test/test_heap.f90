@@ -41,7 +41,7 @@ contains
       type(unittest_type), allocatable, intent(out) :: testsuite(:)
       testsuite = [ &
                   new_unittest("fixed steps allocate nothing", fixed_steps_allocate_nothing), &
-                  new_unittest("steps subdivided allocate nothing", cut_steps_allocate_nothing), &
+                  new_unittest("steps subdivided allocate nothing", subdivided_steps_allocate_nothing), &
                   new_unittest("controlled steps allocate nothing", controlled_steps_allocate_nothing), &
                   new_unittest("without attitude nothing is allocated", no_attitude_allocates_nothing)]
    end subroutine collect_heap
@@ -63,10 +63,10 @@ contains
    end subroutine fixed_steps_allocate_nothing
 
    !> Steps of about 5 rad, which the conserving method does not take in one piece.
-   subroutine cut_steps_allocate_nothing(error)
+   subroutine subdivided_steps_allocate_nothing(error)
       type(error_type), allocatable, intent(out) :: error
       call try_every_scene(error, 60.0_wp, .false.)
-   end subroutine cut_steps_allocate_nothing
+   end subroutine subdivided_steps_allocate_nothing
 
    subroutine controlled_steps_allocate_nothing(error)
       type(error_type), allocatable, intent(out) :: error

@@ -87,7 +87,7 @@ contains
                call integrate(problem%system, settings_of(methods(k)), state, run_plan_t( &
                               goal=run_goal_t(local_tolerance=10.0_wp**(-exponent)), end_time=end_time, &
                               max_steps=1000000_long), status, summary=summary)
-               tried = summary%steps + summary%cut_steps
+               tried = summary%steps + summary%subdivided_steps
                residual = abs(total_energy(problem%system, state) - total_energy(problem%system, problem%start) - &
                               sum(summary%work))/(eps*energy_scale(problem))
                write (label, '(a,", motion ",i0,", 1e-",i0,": ",i0," steps, account ",f0.1," eps")') &
@@ -208,7 +208,7 @@ contains
             call integrate(problem%system, settings_of(trim(explicit(k))), state, run_plan_t( &
                            goal=run_goal_t(local_tolerance=tolerances(i)), end_time=600.0_wp, max_steps=200000_long), &
                            status, summary=summary)
-            tried = summary%steps + summary%cut_steps
+            tried = summary%steps + summary%subdivided_steps
             write (label, '(a,", ",es8.1,": ",i0," steps")') trim(explicit(k)), tolerances(i), tried
             call check(error, status%ok() .and. real(tried, wp) <= limit, trim(label)//' '//trim(status%message))
             if (allocated(error)) return

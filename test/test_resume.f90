@@ -25,8 +25,8 @@ module test_resume
       integer :: rows_kept = 0
       !> Ask for an archive, and end the run, at the poll of this number; 0: never.
       integer :: stops_at = 0, polls = 0
-      !> Steps that had to be cut.
-      integer(long) :: cut_steps = 0
+      !> Steps that had to be subdivided.
+      integer(long) :: subdivided_steps = 0
    contains
       procedure :: observe => record_row
       procedure :: poll => count_poll
@@ -50,7 +50,7 @@ contains
                   new_unittest("so they do without attitude", steppers_go_on_without_attitude), &
                   new_unittest("runs of all methods go on bit for bit", runs_go_on), &
                   new_unittest("so they do with windows of torques", runs_go_on_with_windows), &
-                  new_unittest("so they do with cut steps", runs_go_on_with_cut_steps), &
+                  new_unittest("so they do with subdivided steps", runs_go_on_with_subdivided_steps), &
                   new_unittest("controlled runs of all methods go on bit for bit", controlled_runs_go_on), &
                   new_unittest("so they do with rows at intervals, backwards", controlled_runs_go_on_with_intervals), &
                   new_unittest("a poll can ask for an archive and stop", a_poll_can_ask_and_stop), &
@@ -235,7 +235,7 @@ contains
       end if
       if (status%ok()) call a_run%go(problem%system, status, recorder)
       outcome = outcome_of(a_run)
-      recorder%cut_steps = a_run%summary%cut_steps
+      recorder%subdivided_steps = a_run%summary%subdivided_steps
    end subroutine run
 
    !> The bytes of the last state of a run and of its summary.
@@ -358,7 +358,7 @@ contains
    end subroutine runs_go_on_with_windows
 
    !> The box with steps that it cannot follow.
-   subroutine runs_go_on_with_cut_steps(error)
+   subroutine runs_go_on_with_subdivided_steps(error)
       type(error_type), allocatable, intent(out) :: error
       type(run_plan_t), parameter :: plan = run_plan_t(time_step=0.6_wp, end_time=12.0_wp)
       type(recorder_t) :: recorder
@@ -368,11 +368,11 @@ contains
       do m = 1, size(methods)
          if (methods(m)%name /= 'nielsen_krenk') cycle
          call run(box(), settings_of(methods(m)), plan, recorder, outcome, status)
-         call check(error, recorder%cut_steps > 0, trim(methods(m)%equations)//": no step is cut")
+         call check(error, recorder%subdivided_steps > 0, trim(methods(m)%equations)//": no step is subdivided")
          call check_run(error, box(), settings_of(methods(m)), plan, [1, 2, 3, 7, 12, 19], trim(methods(m)%equations))
          call check_stops(error, box(), settings_of(methods(m)), plan, [1, 2, 3, 7], trim(methods(m)%equations))
       end do
-   end subroutine runs_go_on_with_cut_steps
+   end subroutine runs_go_on_with_subdivided_steps
 
    subroutine controlled_runs_go_on(error)
       type(error_type), allocatable, intent(out) :: error

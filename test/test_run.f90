@@ -1,4 +1,4 @@
-!> Runs: they end where they should, show the rows asked for, cut what is too long, and stop with a reason.
+!> Runs: they end where they should, show the rows asked for, subdivide steps that are too long, and stop with a reason.
 module test_run
    use nutate_invariants, only: invariants_t
    use nutate_kinds, only: wp, eps, long
@@ -42,7 +42,7 @@ contains
                   new_unittest("a run is the steps it is made of", run_is_its_steps), &
                   new_unittest("steps keep their length late in time", steps_keep_their_length), &
                   new_unittest("a run goes on where one ended", run_goes_on), &
-                  new_unittest("steps too long are cut, invariants hold", long_steps_are_cut), &
+                  new_unittest("steps too long are subdivided, invariants hold", long_steps_are_subdivided), &
                   new_unittest("a step limit ends the run", step_limit_ends_the_run), &
                   new_unittest("an observer can end the run", observer_can_end_the_run), &
                   new_unittest("a step away from the end is refused", wrong_direction_is_refused)]
@@ -105,7 +105,7 @@ contains
       integer :: k
       call run(box(), run_plan_t(time_step=0.01_wp, end_time=10.0_wp), recorder, state, summary, status)
       call check_close(error, recorder%times(1:1001), [(k*0.01_wp, k=0, 1000)], 0.0_wp, "t")
-      call check(error, summary%steps == 1000 .and. summary%parts == 1000 .and. summary%cut_steps == 0, "steps")
+      call check(error, summary%steps == 1000 .and. summary%parts == 1000 .and. summary%subdivided_steps == 0, "steps")
    end subroutine times_are_multiples_of_the_step
 
    subroutine last_step_ends_at_the_end(error)
@@ -167,7 +167,7 @@ contains
    end subroutine run_is_its_steps
 
    !> Δt|Ω| = 5 from the box's unstable axis: more than one piece can follow in many steps.
-   subroutine long_steps_are_cut(error)
+   subroutine long_steps_are_subdivided(error)
       type(error_type), allocatable, intent(out) :: error
       type(recorder_t) :: recorder
       type(run_summary_t) :: summary
@@ -175,11 +175,12 @@ contains
       type(status_t) :: status
       call run(box(), run_plan_t(time_step=0.5_wp, end_time=50.0_wp), recorder, state, summary, status)
       call check(error, status%ok(), trim(status%message))
-      call check(error, summary%cut_steps > 0 .and. summary%parts > summary%steps .and. summary%steps == 100, "cuts")
+      call check(error, summary%subdivided_steps > 0 .and. summary%parts > summary%steps .and. &
+                 summary%steps == 100, "subdivided")
       call check(error, recorder%rows, 101)
       call check_below(error, recorder%invariants%energy_error(), 1e-13_wp, "energy")
       call check_below(error, recorder%invariants%momentum_error(), 1e-13_wp, "momentum")
-   end subroutine long_steps_are_cut
+   end subroutine long_steps_are_subdivided
 
    !> Where the ends of a step are uncertain by more than a billionth of it.
    subroutine steps_keep_their_length(error)

@@ -46,8 +46,8 @@ module test_stability_case
 
    !> What came out of a case in one way.
    type :: record_t
-      !> Nominal steps, and those that were cut.
-      integer(long) :: steps = 0, cut_steps = 0
+      !> Nominal steps, and those that were subdivided.
+      integer(long) :: steps = 0, subdivided_steps = 0
       !> Largest errors: energy residual over the largest T + |V|, momentum over the largest |l|, |qᵀq - 1|.
       real(wp) :: energy = 0.0_wp, momentum = 0.0_wp, norm = 0.0_wp
       !> A run ended before its time; the code of its status.
@@ -173,7 +173,7 @@ contains
       class(record_t), intent(inout) :: self
       type(record_t), intent(in) :: part
       self%steps = self%steps + part%steps
-      self%cut_steps = self%cut_steps + part%cut_steps
+      self%subdivided_steps = self%subdivided_steps + part%subdivided_steps
       self%energy = max(self%energy, part%energy)
       self%momentum = max(self%momentum, part%momentum)
       self%norm = max(self%norm, part%norm)

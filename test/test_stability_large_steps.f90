@@ -19,7 +19,7 @@ module test_stability_large_steps
 
    public :: collect_stability_large_steps, large_step_cases
 
-   !> Δt|Ω| of the start: short steps, which follow the motion; long ones, which may need cuts; one that is hopeless.
+   !> Δt|Ω| of the start: short steps, which follow the motion; long ones, perhaps subdivided; one that is hopeless.
    real(wp), parameter :: short_steps(9) = [1e-9_wp, 1e-7_wp, 1e-5_wp, 1e-4_wp, 1e-3_wp, 1e-2_wp, 0.1_wp, 0.3_wp, &
                                             1.0_wp]
    real(wp), parameter :: long_steps(6) = [2.0_wp, 3.0_wp, 5.0_wp, 10.0_wp, 30.0_wp, 100.0_wp]
@@ -135,25 +135,25 @@ contains
       logical, intent(in) :: costly
       type(record_t), intent(inout) :: record
       type(record_t) :: trial
-      real(wp) :: rate, first_cut
+      real(wp) :: rate, first_length
       integer(long) :: n
       integer :: i
       rate = norm2(angular_velocity(problem%system, problem%start))
       do i = 1, size(short_steps)
          call follow_closely(problem, way, short_steps(i)/rate, merge(1000_long, 10_long, whole), record)
       end do
-      call record%require(record%cut_steps == 0, 'a step of 1 rad and less was cut')
-      first_cut = 0.0_wp
+      call record%require(record%subdivided_steps == 0, 'a step of 1 rad and less was subdivided')
+      first_length = 0.0_wp
       n = merge(50_long, merge(1_long, 5_long, costly), whole)
       do i = 1, merge(4, size(long_steps), costly .and. .not. whole)
          trial = record_t()
          call keep_to_branch(problem, way, long_steps(i)/rate, n, trial)
          call trial%require(.not. trial%refused, 'Δt|Ω| = '//number_text(long_steps(i))//': '//trim(trial%outcome))
-         if (trial%cut_steps > 0 .and. first_cut <= 0.0_wp) first_cut = long_steps(i)
+         if (trial%subdivided_steps > 0 .and. first_length <= 0.0_wp) first_length = long_steps(i)
          call record%absorb(trial)
       end do
       call record%require_invariants(bound)
-      call record%require(first_cut > 0.0_wp, 'a step of 100 rad was not cut')
+      call record%require(first_length > 0.0_wp, 'a step of 100 rad was not subdivided')
       trial = record_t()
       call follow(problem, way, hopeless/rate, 1_long, trial)
       call trial%require(trial%refused .and. trial%outcome /= '' .and. &
@@ -161,7 +161,7 @@ contains
                         'a hopeless step was not refused')
       call record%require(trial%passed, trim(trial%message))
       record%outcome = 'at 1e6 '//trial%outcome
-      call record%show('first subdivided at Δt|Ω|', first_cut)
+      call record%show('first subdivided at Δt|Ω|', first_length)
    end subroutine run_all_lengths
 
    !> Steps short enough to follow the motion: near the solution of an explicit method of order 8, and not still.

@@ -95,7 +95,7 @@ contains
       end do
    end function growth
 
-   !> Takes `n` nominal steps, cut where need be, and puts into the record what came of it: steps, errors, and on
+   !> Takes `n` nominal steps, subdivided where need be, and puts into the record what came of it: steps, errors, and on
    !> refusal its time and reason. A state that is not finite, or did not come to its time, fails the case.
    subroutine follow(problem, way, dt, n, record, state, meter, every, stepper)
       type(problem_t), intent(in) :: problem
@@ -155,7 +155,7 @@ contains
       state = problem%start
       call integrate(problem%system, stepper, state, plan, status, meter, summary)
       part%steps = summary%steps
-      part%cut_steps = summary%cut_steps
+      part%subdivided_steps = summary%subdivided_steps
       part%energy = meter%invariants%energy_error()
       part%momentum = meter%invariants%momentum_error()
       part%norm = meter%invariants%norm_error

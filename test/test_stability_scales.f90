@@ -31,7 +31,7 @@ module test_stability_scales
    public :: collect_stability_scales, scales_cases
 
    real(wp), parameter :: identity(4) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
-   !> Ways to choose the steps: one that suits the motion, one that must be cut, one by its error.
+   !> Ways to choose the steps: one that suits the motion, one that must be subdivided, one by its error.
    integer, parameter :: SUITABLE = 1, LONG_STEPS = 2, CONTROLLED = 3
 
    !> Units of length, mass and time, in m, kg, s.
@@ -120,7 +120,7 @@ contains
       ! 1.85 debye in 1 V/nm, of the order of the kinetic energy.
       call problem%system%effects%add(dipole_t([6.17e-30_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1e9_wp]))
       call follow(problem, way, 1e-14_wp, merge(1000000_long, 1000_long, whole), record)
-      call record%require(.not. record%refused .and. record%cut_steps == 0, trim(record%outcome))
+      call record%require(.not. record%refused .and. record%subdivided_steps == 0, trim(record%outcome))
       call record%require_invariants(1e-11_wp)
    end subroutine run_water
 
@@ -139,7 +139,7 @@ contains
       call compare_free(problem, way, 1800.0_wp, merge(100000_long, 500_long, whole), record)
       call problem%system%effects%add(gravity_gradient_t(problem%system%body, [0.9_wp, 0.0_wp, 0.4_wp], 8.6e-14_wp))
       call follow(problem, way, 1800.0_wp, merge(1000000_long, 1000_long, whole), record)
-      call record%require(.not. record%refused .and. record%cut_steps == 0, trim(record%outcome))
+      call record%require(.not. record%refused .and. record%subdivided_steps == 0, trim(record%outcome))
       call record%require_invariants(1e-11_wp)
    end subroutine run_earth
 
@@ -216,10 +216,11 @@ contains
                                 all(state%p == (u%m*u%l**2/u%t)*reference%p), 'a digit of the state changed')
             call record%require(all(summary%work == (u%m*(u%l/u%t)**2)*expected%work), 'a digit of the work changed')
             call record%require(summary%steps == expected%steps .and. summary%parts == expected%parts .and. &
-                                summary%cut_steps == expected%cut_steps .and. &
+                                summary%subdivided_steps == expected%subdivided_steps .and. &
                                 summary%iterations == expected%iterations, 'other steps or iterations')
          end do
-         if (kind == LONG_STEPS) call record%require(expected%cut_steps > 0, 'the long steps were not cut')
+         if (kind == LONG_STEPS) &
+            call record%require(expected%subdivided_steps > 0, 'the long steps were not subdivided')
       end do
       call record%require_below(max(record%energy, record%norm), 1e-11_wp, 'energy and norm')
       call record%show('units with identical bits', 6.0_wp)
@@ -252,7 +253,7 @@ contains
       call integrate(problem%system, way%settings(problem%system), state, plan, status, meter, summary)
       call record%require(status%ok(), trim(status%message))
       record%steps = record%steps + summary%steps
-      record%cut_steps = record%cut_steps + summary%cut_steps
+      record%subdivided_steps = record%subdivided_steps + summary%subdivided_steps
       record%energy = max(record%energy, meter%invariants%energy_error())
       record%norm = max(record%norm, meter%invariants%norm_error)
    end subroutine run_in_units

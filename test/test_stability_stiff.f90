@@ -143,7 +143,7 @@ contains
          call record%require_below(meter%swing, 1.1_wp*0.1_wp*sqrt(2.5_wp/6e11_wp), 'swing of the axis')
          call record%require_below(meter%rate, 1.1_wp*norm2(omega), 'angular velocity')
       end do
-      call record%require(record%cut_steps == 0, 'a step that suits the motion was cut')
+      call record%require(record%subdivided_steps == 0, 'a step that suits the motion was subdivided')
       ! Released from 0.04 rad it would run at 9600 rad/s.
       call follow(sprung_body(anchor, 1e12_wp, 0.1_wp, [0.0_wp, 0.0_wp, 0.0_wp], 0.02_wp), way, 1e-3_wp, &
                   merge(200_long, 2_long, whole), record)
@@ -163,7 +163,7 @@ contains
       n = merge(100000_long, 1000_long, whole)
       amplitude = 0.1_wp*sqrt(2.5_wp/stiffness)
       call follow(sprung_body(e1, stiffness, 0.0_wp, omega, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
-      call record%require(.not. record%refused .and. record%cut_steps == 0, trim(record%outcome))
+      call record%require(.not. record%refused .and. record%subdivided_steps == 0, trim(record%outcome))
       call record%require_below(meter%swing, 1.1_wp*amplitude, 'swing of the axis')
       call record%require_below(record%energy, 4*eps/amplitude*sqrt(real(n, wp)), 'energy')
       call record%require_below(max(record%momentum, record%norm), 1e-11_wp, 'momentum and norm')
@@ -184,7 +184,7 @@ contains
       real(wp), parameter :: slow(3) = [0.0_wp, 0.0_wp, 0.01_wp]
       type(record_t) :: swings(3)
       real(wp) :: amplitude
-      integer(long) :: n, cuts
+      integer(long) :: n, earlier
       integer :: i
       n = merge(100000_long, 1000_long, whole)
       call follow(sprung_body(aside, 1e6_wp, sqrt(2.0_wp), at_rest, 0.0_wp), way, 0.01_wp, n, record, meter=meter)
@@ -198,7 +198,7 @@ contains
       call record%require_invariants(1e-11_wp)
       ! ℓ - l₀ = s/√2 for a swing by s, which k/2 and J₃ make 630 rad/s: a step is one period.
       amplitude = 0.01_wp*sqrt(2.5_wp/0.5e6_wp)
-      cuts = record%cut_steps
+      earlier = record%subdivided_steps
       ! The rounding of the length walks at random: of three swings the one in the middle counts.
       do i = 1, 3
          meter = blank
@@ -211,7 +211,8 @@ contains
       record = swings(middle_of(swings%energy))
       call record%require_below(record%energy, 16*eps/amplitude*sqrt(real(n, wp)), 'energy about the rest length')
       call record%require(.not. record%refused, trim(record%outcome))
-      if (way%order == 2) call record%require(record%cut_steps == cuts, 'a step that suits the motion was cut')
+      if (way%order == 2) &
+         call record%require(record%subdivided_steps == earlier, 'a step that suits the motion was subdivided')
    end subroutine run_rest
 
    type(problem_t) function damped_body(coefficient, omega) result(problem)

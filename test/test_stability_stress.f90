@@ -107,7 +107,7 @@ contains
          write (error_unit, '(*(a))') trim(item%name), ' (', way_label(ways(i)), '): ', &
             merge('passed', 'FAILED', record%passed), ' ', trim(record%outcome)
          write (output_unit, '(*(a))') group, ',', quoted(item%name), ',', quoted(way_label(ways(i))), ',', &
-            count_text(record%steps), ',', count_text(record%cut_steps), ',', number_text(record%energy), ',', &
+            count_text(record%steps), ',', count_text(record%subdivided_steps), ',', number_text(record%energy), ',', &
             number_text(record%momentum), ',', number_text(record%norm), ',', quoted(record%measure), ',', &
             number_text(record%value), ',', merge('1', '0', record%refused), ',', quoted(record%outcome)
          flush (output_unit)

@@ -368,18 +368,19 @@ contains
       type(tilt_meter_t) :: meter
       type(problem_t) :: problem
       real(wp), parameter :: tilt = 0.5_wp, spin = 1e6_wp
-      integer(long) :: cuts
+      integer(long) :: earlier
       real(wp) :: nutation
       problem = tilted_top(tilt, [0.0_wp, 0.0_wp, spin])
       nutation = 2*mgl*j1*sin(tilt)/(j3*spin)**2
       call follow(problem, way, 1e-6_wp, merge(1000000_long, 3000_long, whole), record, meter=meter)
       call record%require_below(max(meter%most - tilt, tilt - meter%least), 2*nutation + 1e-13_wp, 'nutation')
-      cuts = record%cut_steps
-      call record%require(cuts == 0, 'steps of 1 rad were cut')
+      earlier = record%subdivided_steps
+      call record%require(earlier == 0, 'steps of 1 rad were subdivided')
       call follow(problem, way, 1e-3_wp, merge(100_long, 2_long, whole), record)
-      call record%require(record%cut_steps - cuts == merge(100_long, 2_long, whole), 'steps of 1000 rad were not cut')
+      call record%require(record%subdivided_steps - earlier == merge(100_long, 2_long, whole), &
+                          'steps of 1000 rad were not subdivided')
       call record%require(.not. record%refused, trim(record%outcome))
-      ! The parts that steps of 1000 rad are cut into turn by 3.9 rad, close to the end of the branch, where a root has
+      ! The parts of subdivided steps of 1000 rad turn by 3.9 rad, close to the end of the branch, where a root has
       ! lost a digit: 4e-17 in each of 25 600.
       call record%require_invariants(merge(5e-12_wp, 1e-12_wp, whole))
    end subroutine run_spin
@@ -393,7 +394,7 @@ contains
       real(wp), parameter :: units(4) = [1.0_wp, 1.0_wp, 1.0_wp, 1e-3_wp]
       real(wp) :: coarse, fine, worst
       integer :: i
-      integer(long) :: cuts
+      integer(long) :: earlier
       worst = 0.0_wp
       do i = 1, size(gravities)
          call compare(way, gravities(i), units(i), 0.005_wp, 400_long, record, coarse)
@@ -406,12 +407,12 @@ contains
             call record%require_below(max(coarse, fine), 1e-11_wp, 'attitude')
          end if
       end do
-      call record%require(record%cut_steps == 0 .and. .not. record%refused, 'a short step was cut')
-      ! Steps of 30 rad: to be cut.
-      cuts = record%cut_steps
+      call record%require(record%subdivided_steps == 0 .and. .not. record%refused, 'a short step was subdivided')
+      ! Steps of 30 rad: to be subdivided.
+      earlier = record%subdivided_steps
       call follow(tilted_top(1.0_wp, [1.0_wp, 0.0_wp, 3.0_wp], 1e6_wp*mgl), way, 0.01_wp, &
                   merge(1000_long, 10_long, whole), record)
-      call record%require(record%cut_steps > cuts .and. .not. record%refused, trim(record%outcome))
+      call record%require(record%subdivided_steps > earlier .and. .not. record%refused, trim(record%outcome))
       call record%require_invariants(3e-12_wp)
       call record%show('attitude error, rad', worst)
    end subroutine run_gravity

@@ -203,7 +203,7 @@ contains
          found = attitude_distance(state%q, q)
          call check_below(error, found, 10.0_wp**(-exponent), label)
          call check_below(error, found, 4*summary%estimate + 1e-13_wp, trim(label)//': beyond the estimate')
-         call check(error, summary%cut_steps == 0, trim(label)//': steps in vain')
+         call check(error, summary%subdivided_steps == 0, trim(label)//': steps in vain')
       end do
    end subroutine accuracy_is_met
 

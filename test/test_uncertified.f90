@@ -108,7 +108,7 @@ contains
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 0.5_wp, -0.3_wp])
    end function unbounded
 
-   !> Of ten steps three are marked, the last of these cut; four more are cut that are not marked.
+   !> Of ten steps three are marked, the last of these subdivided; four more are subdivided that are not marked.
    subroutine steps_count_once(error)
       type(error_type), allocatable, intent(out) :: error
       type(problem_t) :: problem
@@ -119,7 +119,7 @@ contains
       call stepper%prepare(problem%system, integrator_settings_t(), status)
       call integrate(problem%system, stepper, problem%start, run_plan_t(time_step=0.1_wp, end_time=1.0_wp), status, &
                      summary=summary)
-      call check(error, status%ok() .and. summary%steps == 10 .and. summary%cut_steps == 4, trim(status%message))
+      call check(error, status%ok() .and. summary%steps == 10 .and. summary%subdivided_steps == 4, trim(status%message))
       call check(error, int(summary%uncertified_steps), 3)
    end subroutine steps_count_once
 

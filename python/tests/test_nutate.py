@@ -96,7 +96,7 @@ class StepperTest(unittest.TestCase):
         self.assertEqual(len(rows), 1 + 4 + 5)
         self.assertEqual(len(rows["total"]), 2)
 
-    def test_angles_keep_the_turns_of_cut_steps(self):
+    def test_angles_keep_the_turns_of_subdivided_steps(self):
         for effects in ((), (lambda t, q, omega: np.zeros(3),)):
             system = nutate.System(moments=(1, 1, 1.5))
             for torque in effects:

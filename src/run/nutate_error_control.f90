@@ -15,7 +15,7 @@ module nutate_error_control
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: add_works, count_step, progress_t, put_works
    use nutate_quaternion, only: attitude_distance, quat_norm
-   use nutate_step_cutting, only: go_inside
+   use nutate_step_subdivision, only: go_inside
    use nutate_step_length, only: step_length_t
    use nutate_step_policy, only: step_policy_t
    use nutate_state, only: state_t, add_increment
@@ -353,7 +353,7 @@ contains
       real(wp), intent(in) :: step
       !> Success where there is a next try.
       type(status_t), intent(inout) :: status
-      progress%summary%cut_steps = progress%summary%cut_steps + 1
+      progress%summary%subdivided_steps = progress%summary%subdivided_steps + 1
       self%length%next = step
       status = status_t()
       if (step < shortest*abs(progress%plan%end_time - progress%t_first)) &

@@ -6,7 +6,7 @@ module nutate_fixed_steps
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: add_works, count_part, count_step, end_of_step, progress_t, put_works, way_t
-   use nutate_step_cutting, only: take_next_part, try, try_piece
+   use nutate_step_subdivision, only: take_next_part, try, try_piece
    use nutate_step_policy, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
@@ -122,7 +122,8 @@ contains
          call pass_break(system, progress, margin)
          progress%way%parts = progress%way%parts + 1
       else
-         if (progress%summary%parts > progress%way%parts) progress%summary%cut_steps = progress%summary%cut_steps + 1
+         if (progress%summary%parts > progress%way%parts) &
+            progress%summary%subdivided_steps = progress%summary%subdivided_steps + 1
          progress%way%begun = .false.
          call count_step(progress)
       end if

@@ -57,8 +57,8 @@ module nutate_observer
       !> Called after every step of the method, before anything is made of it, if `vets_steps`: a failure takes the step
       !> back and ends the run. For callbacks that can fail.
       procedure :: vet => take_all
-      !> Called after every step, and after every part of one that is cut or turns the body far, before `observe`, if
-      !> `sees_every_step`: for what must be followed from step to step.
+      !> Called after every step, and after every part of one that is subdivided or turns the body far, before
+      !> `observe`, if `sees_every_step`: for what must be followed from step to step.
       procedure :: watch => ignore_watch
       !> Called with each event, in the order of time, before the end of its step is shown.
       procedure :: show_event => ignore_event

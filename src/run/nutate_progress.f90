@@ -23,7 +23,7 @@ module nutate_progress
       !> Steps done: nominal ones, or those chosen by their error.
       integer(long) :: steps = 0
       !> Nominal steps that had to be subdivided because they failed; steps refused for their error.
-      integer(long) :: cut_steps = 0
+      integer(long) :: subdivided_steps = 0
       !> Steps of the method, parts included.
       integer(long) :: parts = 0
       !> Newton iterations, all and the most in one step.
@@ -52,9 +52,9 @@ module nutate_progress
    type :: way_t
       !> It has begun.
       logical :: begun = .false.
-      !> Parts of the method at its end, if none has to be cut.
+      !> Parts of the method at its end, if none has to be subdivided.
       integer(long) :: parts = 0
-      !> A piece that failed is cut into 2**level parts, of which some are done; 0: it has not been.
+      !> A piece that failed is subdivided into 2**level parts, of which some are done; 0: it has not been.
       integer :: level = 0, done = 0
       !> Where that piece starts, and its length, s.
       real(wp) :: start = 0.0_wp, length = 0.0_wp
@@ -267,7 +267,7 @@ contains
       class(run_summary_t), intent(inout) :: self
       class(archive_t), intent(inout) :: archive
       call archive%transfer(self%steps)
-      call archive%transfer(self%cut_steps)
+      call archive%transfer(self%subdivided_steps)
       call archive%transfer(self%parts)
       call archive%transfer(self%iterations)
       call archive%transfer(self%most_iterations)

@@ -13,7 +13,7 @@ module nutate_run_loop
    use nutate_run_mark, only: go_back, mark_progress, mark_t
    use nutate_state, only: state_t
    use nutate_status, only: status_t, fail, NUTATE_STEP_LIMIT
-   use nutate_step_cutting, only: spare_tries
+   use nutate_step_subdivision, only: spare_tries
    use nutate_step_policy, only: step_policy_t
    use nutate_system, only: system_t
    implicit none
@@ -193,7 +193,7 @@ contains
       call policy%renew(system, renewed)
    end subroutine vet_step
 
-   !> Steps of a run so far, with the parts of those that were cut: one step may take thousands.
+   !> Steps of a run so far, with the parts of those that were subdivided: one step may take thousands.
    pure integer(long) function tries_of(progress) result(tries)
       type(progress_t), intent(in) :: progress
       tries = progress%summary%parts + progress%record%continued

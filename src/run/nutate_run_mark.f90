@@ -14,7 +14,7 @@ module nutate_run_mark
       type(state_t) :: state = state_t()
       type(run_record_t) :: record = run_record_t()
       type(way_t) :: way = way_t()
-      integer(long) :: steps = 0, cut_steps = 0, parts = 0, iterations = 0, uncertified_steps = 0
+      integer(long) :: steps = 0, subdivided_steps = 0, parts = 0, iterations = 0, uncertified_steps = 0
       !> s.
       real(wp) :: next_break = 0.0_wp
       !> J; shape (number of torques).
@@ -32,7 +32,7 @@ contains
       mark%record = progress%record
       mark%way = progress%way
       mark%steps = progress%summary%steps
-      mark%cut_steps = progress%summary%cut_steps
+      mark%subdivided_steps = progress%summary%subdivided_steps
       mark%parts = progress%summary%parts
       mark%iterations = progress%summary%iterations
       mark%uncertified_steps = progress%summary%uncertified_steps
@@ -52,7 +52,7 @@ contains
       progress%record = mark%record
       progress%way = mark%way
       progress%summary%steps = mark%steps
-      progress%summary%cut_steps = mark%cut_steps
+      progress%summary%subdivided_steps = mark%subdivided_steps
       progress%summary%parts = mark%parts
       progress%summary%iterations = mark%iterations
       progress%summary%uncertified_steps = mark%uncertified_steps

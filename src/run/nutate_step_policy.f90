@@ -15,7 +15,7 @@ module nutate_step_policy
 
    !> A way to choose and take steps, with the steppers that it needs.
    type, abstract :: step_policy_t
-      !> Steps, or parts of steps that are cut, between two calls of the observer's `poll`.
+      !> Steps, or parts of steps that are subdivided, between two calls of the observer's `poll`.
       integer(long) :: steps_per_poll = 1
       !> `state_inside` can be asked at all times of a step: by dense output.
       logical :: is_dense = .false.

@@ -18,8 +18,8 @@ module nutate_work_point
    !> run short enough to be repeated 501 times is known to a per cent by then.
    integer, parameter :: fewest_samples = 3, most_samples = 501
 
-   !> Share of the steps that may be cut: with more the run is one at shorter steps than it says.
-   real(wp), parameter :: most_cut = 0.1_wp
+   !> Share of the steps that may be subdivided: with more the run is one at shorter steps than it says.
+   real(wp), parameter :: most_subdivided = 0.1_wp
 
    !> Errors change sign as steps get shorter, and near there are small by accident. A run counts as within an accuracy
    !> if that of the next level, too, is within this many times it.
@@ -34,7 +34,7 @@ module nutate_work_point
       !> Error for which each step was chosen, rad; 0 where all have one length.
       real(wp) :: tolerance = 0.0_wp
       !> Nominal steps; those among them that had to be subdivided; steps of the method, parts included.
-      integer(long) :: steps = 0, cut_steps = 0, parts = 0
+      integer(long) :: steps = 0, subdivided_steps = 0, parts = 0
       !> Integrations timed, and their median wall time, s.
       integer :: samples = 0
       real(wp) :: seconds = 0.0_wp
@@ -51,8 +51,8 @@ module nutate_work_point
       procedure :: exists
       !> Wall time of a nominal step, ns.
       procedure :: nanoseconds
-      !> Too many steps had to be cut for the run to stand for its step.
-      procedure :: is_cut_up
+      !> Too many steps had to be subdivided for the run to stand for its step.
+      procedure :: is_subdivided
    end type work_point_t
 
 contains
@@ -69,14 +69,14 @@ contains
       nanoseconds = 1e9_wp*self%seconds/max(real(self%steps, wp), 1.0_wp)
    end function nanoseconds
 
-   !> Too many steps had to be cut for the run to stand for its step.
-   pure logical function is_cut_up(self)
+   !> Too many steps had to be subdivided for the run to stand for its step.
+   pure logical function is_subdivided(self)
       class(work_point_t), intent(in) :: self
-      is_cut_up = real(self%cut_steps, wp) > most_cut*real(self%steps, wp)
-   end function is_cut_up
+      is_subdivided = real(self%subdivided_steps, wp) > most_subdivided*real(self%steps, wp)
+   end function is_subdivided
 
    !> Measures a run: first its errors, then its time, so that the one does not disturb the other. The time of a run
-   !> that is cut up is not measured.
+   !> with too many subdivided steps is not measured.
    !>
    !> Errors: those of `make_stepper` and `integrate`; `NUTATE_STEP_LIMIT` where the time is over.
    subroutine measure_point(problem, reference, sample_seconds, clock, point, status)
@@ -94,7 +94,7 @@ contains
       call make_stepper(problem%system, settings_of(problem%settings, point%method), stepper, status)
       if (.not. status%ok()) return
       call measure_errors(problem, reference, stepper, clock, point, status)
-      if (.not. status%ok() .or. point%is_cut_up()) return
+      if (.not. status%ok() .or. point%is_subdivided()) return
       call measure_time(problem, stepper, sample_seconds, clock, point, status)
    end subroutine measure_point
 
@@ -122,7 +122,7 @@ contains
             point%steps = 1
             point%time_step = problem%duration()
          end if
-         point%cut_steps = summary%cut_steps
+         point%subdivided_steps = summary%subdivided_steps
          point%parts = summary%parts
          point%iterations = real(summary%iterations, wp)/max(real(summary%steps, wp), 1.0_wp)
       end associate

@@ -176,7 +176,7 @@ contains
       ! The closed solution has no steps to be shortened.
       if (methods(point%method)%order < 1) levels = 1
       associate (m => point%method)
-         if (status%ok() .and. .not. point%is_cut_up()) then
+         if (status%ok() .and. .not. point%is_subdivided()) then
             self%points = [self%points, point]
             if (self%reference%known()) then
                if (no_gain(self, point)) self%ending(m) = ROUND_OFF

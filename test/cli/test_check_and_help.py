@@ -103,7 +103,7 @@ class Check(CommandLineTest):
         coarse = self.succeed("check", "top.nml", "--set", "integrator.time_step=0.05").stdout
         self.assertIn("2.5 rad", coarse.split("notes")[1])
         hopeless = self.succeed("check", "top.nml", "--set", "integrator.time_step=0.1").stdout
-        self.assertIn("will be cut", hopeless.split("notes")[1])
+        self.assertIn("will be subdivided", hopeless.split("notes")[1])
         near = self.succeed("check", "top.nml", "--set", "body.inertia=5,5.0000001,1").stdout
         self.assertIn("nearly symmetric", near)
 

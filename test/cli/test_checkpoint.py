@@ -186,7 +186,7 @@ class Resumed(CheckpointTest):
     def test_rare_rows_and_angles_that_are_followed(self):
         self.resumes_exactly("forced.nml", (13, 29), "--set", "output.columns='euler','solver'", "--set", "output.every=7")
 
-    def test_cut_steps(self):
+    def test_subdivided_steps(self):
         self.resumes_exactly("box.nml", (1, 5, 11), "--set", "integrator.time_step=0.3", "--set", "integrator.end_time=9")
 
     def test_backwards_without_attitude_and_with_a_finite_auxiliary_inertia(self):

@@ -13,8 +13,8 @@ from support import METHODS, TOP, CommandLineTest
 LABELS = [f"{name} order {order} ({solver})" if solver else name + ("+conserve" if projected else "")
           for name, solver, order, projected in METHODS if order != "0"]
 SHORT = ("--seconds", "1.5")
-# Each step of higher order is cut into a thousand parts.
-CUT_UP = """
+# Each step of higher order is subdivided into a thousand parts.
+SUBDIVIDED = """
 &body inertia = 4.2e-5, 4.2e-5, 1.1e-5, mass = 0.0148 /
 &orbit altitude = 184324, argument_of_periapsis = 56.8, frame = 'inertial' /
 &earth_field moment = 4354.5, 0.016, 1.058, epoch_angle = -30.9, coefficients = 0.5256, 4.7e-52, 1702.37, degrees = .true. /
@@ -138,11 +138,11 @@ class Study(CommandLineTest):
             self.succeed("cost", "top.nml", "--seconds", str(seconds))
             self.assertLess(time.monotonic() - begun, 1.2 * seconds + 1.0)
 
-    def test_steps_that_are_cut_into_thousands_of_parts_do_not_outlast_the_time(self):
-        self.write("cut.nml", CUT_UP)
+    def test_steps_that_are_subdivided_into_thousands_of_parts_do_not_outlast_the_time(self):
+        self.write("subdivided.nml", SUBDIVIDED)
         begun = time.monotonic()
-        self.fail_with(3, "cost", "cut.nml", "--seconds", "1", says=("no run was completed: nielsen_krenk order 2 (full):",
-                                                                  "even cut into 1024 parts"))
+        self.fail_with(3, "cost", "subdivided.nml", "--seconds", "1", says=("no run was completed: nielsen_krenk order 2 (full):",
+                                                                  "even subdivided into 1024 parts"))
         self.assertLess(time.monotonic() - begun, 4.0)
 
     def test_a_motion_too_long_for_a_reference_still_shows_invariants(self):

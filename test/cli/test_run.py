@@ -84,7 +84,7 @@ class History(CommandLineTest):
         self.assertEqual(rare, rows[::50])
         self.assertGreater(rows[-1][3], 40.0)
 
-    def test_angles_keep_the_turns_of_cut_steps(self):
+    def test_angles_keep_the_turns_of_subdivided_steps(self):
         self.write("spin.nml", "&body inertia = 1.0, 1.0, 1.5 /\n&initial angular_velocity = 0.0, 0.0, 10.0 /\n"
                                "&integrator time_step = 1.0, end_time = 3.0 /\n&output columns = 'euler' /\n")
         self.succeed("run", "spin.nml")
@@ -201,7 +201,7 @@ class Summary(CommandLineTest):
         for words in ("200 of 0.005 s, to t = 1 s", "wall time", " ns\n", "per step", "at most", "energy residual",
                       "component along 0, 0, 1", "norm error", "201 rows of 15 columns in top.csv"):
             self.assertIn(words, text)
-        self.assertNotIn("cut steps", text)
+        self.assertNotIn("subdivided steps", text)
         self.assertNotIn("work of", text)
         self.assertIn("Newton iterations", text)
         self.assertNotIn("Newton", self.succeed("run", "top.nml", "--set", "integrator.method='rk8'").stderr)

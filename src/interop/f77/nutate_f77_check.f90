@@ -104,7 +104,7 @@ contains
       if (.not. status%ok()) bad = 1
    end subroutine check_setup
 
-   !> The number of the first of ISOLV, IORDER and ICALL that is wrong, 0 if none is.
+   !> The number of the first of IFORM, IORDER and ICALL that is wrong, 0 if none is.
    pure integer function find_bad_form(setup) result(bad)
       type(setup_t), intent(in) :: setup
       bad = 0

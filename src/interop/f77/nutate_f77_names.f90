@@ -13,7 +13,7 @@ module nutate_f77_names
    end type routine_t
 
    type(routine_t), parameter :: routines(*) = [ &
-      routine_t('NUINIT', 'AJ,AJ0,H,CM,G,D,DN,ISOLV,IORDER,ICALL,WORK,LWORK,INFO'), &
+      routine_t('NUINIT', 'AJ,AJ0,H,CM,G,D,DN,IFORM,IORDER,ICALL,WORK,LWORK,INFO'), &
       routine_t('NUFRAM', 'W,WORK,LWORK,INFO'), &
       routine_t('NUSTEP', 'N,DT,T,Q,P,POT,TOR,IUSER,RUSER,WORK,LWORK,INFO'), &
       routine_t('NURUN ', 'N,DT,T,Q,P,POT,TOR,IUSER,RUSER,K,ROWS,MROWS,NROWS,WORK,LWORK,INFO'), &

@@ -250,7 +250,7 @@ contains
       place%steps = place%steps + summary%steps
       place%all_steps = place%all_steps + summary%steps
       place%iterations = place%iterations + summary%iterations
-      place%cut_steps = place%cut_steps + summary%cut_steps
+      place%subdivided_steps = place%subdivided_steps + summary%subdivided_steps
       place%uncertified_steps = place%uncertified_steps + summary%uncertified_steps
       do i = 1, size(summary%work)
          call add_increment(place%work, place%work_compensation, summary%work(i))

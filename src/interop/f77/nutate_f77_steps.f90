@@ -8,7 +8,7 @@
 !>
 !> INFO = -1 also for a tensor that is not symmetric and positive definite; moments of an idealised top, that break the
 !> triangle rule, are taken.
-subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, info)
+subroutine nuinit(aj, aj0, h, cm, g, d, dn, iform, iorder, icall, work, lwork, info)
    use nutate_f77_check, only: check_setup, find_bad_form
    use nutate_f77_stepping, only: needed_size, start_work
    use nutate_f77_work, only: setup_t
@@ -29,20 +29,20 @@ subroutine nuinit(aj, aj0, h, cm, g, d, dn, isolv, iorder, icall, work, lwork, i
    !> (input) The direction fixed in space whose body components are GAMMA of POT, any length; dimension (3).
    real(wp), intent(in) :: dn(3)
    !> (input) 1: three equations for the turn of a step (fast); 2: eight equations in Q and P by LAPACK.
-   integer, intent(in) :: isolv
+   integer, intent(in) :: iform
    !> (input) Order of the method: 2, 4, 6 or 8.
    integer, intent(in) :: iorder
    !> (input) Which subroutines of yours act: 0 none, 1 POT, 2 TOR, 3 both.
    integer, intent(in) :: icall
    !> (output) Dimension (LWORK). WORK(1): how long it must be.
    real(wp), intent(inout) :: work(*)
-   !> (input) Length of WORK; -1: only WORK(1) is set, for which ISOLV, IORDER and ICALL count alone.
+   !> (input) Length of WORK; -1: only WORK(1) is set, for which IFORM, IORDER and ICALL count alone.
    integer, intent(in) :: lwork
    !> (output) 0, or -i: argument i is wrong, for LWORK: WORK is too short.
    integer, intent(out) :: info
    type(setup_t) :: setup
    integer :: n
-   setup%solver = isolv
+   setup%solver = iform
    setup%order = iorder
    setup%callbacks = icall
    setup%rotor = h
@@ -238,7 +238,7 @@ subroutine nustat(istat, w, work, lwork, info)
       return
    end if
    call get_place(work(1:int(work(1))), place)
-   istat = int(min([place%all_steps, place%iterations, place%cut_steps], int(huge(0), long)))
+   istat = int(min([place%all_steps, place%iterations, place%subdivided_steps], int(huge(0), long)))
    w = place%work
 end subroutine nustat
 

@@ -53,7 +53,7 @@ module nutate_f77_work
       real(wp) :: work = 0.0_wp, work_compensation = 0.0_wp
       !> Since NUINIT: steps, Newton iterations, steps that had to be subdivided, steps with a root that is taken
       !> for the true one without a proof.
-      integer(long) :: all_steps = 0, iterations = 0, cut_steps = 0, uncertified_steps = 0
+      integer(long) :: all_steps = 0, iterations = 0, subdivided_steps = 0, uncertified_steps = 0
    contains
       !> Shows its values to an archive.
       procedure :: transfer => transfer_place
@@ -218,7 +218,7 @@ contains
       call archive%transfer(self%work_compensation)
       call archive%transfer(self%all_steps)
       call archive%transfer(self%iterations)
-      call archive%transfer(self%cut_steps)
+      call archive%transfer(self%subdivided_steps)
       call archive%transfer(self%uncertified_steps)
    end subroutine transfer_place
 

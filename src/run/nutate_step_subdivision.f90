@@ -1,5 +1,5 @@
 !> Moves a state by a length: in one step of a method, or, where that fails, in parts as short as need be.
-module nutate_step_cutting
+module nutate_step_subdivision
    use nutate_failure_causes, only: add_cause
    use nutate_kinds, only: wp, long
    use nutate_progress, only: count_part, progress_t
@@ -12,12 +12,13 @@ module nutate_step_cutting
 
    public :: go_inside, spare_tries, take_next_part, try, try_piece
 
-   !> A step that fails is cut into up to 2**deepest_cut parts. A part can be followed where it turns the body by less
-   !> than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be another step.
-   integer, parameter :: deepest_cut = 10
+   !> A step that fails is subdivided into up to 2**deepest_level parts. A part can be followed where it turns the
+   !> body by less than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be
+   !> another step.
+   integer, parameter :: deepest_level = 10
    !> Lengths that continuation may try whatever the limit of steps: a step in 1024 parts needs about so many, and is
-   !> not to fail for a small limit. Beyond, and beyond ten times the steps allowed, a step is not cut further: such a
-   !> run has failed, and does not go on from an archive.
+   !> not to fail for a small limit. Beyond, and beyond ten times the steps allowed, a step is not subdivided further:
+   !> such a run has failed, and does not go on from an archive.
    integer(long), parameter :: spare_tries = 1000
 
 contains
@@ -61,7 +62,7 @@ contains
       progress%record%continued = progress%record%continued + stepper%continued
    end subroutine try
 
-   !> Moves the state by the next part of a piece that is cut, as long as does not fail.
+   !> Moves the state by the next part of a piece that is subdivided, as long as it does not fail.
    subroutine take_next_part(stepper, system, progress, status)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
@@ -74,9 +75,9 @@ contains
       do
          if (status%code /= 0) then
             if (all(status%code /= [NUTATE_NOT_CONVERGED, NUTATE_OFF_BRANCH, NUTATE_SINGULAR])) return
-            if (progress%way%level == deepest_cut) then
-               write (parts, '(i0)') 2**deepest_cut
-               status%message = trim(status%message)//', even cut into '//trim(parts)//' parts'
+            if (progress%way%level == deepest_level) then
+               write (parts, '(i0)') 2**deepest_level
+               status%message = trim(status%message)//', even subdivided into '//trim(parts)//' parts'
                call add_cause(stepper, system, status)
                return
             end if
@@ -126,4 +127,4 @@ contains
       state%t = t
    end subroutine go_inside
 
-end module nutate_step_cutting
+end module nutate_step_subdivision
