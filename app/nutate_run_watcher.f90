@@ -47,10 +47,10 @@ module nutate_run_watcher
       procedure :: resume
       !> Wall time so far, s.
       procedure :: seconds
-      procedure :: observe => take_row
+      procedure :: observe => write_row
       procedure :: poll => look_up
       procedure :: watch => watch_step
-      procedure :: show_event => take_event
+      procedure :: show_event => write_event
       procedure :: keep => write_checkpoint
    end type run_watcher_t
 
@@ -111,7 +111,7 @@ contains
    end function seconds
 
    !> Writes a row and measures the invariants. Errors: those of the history.
-   subroutine take_row(self, system, state, record, status)
+   subroutine write_row(self, system, state, record, status)
       class(run_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -126,7 +126,7 @@ contains
       call system_clock(after)
       self%row_counts = self%row_counts + (after - before)
       if (abs(self%duration) > 0.0_wp) call self%progress%update((state%t - self%t_first)/self%duration, after)
-   end subroutine take_row
+   end subroutine write_row
 
    !> Shows the progress where rows are rare, asks for a checkpoint when it is time, and ends the run on a signal.
    subroutine look_up(self, fraction, status)
@@ -148,7 +148,7 @@ contains
    end subroutine watch_step
 
    !> Writes an event. Errors: those of the file.
-   subroutine take_event(self, system, event, which, number, state, record, status)
+   subroutine write_event(self, system, event, which, number, state, record, status)
       class(run_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       class(event_t), intent(in) :: event
@@ -159,7 +159,7 @@ contains
       type(status_t), intent(inout) :: status
       if (self%measures) call self%invariants%measure(system, state, record%work)
       call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
-   end subroutine take_event
+   end subroutine write_event
 
    !> Writes a checkpoint: the rows so far to the disk, then what is needed to go on. Errors: `NUTATE_IO`; for a method
    !> that cannot be archived `NUTATE_BAD_ARGUMENT`.

@@ -91,7 +91,7 @@ contains
       end do
       if (first_failed == 0) return
       call member%prepare(scene)
-      call member%take(scene%ensemble, first_failed, status)
+      call member%set_values(scene%ensemble, first_failed, status)
       if (status%ok()) then
          call page%item('  the first', 'member '//count_text(first_failed)//' (nutate sweep --member '// &
                         count_text(first_failed)//' shows it)')

@@ -68,7 +68,7 @@ contains
       if (scene == 'all_effects') then
          ways = [way('dop853', .false., .false.), way('dop853', .false., .true.)]
       else
-         call take_bare(problem, bare)
+         call measure_bare(problem, bare)
          ways = [bare_way('bare RK8', .false.), bare_way('bare DOP853', .true.)]
       end if
       ways = [ways, way('rk8', .true., .false.), way('dop853', .true., .false.), way('dop853', .true., .true.), &
@@ -123,7 +123,7 @@ contains
    end function bare_way
 
    !> A problem as the bare methods want it: with the third space axis along the field.
-   subroutine take_bare(problem, bare)
+   subroutine measure_bare(problem, bare)
       type(problem_t), intent(in) :: problem
       type(bare_problem_t), intent(out) :: bare
       real(wp) :: force
@@ -138,7 +138,7 @@ contains
          force = effects%potentials(1)%item%direction(3)
          bare%moment = force*effects%potentials(1)%item%series_moment()
       end associate
-   end subroutine take_bare
+   end subroutine measure_bare
 
    !> Errors of a way, from coarse to fine, until they no longer fall or runs take too long.
    subroutine climb(problem, bare, exact, one)

@@ -226,7 +226,7 @@ contains
                if (branch%determinant < nearly_singular .and. delta < shortest_increment) branch%outcome = ENDED
                return
             end if
-            call take_increment(self, fineness, v, delta, branch, inverse, change, found)
+            call find_increment(self, fineness, v, delta, branch, inverse, change, found)
             if (found) exit
             branch%increments = branch%increments + 1
             delta = 0.5_wp*delta
@@ -241,7 +241,7 @@ contains
    end subroutine follow
 
    !> One increment: tangent and two Newton iterations, which must contract; the Jacobian must hardly change.
-   pure subroutine take_increment(self, fineness, v, delta, branch, inverse, change, found)
+   pure subroutine find_increment(self, fineness, v, delta, branch, inverse, change, found)
       class(oracle_t), intent(in) :: self
       real(wp), intent(in) :: fineness, v(3), delta
       type(branch_t), intent(inout) :: branch
@@ -274,7 +274,7 @@ contains
       branch%turn = max(branch%turn, norm2(branch%b))
       branch%determinant = determinant_of(jacobian)
       branch%stiffness = min(branch%stiffness, 1/norm2(next))
-   end subroutine take_increment
+   end subroutine find_increment
 
    pure function derivative_by_b(self, b, t) result(matrix)
       class(oracle_t), intent(in) :: self

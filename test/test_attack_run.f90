@@ -148,7 +148,7 @@ contains
          do stage = 1, n
             tally%step = step
             tally%stage = stage
-            call take_stage(item, system, walkers, stage, weights(stage)*item%dt, tally)
+            call run_stage(item, system, walkers, stage, weights(stage)*item%dt, tally)
             if (.not. all(walkers%goes_on)) exit
          end do
          call compare_whole(item, system, walkers, n, tally)
@@ -218,7 +218,7 @@ contains
    end subroutine set_up
 
    !> One stage with both solvers, from the states where each of them is.
-   subroutine take_stage(item, system, walkers, stage, length, tally)
+   subroutine run_stage(item, system, walkers, stage, length, tally)
       type(attack_case_t), intent(in) :: item
       type(system_t), intent(in) :: system
       type(walker_t), intent(inout) :: walkers(:)
@@ -260,7 +260,7 @@ contains
          call count_difference(walkers, stage, tally)
          walkers%goes_on = .false.
       end if
-   end subroutine take_stage
+   end subroutine run_stage
 
    !> Counts a stage on which the solvers differ.
    subroutine count_difference(walkers, stage, tally)

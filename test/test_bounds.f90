@@ -141,9 +141,9 @@ contains
       real(wp) :: ends(8, 3)
       do iform = 1, 2
          do given = 0, 3
-            call take_library(iform, given, ends(:, 1), counts(1))
-            call take_f77(iform, given, ends(:, 2), counts(2))
-            call take_c(iform, given, ends(:, 3), counts(3))
+            call count_by_library(iform, given, ends(:, 1), counts(1))
+            call count_by_f77(iform, given, ends(:, 2), counts(2))
+            call count_by_c(iform, given, ends(:, 3), counts(3))
             call check(error, counts(1), merge(0, steps, given == 3), 'Fortran')
             call check(error, counts(2), counts(1), 'F77')
             call check(error, counts(3), counts(1), 'C')
@@ -154,7 +154,7 @@ contains
    end subroutine all_ways_prove_alike
 
    !> `given`: 1 counts for bounds of the potential, 2 of the torque.
-   subroutine take_library(iform, given, end, uncertified)
+   subroutine count_by_library(iform, given, end, uncertified)
       integer, intent(in) :: iform, given
       real(wp), intent(out) :: end(8)
       integer, intent(out) :: uncertified
@@ -170,9 +170,9 @@ contains
       call run_library(twin, dt, steps, steps, state, keeper, status, uncertified)
       if (.not. status%ok()) uncertified = -1
       end = [state%q, state%p]
-   end subroutine take_library
+   end subroutine count_by_library
 
-   subroutine take_f77(iform, given, end, uncertified)
+   subroutine count_by_f77(iform, given, end, uncertified)
       integer, intent(in) :: iform, given
       real(wp), intent(out) :: end(8)
       integer, intent(out) :: uncertified
@@ -188,9 +188,9 @@ contains
       call nuncer(uncertified, work, most, info(5))
       if (any(info /= 0)) uncertified = -1
       end = [q, p]
-   end subroutine take_f77
+   end subroutine count_by_f77
 
-   subroutine take_c(iform, given, end, uncertified)
+   subroutine count_by_c(iform, given, end, uncertified)
       integer, intent(in) :: iform, given
       real(wp), intent(out) :: end(8)
       integer, intent(out) :: uncertified
@@ -227,7 +227,7 @@ contains
       if (any(codes /= NUTATE_OK)) uncertified = -1
       codes(1) = nutate_stepper_destroy(c_loc(stepper))
       codes(2) = nutate_system_destroy(c_loc(system))
-   end subroutine take_c
+   end subroutine count_by_c
 
    integer(c_int) function set(stepper, key, value) result(code)
       type(c_ptr), intent(in) :: stepper
@@ -261,7 +261,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: work(most), copy(most), t, q(4), p(4), end(8)
       integer :: info(5), uncertified
-      call take_f77(1, 0, end, uncertified)
+      call count_by_f77(1, 0, end, uncertified)
       call start(forced_twin(1, 4, friction=0.0_wp), work, most, t, q, p, info(1))
       call nustep(steps/2, dt, t, q, p, potspr, tormot, iuser, smooth, work, most, info(2))
       associate (u => spring_bounds, tau => motor_bounds)

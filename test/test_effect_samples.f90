@@ -78,8 +78,8 @@ contains
       do k = 1, size(kinds)
          self%names(k) = kinds(k)%group%name
       end do
-      call take_file(self, kinds, 'test/effect_samples.nml', error)
-      if (.not. allocated(error)) call take_file(self, kinds, 'test/orbit_samples.nml', error)
+      call read_samples(self, kinds, 'test/effect_samples.nml', error)
+      if (.not. allocated(error)) call read_samples(self, kinds, 'test/orbit_samples.nml', error)
       do k = 1, size(kinds)
          if (allocated(error)) return
          call check(error, any(self%items(:self%n_items)%kind == k), 'no sample of &'//trim(self%names(k)))
@@ -87,7 +87,7 @@ contains
    end subroutine load
 
    !> Takes the samples of a file.
-   subroutine take_file(self, kinds, file, error)
+   subroutine read_samples(self, kinds, file, error)
       class(effect_samples_t), intent(inout) :: self
       type(effect_kind_t), intent(in) :: kinds(:)
       character(len=*), intent(in) :: file
@@ -119,7 +119,7 @@ contains
             self%n_items = self%n_items + 1
          end do
       end do
-   end subroutine take_file
+   end subroutine read_samples
 
    !> Adds the samples of kind `k` to a system; along `n` instead of its own direction, for a potential, where given.
    subroutine add(self, system, k, n)

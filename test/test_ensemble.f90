@@ -4,7 +4,7 @@ module test_ensemble
    use nutate_kinds, only: wp, eps, long
    use nutate_lane_width, only: lanes
    use nutate_member, only: member_t
-   use nutate_member_rows, only: run_members, take_rows
+   use nutate_member_rows, only: run_members, run_share
    use nutate_member_run, only: member_run_t
    use nutate_quaternion, only: rotation_matrix
    use nutate_row_layout, only: make_layout, real_of, row_layout_t
@@ -201,7 +201,7 @@ contains
       if (allocated(error)) return
       call check(error, scene%ensemble%targets(1)%name == 'torque.2.space.3', 'another name')
       call member%prepare(scene)
-      call member%take(scene%ensemble, 1_long, status)
+      call member%set_values(scene%ensemble, 1_long, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       associate (groups => member%scene%groups)
@@ -221,7 +221,7 @@ contains
                 "low = 7.4, high = 7.4 /", scene, error)
       if (allocated(error)) return
       call member%prepare(scene)
-      call member%take(scene%ensemble, 1_long, status)
+      call member%set_values(scene%ensemble, 1_long, status)
       call check(error, status%ok(), trim(status%message))
       if (allocated(error)) return
       call check(error, member%scene%integrator%max_iterations == 7, 'not rounded')
@@ -245,7 +245,7 @@ contains
       if (allocated(error)) return
       call member%prepare(scene)
       do k = 1, 5
-         call member%take(scene%ensemble, k, status)
+         call member%set_values(scene%ensemble, k, status)
          write (text, '("&body inertia =",3es25.16e3," /&initial angular_velocity =",3es25.16e3,'// &
                 '" quaternion =",4es25.16e3," /&integrator time_step = 0.01, end_time = 0.2 /")') &
                 member%values(4:6), member%values(1:3), member%values(7:10)
@@ -424,7 +424,7 @@ contains
       end do
       allocate (runner)
       call runner%prepare(scene, layout, status)
-      call take_rows(runner, scene, 1_long, int(lanes, long), fields(:, 1:lanes), status)
+      call run_share(runner, scene, 1_long, int(lanes, long), fields(:, 1:lanes), status)
       call check(error, count([(runner%together%arrived(i), i=1, lanes)]) > fewest, 'few members are run together')
       status_of = fields(2, :)
    end subroutine compare_rows

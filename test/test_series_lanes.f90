@@ -114,7 +114,7 @@ contains
    end subroutine draw
 
    !> Takes the scalar steps of a body, and looks at it after some of them.
-   subroutine take_scalar(order, system, dt, steps, state, seen, error)
+   subroutine run_scalar(order, system, dt, steps, state, seen, error)
       integer, intent(in) :: order, steps
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: dt
@@ -136,7 +136,7 @@ contains
       if (.not. status%ok()) call test_failed(error, trim(status%message))
       seen = state
       call stepper%show(system, seen)
-   end subroutine take_scalar
+   end subroutine run_scalar
 
    pure logical function agree(a, b)
       type(state_t), intent(in) :: a, b
@@ -162,7 +162,7 @@ contains
       type(taylor_lanes_t) :: looked
       type(state_t) :: state, scalar, seen
       scalar = first
-      call take_scalar(order, system, dt, steps, scalar, seen, error)
+      call run_scalar(order, system, dt, steps, scalar, seen, error)
       state = first
       call bodies%get(lane, state)
       call check(error, agree(state, scalar), place)

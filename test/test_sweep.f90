@@ -84,11 +84,11 @@ contains
       call sweep%open(scene, 1_long, members, name, .false., status)
       if (status%ok()) call sweep%go(scene, 1, nobody, status)
       if (status%ok()) call sweep%close(status)
-      call take_content(name, content)
+      call read_content(name, content)
    end subroutine run_alone
 
    !> What a file holds, which is removed.
-   subroutine take_content(name, content)
+   subroutine read_content(name, content)
       character(len=*), intent(in) :: name
       character(len=:), allocatable, intent(out) :: content
       character(len=:), allocatable :: problem
@@ -96,7 +96,7 @@ contains
       call read_text_file(name, content, problem)
       if (problem /= '') content = 'cannot be read'
       call remove_file(name, status)
-   end subroutine take_content
+   end subroutine read_content
 
    !> A leader and two who join it; the leader runs nothing.
    subroutine gather(scene, name, resume, leader, hands, status)
@@ -125,7 +125,7 @@ contains
       integer :: i, round
       do round = 1, most
          do i = 1, size(hands)
-            call leader%take_chunk(hands(i)%chunk)
+            call leader%get_chunk(hands(i)%chunk)
          end do
          do i = size(hands), 1, -1
             associate (hand => hands(i))
@@ -172,7 +172,7 @@ contains
       end do
       if (status%ok()) call leader%close(status)
       if (.not. status%ok()) call test_failed(error, trim(status%message))
-      call take_content(scratch(name), content)
+      call read_content(scratch(name), content)
       call check(error, len(whole) > 200 .and. content == whole)
    end subroutine compare
 
@@ -190,7 +190,7 @@ contains
       call gather(scene, scratch('on.npy'), .false., leader, hands, status)
       if (status%ok()) call work(scene, leader, hands, 2, status)
       ! Run, but nobody has been told.
-      call leader%take_chunk(lost)
+      call leader%get_chunk(lost)
       if (status%ok()) call hands(1)%sweep%run_chunk(scene, hands(1)%runner, lost, hands(1)%fields, status)
       call leader%abandon(closing)
       if (status%ok()) call gather(scene, scratch('on.npy'), .true., next, others, status)
@@ -198,7 +198,7 @@ contains
       if (status%ok()) call work(scene, next, others, 4, status)
       if (status%ok()) call next%close(status)
       if (.not. status%ok()) call test_failed(error, trim(status%message))
-      call take_content(scratch('on.npy'), content)
+      call read_content(scratch('on.npy'), content)
       call check(error, content == whole)
    end subroutine gone_on
 

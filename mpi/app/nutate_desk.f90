@@ -71,7 +71,7 @@ contains
       bell%desk => self
       call runner%prepare(scene, self%sweep%layout, status, bell)
       do while (status%ok() .and. self%failure%ok())
-         call self%sweep%take_chunk(chunk)
+         call self%sweep%get_chunk(chunk)
          if (chunk == 0) exit
          call self%sweep%run_chunk(scene, runner, chunk, fields, status)
          if (status%ok()) call self%sweep%finish_chunk(chunk, fields, status)
@@ -110,7 +110,7 @@ contains
          end if
          if (request%chunk > 0) call finish(self, request, fields)
          chunk = 0
-         if (self%failure%ok()) call self%sweep%take_chunk(chunk)
+         if (self%failure%ok()) call self%sweep%get_chunk(chunk)
          if (chunk == 0) self%gone = self%gone + 1
          call self%ranks%answer(request, chunk)
       end do
@@ -125,7 +125,7 @@ contains
       type(status_t) :: status
       if (.not. self%sweep%keeps_rows) then
          allocate (fields(self%sweep%layout%width(), self%sweep%size_of(request%chunk)))
-         call self%ranks%take_rows(request, fields)
+         call self%ranks%receive_rows(request, fields)
       end if
       call self%sweep%finish_chunk(request%chunk, fields, status)
       if (self%failure%ok()) self%failure = status

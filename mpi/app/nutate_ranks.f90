@@ -36,7 +36,7 @@ module nutate_ranks
       !> The next request to rank 0, if there is one.
       procedure :: next_request
       !> Takes the rows that follow a request.
-      procedure :: take_rows
+      procedure :: receive_rows
       !> Answers a request.
       procedure :: answer
       !> Which MPI this is.
@@ -138,14 +138,14 @@ contains
    end subroutine next_request
 
    !> Takes the rows that follow a request.
-   subroutine take_rows(self, request, fields)
+   subroutine receive_rows(self, request, fields)
       !> Rank 0.
       class(ranks_t), intent(in) :: self
       type(request_t), intent(in) :: request
       !> Shape (fields, members).
       integer(long), intent(inout), contiguous :: fields(:, :)
       call MPI_Recv(fields, size(fields), MPI_INTEGER8, request%rank, of_rows, MPI_COMM_WORLD, MPI_STATUS_IGNORE)
-   end subroutine take_rows
+   end subroutine receive_rows
 
    !> Answers a request.
    subroutine answer(self, request, chunk)

@@ -11,7 +11,7 @@ module nutate_lane_energies
    private
 
    public :: turn_rates, find_energies, find_full_sizes, add_rotor
-   public :: take_momenta, restore_component, add_weight, add_gradient, find_pushes, push_momenta, turn_momenta
+   public :: compute_momenta, restore_component, add_weight, add_gradient, find_pushes, push_momenta, turn_momenta
    public :: turn_momenta_little
 
 contains
@@ -69,7 +69,7 @@ contains
    end subroutine add_rotor
 
    !> The L of p = 2 q∘[0, L], whatever round-off |q| has gathered.
-   pure subroutine take_momenta(q, p, momentum)
+   pure subroutine compute_momenta(q, p, momentum)
       !> Shape (lanes, 4).
       real(wp), intent(in) :: q(lanes, 4), p(lanes, 4)
       real(wp), intent(out) :: momentum(lanes, 3)
@@ -81,7 +81,7 @@ contains
          momentum(i, 2) = half*(q(i, 1)*p(i, 3) - q(i, 3)*p(i, 1) - q(i, 4)*p(i, 2) + q(i, 2)*p(i, 4))
          momentum(i, 3) = half*(q(i, 1)*p(i, 4) - q(i, 4)*p(i, 1) - q(i, 2)*p(i, 3) + q(i, 3)*p(i, 2))
       end do
-   end subroutine take_momenta
+   end subroutine compute_momenta
 
    !> Gives L its component along γ.
    pure subroutine restore_component(component, gamma, l)
@@ -163,7 +163,7 @@ contains
          kinetic(i) = to_order_one(i)*twice_kinetic(i)
          inertia(i) = kinetic(i)*(twice_kinetic(i)/square(i))
       end do
-      if (along) call take_across(gamma, omega)
+      if (along) call project_across(gamma, omega)
       do i = 1, lanes
          across = omega(i, 1)*omega(i, 1) + omega(i, 2)*omega(i, 2) + omega(i, 3)*omega(i, 3)
          kinetic(i) = kinetic(i)*(across/square(i))*kinetic(i)
@@ -176,7 +176,7 @@ contains
    end subroutine find_pushes
 
    !> The part of Ω across γ.
-   pure subroutine take_across(gamma, omega)
+   pure subroutine project_across(gamma, omega)
       !> Shape (lanes, 3).
       real(wp), intent(in) :: gamma(lanes, 3)
       real(wp), intent(inout) :: omega(lanes, 3)
@@ -188,7 +188,7 @@ contains
          omega(i, 2) = omega(i, 2) - along*gamma(i, 2)
          omega(i, 3) = omega(i, 3) - along*gamma(i, 3)
       end do
-   end subroutine take_across
+   end subroutine project_across
 
    !> L + ΔL.
    pure subroutine push_momenta(c, inertia, omega, momentum)

@@ -8,7 +8,7 @@ module nutate_lane_projection
    use nutate_kinds, only: wp
    use nutate_lane_choice, only: choose_lanes, replace_lanes
    use nutate_lane_energies, only: add_gradient, add_rotor, add_weight, find_energies, find_full_sizes, find_pushes, &
-      push_momenta, restore_component, take_momenta, turn_momenta, turn_momenta_little, turn_rates
+      push_momenta, restore_component, compute_momenta, turn_momenta, turn_momenta_little, turn_rates
    use nutate_lane_potentials, only: lane_potentials_t, make_room, put_potentials, rest_potentials
    use nutate_lane_vectors, only: find_full_rates, turn_back, write_momenta
    use nutate_lane_width, only: lanes
@@ -86,7 +86,7 @@ contains
       if (fits) call put_potentials(self%others, lane, system%effects, plan%others, fits)
       if (.not. fits) return
       call read_point(plan, system%effects, state, point)
-      call target%take(plan%components, point)
+      call target%set(plan%components, point)
       self%target(lane, :) = merge(plan%axis, target%momentum, self%along)
       self%component(lane) = target%component
       self%slope(lane, :) = -plan%weight
@@ -152,9 +152,9 @@ contains
       real(wp) :: pending(lanes), lost(lanes), new_p(lanes, 4)
       integer :: move
       pending = due
-      call take_attitudes(q, points%q, lost)
+      call normalise_attitudes(q, points%q, lost)
       if (self%pushes) then
-         call take_momenta(q, p, points%momentum)
+         call compute_momenta(q, p, points%momentum)
       else
          call turn_back(points%q, self%target, points%momentum)
       end if
@@ -179,7 +179,7 @@ contains
    end subroutine project_lanes
 
    !> q normalised, as a step leaves it: all but a unit one; others are lost.
-   pure subroutine take_attitudes(q, unit, lost)
+   pure subroutine normalise_attitudes(q, unit, lost)
       real(wp), intent(in) :: q(lanes, 4)
       real(wp), intent(out) :: unit(lanes, 4)
       !> 1: yes.
@@ -195,7 +195,7 @@ contains
          unit(i, 4) = factor*q(i, 4)
          lost(i) = merge(0.0_wp, 1.0_wp, abs(square - 1) <= nearly_unit)
       end do
-   end subroutine take_attitudes
+   end subroutine normalise_attitudes
 
    !> Ω, H, the size of its terms and L̇.
    pure subroutine evaluate_lanes(self, points)

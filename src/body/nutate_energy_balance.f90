@@ -38,7 +38,7 @@ module nutate_energy_balance
       real(wp), dimension(4) :: left_q_compensation = 0.0_wp, left_p_compensation = 0.0_wp
    contains
       !> Becomes a copy of another one.
-      procedure :: take
+      procedure :: copy_from
       !> Transfers all values to or from an archive.
       procedure :: transfer
    end type energy_balance_t
@@ -46,7 +46,7 @@ module nutate_energy_balance
 contains
 
    !> Becomes a copy of another one; what is not in use stays, which costs less than an assignment.
-   pure subroutine take(self, other, wheels)
+   pure subroutine copy_from(self, other, wheels)
       class(energy_balance_t), intent(inout) :: self
       type(energy_balance_t), intent(in) :: other
       !> There are wheels.
@@ -68,7 +68,7 @@ contains
       self%left_p = other%left_p
       self%left_q_compensation = other%left_q_compensation
       self%left_p_compensation = other%left_p_compensation
-   end subroutine take
+   end subroutine copy_from
 
    !> Transfers all values to or from an archive.
    subroutine transfer(self, archive)

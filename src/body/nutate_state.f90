@@ -32,7 +32,7 @@ module nutate_state
       type(energy_balance_t) :: balance = energy_balance_t()
    contains
       !> Becomes a copy of another one.
-      procedure :: take
+      procedure :: copy_from
       !> True if the balance belongs to this state.
       procedure :: is_balanced
       !> Makes the balance belong to this state.
@@ -91,7 +91,7 @@ contains
    end function time_dependent_since
 
    !> Becomes a copy of another one; without wheels that costs less than an assignment.
-   pure subroutine take(self, other, wheels, balance)
+   pure subroutine copy_from(self, other, wheels, balance)
       class(state_t), intent(inout) :: self
       type(state_t), intent(in) :: other
       !> There are wheels, a balance; else what belongs to them stays.
@@ -103,12 +103,12 @@ contains
       self%p_compensation = other%p_compensation
       self%time_dependent_work = other%time_dependent_work
       self%time_dependent_until = other%time_dependent_until
-      if (balance) call self%balance%take(other%balance, wheels)
+      if (balance) call self%balance%copy_from(other%balance, wheels)
       if (.not. wheels) return
       self%wheel_momentum = other%wheel_momentum
       self%wheel_compensation = other%wheel_compensation
       self%wheel_work = other%wheel_work
-   end subroutine take
+   end subroutine copy_from
 
    !> Shows its values to an archive.
    subroutine transfer_state(self, archive)

@@ -3,12 +3,12 @@ module nutate_indices
    implicit none
    private
 
-   public :: take_indices
+   public :: find_indices
 
 contains
 
    !> The places where a mask is true, in their order: `pack` of all, without its temporary lists.
-   pure subroutine take_indices(mask, indices)
+   pure subroutine find_indices(mask, indices)
       logical, intent(in) :: mask(:)
       !> Allocated anew.
       integer, allocatable, intent(inout) :: indices(:)
@@ -21,6 +21,6 @@ contains
          k = k + 1
          indices(k) = i
       end do
-   end subroutine take_indices
+   end subroutine find_indices
 
 end module nutate_indices

@@ -64,13 +64,13 @@ contains
          controller%by = BY_MAGNETORQUERS
          controller%gain = group%number('gain', 0.0_wp)
       else
-         call take_pointing(group, body, controller, status)
+         call set_pointing(group, body, controller, status)
       end if
       if (status%ok()) allocate (effect, source=controller)
    end subroutine build_controller
 
    !> Target, gains and what acts. Errors: `NUTATE_BAD_ARGUMENT` for a target that is no unit quaternion.
-   subroutine take_pointing(group, body, controller, status)
+   subroutine set_pointing(group, body, controller, status)
       type(group_t), intent(in) :: group
       type(body_t), intent(in) :: body
       type(controller_t), intent(inout) :: controller
@@ -91,12 +91,12 @@ contains
       end if
       controller%target = quat_normalized(controller%target)
       controller%follows_orbit = group%text('target_from', 'space') == 'lvlh'
-      call take_gains(group, body%inertia, controller, status)
-   end subroutine take_pointing
+      call set_gains(group, body%inertia, controller, status)
+   end subroutine set_pointing
 
    !> K and D: matrices as given, or gains times the inertia or the unit matrix. Errors: `NUTATE_BAD_BODY` for a given
    !> inertia that no body has.
-   subroutine take_gains(group, inertia, controller, status)
+   subroutine set_gains(group, inertia, controller, status)
       type(group_t), intent(in) :: group
       !> Where the group gives none, kg m²; shape (3,3).
       real(wp), intent(in) :: inertia(3, 3)
@@ -116,7 +116,7 @@ contains
       if (group%has('attitude_gain_matrix')) controller%attitude_gain = matrix_of(group, 'attitude_gain_matrix')
       controller%rate_gain = group%number('rate_gain', 0.0_wp)*unit
       if (group%has('rate_gain_matrix')) controller%rate_gain = matrix_of(group, 'rate_gain_matrix')
-   end subroutine take_gains
+   end subroutine set_gains
 
    !> The matrix of three numbers (its diagonal), six (a symmetric one: 11, 22, 33, 12, 13, 23) or nine (row by row).
    pure function matrix_of(group, key) result(matrix)

@@ -30,7 +30,7 @@ module nutate_member
       !> Sets a scene with an ensemble.
       procedure :: prepare
       !> Makes a member of it.
-      procedure :: take
+      procedure :: set_values
    end type member_t
 
 contains
@@ -64,7 +64,7 @@ contains
    end function is_first
 
    !> Makes a member of it. Errors: what the scene refuses, `NUTATE_BAD_SCENE`, or the code that says more.
-   subroutine take(self, plan, number, status)
+   subroutine set_values(self, plan, number, status)
       !> Prepared.
       class(member_t), intent(inout) :: self
       !> The ensemble of the scene.
@@ -93,7 +93,7 @@ contains
       if (.not. error%raised) return
       if (error%code == NUTATE_BAD_ARGUMENT) error%code = NUTATE_BAD_SCENE
       status = fail(error%code, error%text)
-   end subroutine take
+   end subroutine set_values
 
    !> Raises an error for numbers that their key does not admit.
    subroutine check_numbers(target, setting, error)

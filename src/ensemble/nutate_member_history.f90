@@ -41,7 +41,7 @@ contains
       fields = 0
       call runner%prepare(scene, layout, status, sweep)
       if (.not. status%ok()) return
-      call runner%member%take(scene%ensemble, number, reason)
+      call runner%member%set_values(scene%ensemble, number, reason)
       if (reason%ok()) call open_files(runner%member%scene, name, history, events, status)
       if (status%ok()) then
          if (events%wanted) then

@@ -12,7 +12,7 @@ module nutate_member_rows
    implicit none
    private
 
-   public :: run_members, fill_rows, take_rows, has_threads
+   public :: run_members, fill_rows, run_share, has_threads
 
    !> Members that a thread takes at a time, at most: few, so that threads end together.
    integer(long), parameter :: largest_share = 64
@@ -91,7 +91,7 @@ contains
          !$omp atomic
          at_work = at_work + 1
          !$omp barrier
-         call take_shares(scene, layout, first, last, share, next, watcher, fields, status)
+         call run_shares(scene, layout, first, last, share, next, watcher, fields, status)
          !$omp atomic
          at_work = at_work - 1
          !$omp master
@@ -99,7 +99,7 @@ contains
          !$omp end master
          !$omp end parallel
       else
-         call take_shares(scene, layout, first, last, share, next, watcher, fields, status)
+         call run_shares(scene, layout, first, last, share, next, watcher, fields, status)
       end if
    end subroutine fill_rows
 
@@ -120,7 +120,7 @@ contains
    end subroutine wait_for_others
 
    !> What each thread does: takes shares of the members until there are none.
-   subroutine take_shares(scene, layout, first, last, share, next, watcher, fields, failure)
+   subroutine run_shares(scene, layout, first, last, share, next, watcher, fields, failure)
       type(scene_t), intent(in) :: scene
       type(row_layout_t), intent(in) :: layout
       integer(long), intent(in) :: first, last, share
@@ -142,15 +142,15 @@ contains
          call unlock_texts()
          if (from > last) exit
          to = min(from + share - 1, last)
-         call take_rows(runner, scene, from, to, fields(:, from - first + 1:to - first + 1), status)
+         call run_share(runner, scene, from, to, fields(:, from - first + 1:to - first + 1), status)
       end do
       call lock_texts()
       if (failure%ok()) failure = status
       call unlock_texts()
-   end subroutine take_shares
+   end subroutine run_shares
 
    !> Runs members, those together that can be. Errors: `NUTATE_STOPPED` where the watcher wants the end.
-   subroutine take_rows(runner, scene, first, last, fields, status)
+   subroutine run_share(runner, scene, first, last, fields, status)
       !> Prepared.
       type(member_run_t), intent(inout) :: runner
       type(scene_t), intent(in) :: scene
@@ -166,7 +166,7 @@ contains
          arrived = .false.
          k = min(next + lanes - 1, last)
          if (runner%together%possible .and. k - next + 1 >= fewest) &
-            call take_together(runner, scene, next, k, fields(:, next - first + 1:k - first + 1), arrived, status)
+            call run_together(runner, scene, next, k, fields(:, next - first + 1:k - first + 1), arrived, status)
          do i = 1, int(k - next) + 1
             if (.not. status%ok()) return
             if (.not. arrived(i)) call runner%row(scene, next + i - 1, fields(:, next + i - first), status)
@@ -176,10 +176,10 @@ contains
          end do
          next = k + 1
       end do
-   end subroutine take_rows
+   end subroutine run_share
 
    !> Runs some members together. Errors: `NUTATE_STOPPED` where the watcher wants the end.
-   subroutine take_together(runner, scene, first, last, fields, arrived, status)
+   subroutine run_together(runner, scene, first, last, fields, arrived, status)
       type(member_run_t), intent(inout) :: runner
       type(scene_t), intent(in) :: scene
       !> As many as there are lanes, or less.
@@ -195,7 +195,7 @@ contains
          call together%begin(scene)
          do i = 1, int(last - first) + 1
             call lock_texts()
-            call member%take(scene%ensemble, first + i - 1, outcome)
+            call member%set_values(scene%ensemble, first + i - 1, outcome)
             call unlock_texts()
             if (outcome%ok()) call together%join(i, member%scene, member%values, runner%watcher%columns)
          end do
@@ -207,7 +207,7 @@ contains
                call together%write_row(i, first + i - 1, scene%plan%end_time, runner%layout, fields(:, i))
          end do
       end associate
-   end subroutine take_together
+   end subroutine run_together
 
    !> Waits for some time, or until a signal comes, and lets other threads work.
    subroutine pause_thread(seconds)

@@ -82,7 +82,7 @@ contains
       if (present(history)) self%watcher%history => history
       if (present(events)) self%watcher%events => events
       call lock_texts()
-      call self%member%take(scene%ensemble, number, outcome)
+      call self%member%set_values(scene%ensemble, number, outcome)
       call unlock_texts()
       absent = ieee_value(absent, ieee_quiet_nan)
       fields = bits_of(absent)

@@ -46,9 +46,9 @@ module nutate_member_watcher
       type(history_t), pointer :: history => null()
       type(event_history_t), pointer :: events => null()
    contains
-      procedure :: observe => take_row
+      procedure :: observe => watch_row
       procedure :: watch => follow_state
-      procedure :: show_event => take_event
+      procedure :: show_event => measure_event
    end type member_watcher_t
 
 contains
@@ -70,7 +70,7 @@ contains
       type(status_t), intent(out) :: status
    end subroutine ignore_row
 
-   subroutine take_row(self, system, state, record, status)
+   subroutine watch_row(self, system, state, record, status)
       class(member_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -80,7 +80,7 @@ contains
       if (self%begins_anew .and. record%step == 0) self%invariants = self%at_start
       if (mod(record%step, self%stride) == 0) call self%invariants%measure(system, state, record%work)
       if (associated(self%history)) call self%history%observe(system, state, record, status)
-   end subroutine take_row
+   end subroutine watch_row
 
    !> Ends the run with `NUTATE_STOPPED` where the sweep is to end.
    subroutine ask_sweep(self, fraction, status)
@@ -98,7 +98,7 @@ contains
       if (associated(self%history)) call self%history%watch(state)
    end subroutine follow_state
 
-   subroutine take_event(self, system, event, which, number, state, record, status)
+   subroutine measure_event(self, system, event, which, number, state, record, status)
       class(member_watcher_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       class(event_t), intent(in) :: event
@@ -110,6 +110,6 @@ contains
       call self%invariants%measure(system, state, record%work)
       if (.not. (associated(self%events) .and. associated(self%history))) return
       call self%events%write(self%history%columns, system, trim(event%name), number, state, record, status)
-   end subroutine take_event
+   end subroutine measure_event
 
 end module nutate_member_watcher

@@ -27,7 +27,7 @@ contains
          associate (variation => plan%variations(i))
             last = variation%first + variation%n - 1
             if (variation%distribution == GRID) then
-               call take_places(variation, place, values(variation%first:last))
+               call set_grid_values(variation, place, values(variation%first:last))
             else
                call draw(plan, variation, member, values(variation%first:last))
             end if
@@ -73,7 +73,7 @@ contains
    end subroutine draw
 
    !> The values of a place in a grid, the last target running fastest.
-   pure subroutine take_places(variation, place, values)
+   pure subroutine set_grid_values(variation, place, values)
       type(variation_t), intent(in) :: variation
       !> From 0 on; on exit what the grids before this one are to make of it.
       integer(long), intent(inout) :: place
@@ -88,6 +88,6 @@ contains
                                  (real(at, wp)/real(variation%points(i) - 1, wp))
          if (at > 0 .and. at == variation%points(i) - 1) values(i) = variation%high(i)
       end do
-   end subroutine take_places
+   end subroutine set_grid_values
 
 end module nutate_sampling

@@ -9,14 +9,14 @@
 !>
 !> In place of `go`, a program may hand out the chunks itself, to other processes too, each of which has joined:
 !>
-!>     call sweep%take_chunk(chunk)                                 ! where it was opened; 0: there are no more
+!>     call sweep%get_chunk(chunk)                                 ! where it was opened; 0: there are no more
 !>     call sweep%run_chunk(scene, runner, chunk, fields, status)   ! anywhere; returns when the rows are on the disk
 !>     call sweep%finish_chunk(chunk, fields, status)               ! where it was opened
 module nutate_sweep
    use nutate_byte_archive, only: byte_archive_t
    use nutate_kinds, only: long
    use nutate_lane_run, only: lanes
-   use nutate_member_rows, only: has_threads, take_rows
+   use nutate_member_rows, only: has_threads, run_share
    use nutate_member_run, only: member_run_t
    use nutate_npy, only: longest_header, npy_header
    use nutate_row_layout, only: make_layout, row_layout_t
@@ -77,7 +77,7 @@ module nutate_sweep
       !> Runs what is not done yet.
       procedure :: go
       !> The next chunk that is to be run.
-      procedure :: take_chunk
+      procedure :: get_chunk
       !> Runs a chunk to rows on the disk.
       procedure :: run_chunk
       !> Counts a chunk that has been run.
@@ -197,12 +197,12 @@ contains
       call read_text_file(self%name//partial, content, problem)
       if (problem /= '') return
       call read_sealed(self%name//partial, signature, content, problem)
-      if (problem == '') call take_sums(self, content, problem)
+      if (problem == '') call read_sums(self, content, problem)
       if (problem /= '') status = fail(NUTATE_BAD_ARGUMENT, self%name//partial//' '//problem)
    end subroutine open_sums
 
    !> Takes the sums of another sweep.
-   subroutine take_sums(self, content, problem)
+   subroutine read_sums(self, content, problem)
       class(sweep_t), intent(inout) :: self
       character(len=*), intent(in) :: content
       character(len=:), allocatable, intent(inout) :: problem
@@ -221,7 +221,7 @@ contains
       call self%sums%transfer(archive)
       problem = archive%problem()
       self%next = self%to_add
-   end subroutine take_sums
+   end subroutine read_sums
 
    !> Notes the sums so far. Errors: `NUTATE_IO`.
    subroutine keep_sums(self, status)
@@ -287,7 +287,7 @@ contains
       do while (status%ok())
          call lock_texts()
          chunk = 0
-         if (self%failure%ok()) call self%take_chunk(chunk)
+         if (self%failure%ok()) call self%get_chunk(chunk)
          call unlock_texts()
          if (chunk == 0) exit
          call self%run_chunk(scene, runner, chunk, fields, status)
@@ -303,7 +303,7 @@ contains
    end subroutine work
 
    !> The next chunk that is to be run. Not for several threads at once.
-   subroutine take_chunk(self, chunk)
+   subroutine get_chunk(self, chunk)
       !> Opened.
       class(sweep_t), intent(inout) :: self
       !> Its number; 0 if there are no more.
@@ -316,7 +316,7 @@ contains
          end if
          self%next = self%next + 1
       end do
-   end subroutine take_chunk
+   end subroutine get_chunk
 
    !> Runs a chunk to rows, which are on the disk when this returns. For several threads at once. Errors:
    !> `NUTATE_STOPPED` where the watcher of the runner wants the end; `NUTATE_IO`.
@@ -335,7 +335,7 @@ contains
       integer :: error
       first = self%first + (chunk - 1)*self%chunk
       allocate (fields(self%layout%width(), self%size_of(chunk)))
-      call take_rows(runner, scene, first, first + self%size_of(chunk) - 1, fields, status)
+      call run_share(runner, scene, first, first + self%size_of(chunk) - 1, fields, status)
       if (.not. (status%ok() .and. self%keeps_rows)) return
       call self%file%put_chunk(chunk, fields, error)
       if (error == 0) return

@@ -69,7 +69,7 @@ contains
 
       call set_places(self, len(header), width, rows, chunk)
       found = .false.
-      if (resume) call take_up(self, name, header, identity, found, status)
+      if (resume) call resume_file(self, name, header, identity, found, status)
       if (found .or. .not. status%ok()) return
       call self%file%open(name, status)
       if (status%ok()) call self%file%resize(map_at(self) + head + size(self%done), status)
@@ -119,7 +119,7 @@ contains
    end function map_at
 
    !> Goes on with the file of another sweep.
-   subroutine take_up(self, name, header, identity, found, status)
+   subroutine resume_file(self, name, header, identity, found, status)
       class(sweep_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name, header
       integer(long), intent(in) :: identity
@@ -153,7 +153,7 @@ contains
       do i = 1, len(marks, long)
          self%done(i) = marks(i:i) == done_mark
       end do
-   end subroutine take_up
+   end subroutine resume_file
 
    !> Writes the rows of a chunk, and returns when they are on the disk. For several threads at once.
    subroutine put_chunk(self, chunk, fields, error)

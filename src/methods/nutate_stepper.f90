@@ -105,7 +105,7 @@ module nutate_stepper
       !> Forgets the steps before, which only help to predict the next one.
       procedure :: forget_steps => forget_nothing
       !> To be called where torques and motors of the system hold other values from now on, and nothing else is new.
-      procedure :: take_commands => forget_for_commands
+      procedure :: update_commands => forget_for_commands
       !> The method's own part of `prepare`.
       procedure(set_up_method), deferred :: set_up
       !> The step itself, which may be a part of a longer one.

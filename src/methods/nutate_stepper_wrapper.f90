@@ -16,13 +16,13 @@ module nutate_stepper_wrapper
       !> Says where there is no stepper inside.
       procedure, non_overridable :: check_base
       !> Copies what the inner stepper reports of its last step, whether it succeeded or not; work and estimate apart.
-      procedure, non_overridable :: take_counts
+      procedure, non_overridable :: copy_counts
       !> Copies the work of the last step, and the estimate of its error.
-      procedure, non_overridable :: take_work
+      procedure, non_overridable :: copy_work
       procedure :: copy
       procedure :: forget_steps
       procedure :: keep_steps
-      procedure :: take_commands
+      procedure :: update_commands
       procedure :: transfer
    end type stepper_wrapper_t
 
@@ -38,23 +38,23 @@ contains
    end subroutine check_base
 
    !> Copies what the inner stepper reports of its last step.
-   subroutine take_counts(self)
+   subroutine copy_counts(self)
       class(stepper_wrapper_t), intent(inout) :: self
       self%iterations = self%base%iterations
       self%residual = self%base%residual
       self%continued = self%base%continued
       self%uncertified = self%base%uncertified
-   end subroutine take_counts
+   end subroutine copy_counts
 
    !> Copies the work of the last step, and the estimate of its error.
-   subroutine take_work(self)
+   subroutine copy_work(self)
       class(stepper_wrapper_t), intent(inout) :: self
       integer :: i
       self%error_estimate = self%base%error_estimate
       do i = 1, size(self%work)
          self%work(i) = self%base%work(i)
       end do
-   end subroutine take_work
+   end subroutine copy_work
 
    !> Makes a stepper that goes on as this one would.
    recursive subroutine copy(self, twin)
@@ -84,10 +84,10 @@ contains
    end subroutine forget_steps
 
    !> So does it then. What a wrapper knows of the invariants stays: the other values do work as the ones before.
-   recursive subroutine take_commands(self)
+   recursive subroutine update_commands(self)
       class(stepper_wrapper_t), intent(inout) :: self
-      call self%base%take_commands()
-   end subroutine take_commands
+      call self%base%update_commands()
+   end subroutine update_commands
 
    !> What the stepper inside remembers.
    subroutine transfer(self, archive)

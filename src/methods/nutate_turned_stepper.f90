@@ -74,23 +74,23 @@ contains
       type(status_t), intent(inout) :: status
       if (.not. self%turn%there) then
          call self%base%advance(system, state, dt, window_time, status)
-         call self%take_counts()
-         if (status%code == 0) call self%take_work()
+         call self%copy_counts()
+         if (status%code == 0) call self%copy_work()
          self%step_error = self%base%step_error
          return
       end if
       if (self%untested) call check_start(system, state, dt, status)
-      if (status%code == 0 .and. dt /= self%turn%length) call take_length(self, dt, status)
+      if (status%code == 0 .and. dt /= self%turn%length) call set_turn(self, dt, status)
       if (status%code /= 0) return
       call self%base%advance(self%standing, state, dt, window_time, status)
-      call self%take_counts()
+      call self%copy_counts()
       if (status%code /= 0) return
       self%untested = .false.
       call turn_state(self%turn%change, state)
    end subroutine advance
 
    !> Sets the length of a step.
-   pure subroutine take_length(self, dt, status)
+   pure subroutine set_turn(self, dt, status)
       class(turned_stepper_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: dt
@@ -98,7 +98,7 @@ contains
       logical :: possible
       call self%turn%set_length(dt, possible)
       if (.not. possible) status = fail(NUTATE_OFF_BRANCH, 'the step is too long: the space axes turn too far')
-   end subroutine take_length
+   end subroutine set_turn
 
    !> Turns attitude and momentum: adds d∘q and d∘p.
    pure subroutine turn_state(d, state)
@@ -137,7 +137,7 @@ contains
       self%step_error = self%base%step_error
       if (.not. status%ok()) return
       if (abs(t - self%start) > 0.0_wp) then
-         if (t - self%start /= self%turn%length) call take_length(self, t - self%start, status)
+         if (t - self%start /= self%turn%length) call set_turn(self, t - self%start, status)
          if (.not. status%ok()) return
          call turn_state(self%turn%change, inside)
       end if

@@ -8,15 +8,15 @@ module nutate_control
    use nutate_quaternion, only: quat_normalized
    use nutate_controller, only: controller_t
    use nutate_saturation_count, only: side_of_limit
-   use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, take_saturations
-   use nutate_speed_limits, only: add_speed_limits, has_speed_limits, take_speed_limits
+   use nutate_saturation, only: add_saturations, can_jump, can_saturate, free_senses, note_saturations
+   use nutate_speed_limits, only: add_speed_limits, has_speed_limits, find_speed_limits
    use nutate_state, only: state_t
    use nutate_system, only: system_t
    implicit none
    private
 
    public :: beyond_accuracy, free_senses, is_watched, limit_events, &
-      needs_control, next_sample, take_limits, take_samples
+      needs_control, next_sample, find_limits, take_samples
 
 contains
 
@@ -55,12 +55,12 @@ contains
    end function limit_events
 
    !> Finds out what is at, or beyond, its limit.
-   pure subroutine take_limits(system, state)
+   pure subroutine find_limits(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
-      call take_speed_limits(system, state)
-      call take_saturations(system, state)
-   end subroutine take_limits
+      call find_speed_limits(system, state)
+      call note_saturations(system, state)
+   end subroutine find_limits
 
    pure logical function has_samples(effects)
       type(effect_list_t), intent(in) :: effects

@@ -67,7 +67,7 @@ module nutate_error_control
       procedure :: look_inside
       procedure :: retake
       procedure :: renew
-      procedure :: take_commands
+      procedure :: update_commands
       procedure :: transfer => transfer_control
    end type error_control_t
 
@@ -220,7 +220,7 @@ contains
          call go_halves(self, system, progress%record, next, step, error, status)
       else
          if (self%half%keeps_steps) call self%half%mark_step(next, self%sense*step, next%t + 0.5_wp*self%sense*step)
-         call take_part(self%half, system, next, self%sense*step, next%t + 0.5_wp*self%sense*step, progress%record, &
+         call perform_part(self%half, system, next, self%sense*step, next%t + 0.5_wp*self%sense*step, progress%record, &
                         status)
          self%work(:) = self%half%work
          error = self%half%error_estimate
@@ -298,18 +298,18 @@ contains
       middle = state%t + 0.5_wp*self%sense*step
       once = state
       error = 0.0_wp
-      call take_part(self%whole, system, once, self%sense*step, middle, record, status)
-      if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
+      call perform_part(self%whole, system, once, self%sense*step, middle, record, status)
+      if (status%ok()) call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
       self%work(:) = self%half%work
       moved = self%whole%moved_by_round_off + self%half%moved_by_round_off
-      if (status%ok()) call take_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
+      if (status%ok()) call perform_part(self%half, system, state, 0.5_wp*self%sense*step, middle, record, status)
       self%work(:) = self%work + self%half%work
       moved = moved + self%half%moved_by_round_off
       if (status%ok()) error = estimate(self, once, state, moved)
    end subroutine go_halves
 
    !> A step of one of the steppers, as a part of a step with the given middle.
-   subroutine take_part(stepper, system, state, dt, middle, record, status)
+   subroutine perform_part(stepper, system, state, dt, middle, record, status)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
@@ -322,7 +322,7 @@ contains
       ! A whole step says how good the halves are: its root counts like theirs.
       record%uncertified = record%uncertified + stepper%uncertified
       record%residual = stepper%residual
-   end subroutine take_part
+   end subroutine perform_part
 
    !> |v|, the same digits in whatever unit; `norm2` rounds differently above and below 1.
    pure real(wp) function length_of(v)
@@ -442,7 +442,7 @@ contains
          call self%whole%forget_steps()
          call go_halves(self, system, progress%record, next, abs(length), error, status)
       else
-         call take_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status)
+         call perform_part(self%half, system, next, length, next%t + 0.5_wp*length, progress%record, status)
          self%work(:) = self%half%work
       end if
       if (status%code /= 0) return
@@ -465,12 +465,12 @@ contains
    end subroutine renew
 
    !> Notes that torques and motors hold other values.
-   subroutine take_commands(self)
+   subroutine update_commands(self)
       class(error_control_t), intent(inout) :: self
-      call self%half%take_commands()
-      if (allocated(self%whole)) call self%whole%take_commands()
-      if (allocated(self%branch)) call self%branch%take_commands()
-   end subroutine take_commands
+      call self%half%update_commands()
+      if (allocated(self%whole)) call self%whole%update_commands()
+      if (allocated(self%branch)) call self%branch%update_commands()
+   end subroutine update_commands
 
    !> Shows what the next steps depend on, under the name of this policy.
    subroutine transfer_control(self, archive)

@@ -56,7 +56,7 @@ contains
          do i = 1, size(events%watched)
             if (status%code == 0 .and. .not. hunts(i)%found) call find_next(i, hunts(i)%first)
          end do
-         if (status%code == 0) call take_in_turn()
+         if (status%code == 0) call process_in_order()
          if (status%code == 0) call keep_ends()
          ! Where the length of the next step is known, before it.
          if (status%code == 0 .and. .not. policy%longest_step < huge(length)) &
@@ -132,7 +132,7 @@ contains
       end subroutine find_next
 
       !> Takes the events in the order of time, up to one that ends the step.
-      subroutine take_in_turn()
+      subroutine process_in_order()
          integer :: k
          logical :: ends
          do
@@ -157,7 +157,7 @@ contains
             if (status%code == 0) call find_next(k, hunts(k)%root)
             if (status%code /= 0) return
          end do
-      end subroutine take_in_turn
+      end subroutine process_in_order
 
       !> Shows an event inside the step.
       subroutine show_inside(k)
@@ -310,7 +310,7 @@ contains
          end do
          events%n_due = 0
          call count_saturations(system%effects, progress%state%t)
-         call events%take_system(system)
+         call events%set_system(system)
          if (settled) call events%hold_sides()
          call add_increment(progress%summary%switch_work, progress%switch_compensation, &
                             potential_energy(system%effects, progress%state%q, progress%state%t) - before)
@@ -320,7 +320,7 @@ contains
          progress%state%balance%open = .false.
          call policy%renew(system, status)
       else
-         call policy%take_commands()
+         call policy%update_commands()
       end if
    end subroutine make_switches
 

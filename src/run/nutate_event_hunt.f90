@@ -89,7 +89,7 @@ contains
             (max(abs(self%first%f), abs(self%last%f)) <= noise_of_rate*self%turn*self%pace .and. &
              max(abs(self%first%slope), abs(self%last%slope)) <= noise_of_second_rate*self%turn**2*self%pace)
          if (self%is_flat) self%last%side = self%first%side
-         if (jumps) call take_jump(self, side)
+         if (jumps) call note_jump(self, side)
       end if
       watched%jumped = .false.
    end subroutine set_sides
@@ -108,7 +108,7 @@ contains
       jumps = jumps .and. watched%side /= 0 .and. abs(cell - watched%cell) > 0.0_wp
       if (jumps) then
          self%at = merge(cell, cell + 1, cell > watched%cell)
-         call take_jump(self, nint(sign(1.0_wp, cell - watched%cell)))
+         call note_jump(self, nint(sign(1.0_wp, cell - watched%cell)))
       end if
       if (watched%side == 0 .or. jumps) watched%cell = cell
       watched%side = 1
@@ -118,13 +118,13 @@ contains
    end subroutine set_cells
 
    !> The function has jumped over a level at the start of the step.
-   pure subroutine take_jump(self, side)
+   pure subroutine note_jump(self, side)
       class(hunt_t), intent(inout) :: self
       integer, intent(in) :: side
       self%found = self%wanted == 0 .or. self%wanted == side
       self%root = self%first
       self%root%side = side
-   end subroutine take_jump
+   end subroutine note_jump
 
    !> Where a step ended on an event, a switch may have turned its function back, or moved it: its side is then that
    !> to which it goes now, so that what only touches its level does not happen twice. But where the event
@@ -281,11 +281,11 @@ contains
       if (.not. self%period > 0.0_wp) return
       watched%side = 1
       watched%cell = self%last_cell
-      call take_off_periods(self, watched)
+      call subtract_periods(self, watched)
    end subroutine leave_step
 
    !> Takes whole periods off, that are whole turns, so that an angle keeps its digits however long it turns.
-   pure subroutine take_off_periods(self, watched)
+   pure subroutine subtract_periods(self, watched)
       class(hunt_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched
       real(wp) :: periods, turns
@@ -299,7 +299,7 @@ contains
          watched%f = watched%f - periods*self%period
          watched%cell = watched%cell - periods
       end associate
-   end subroutine take_off_periods
+   end subroutine subtract_periods
 
    !> Notes where the step was cut, function and slope known there.
    pure subroutine leave_cut(self, watched, happened, slope_error, moved)

@@ -2,7 +2,7 @@
 !> often it happened, and when.
 module nutate_event_tracker
    use nutate_archive, only: archive_t
-   use nutate_control, only: limit_events, take_limits
+   use nutate_control, only: limit_events, find_limits
    use nutate_effect_list, only: effect_list_t
    use nutate_event, only: CROSSING, event_t, most_parts, part_t, second_rate
    use nutate_event_roots, only: node_t
@@ -107,7 +107,7 @@ module nutate_event_tracker
       !> Finds out for how long nothing can happen.
       procedure :: fall_asleep
       !> Sets a system with other effects on.
-      procedure :: take_system
+      procedure :: set_system
       !> Takes the sides on which the quantities of limits are, as the system has it.
       procedure :: hold_sides
       !> The parts of an event's function.
@@ -168,9 +168,9 @@ contains
                "no effect that can be switched is called '"//trim(event%effect)//"'", 'switch')
          end associate
       end do
-      call self%take_system(system)
+      call self%set_system(system)
       if (size(limits) == 0) return
-      call take_limits(self%system, state)
+      call find_limits(self%system, state)
       call self%hold_sides()
    end subroutine begin
 
@@ -196,14 +196,14 @@ contains
    end subroutine remember
 
    !> Sets a system with other effects on.
-   subroutine take_system(self, system)
+   subroutine set_system(self, system)
       class(event_tracker_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       self%system = system
       self%known = .false.
       self%asleep = .false.
       self%bounds = bound_motion(system)
-   end subroutine take_system
+   end subroutine set_system
 
    !> Takes the sides on which the quantities of limits are, as the system has it. At its level the round-off of a
    !> quantity does not tell: what then is at its limit, and is not seen to leave it, would stay there.
@@ -341,7 +341,7 @@ contains
       do i = 1, size(self%watched)
          associate (watched => self%watched(i))
             before = watched%f
-            call take_functions(self, i, system, window_time)
+            call evaluate_functions(self, i, system, window_time)
             watched%jumped = placed .and. abs(watched%f - before) > 0.0_wp
             watched%followed = .true.
          end associate
@@ -362,14 +362,14 @@ contains
       call find_motion(system, state, self%motion)
       call find_rates(system, window_time, self%motion)
       do i = 1, size(self%watched)
-         call take_functions(self, i, system, window_time)
+         call evaluate_functions(self, i, system, window_time)
       end do
       self%known = .false.
       self%placed = .true.
    end subroutine place
 
    !> Takes function and slope of an event at the motion, angles as near as may be to where they were.
-   subroutine take_functions(self, i, system, window_time)
+   subroutine evaluate_functions(self, i, system, window_time)
       class(event_tracker_t), intent(inout) :: self
       integer, intent(in) :: i
       type(system_t), intent(in) :: system
@@ -383,7 +383,7 @@ contains
          if (watched%event%kind == CROSSING) watched%f = watched%f - watched%event%level
          watched%slope = sum(parts%rate)
       end associate
-   end subroutine take_functions
+   end subroutine evaluate_functions
 
    !> Sees if other torques act than in the last step, or other pieces of them.
    subroutine see_torques(self, system, window_time)

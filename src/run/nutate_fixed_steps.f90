@@ -6,7 +6,7 @@ module nutate_fixed_steps
    use nutate_limits, only: same_time
    use nutate_observer, only: observer_t, run_record_t
    use nutate_progress, only: add_works, count_part, count_step, end_of_step, progress_t, put_works, way_t
-   use nutate_step_subdivision, only: take_next_part, try, try_piece
+   use nutate_step_subdivision, only: perform_next_part, try, try_piece
    use nutate_step_policy, only: step_policy_t
    use nutate_run_plan, only: run_plan_t
    use nutate_state, only: state_t
@@ -37,7 +37,7 @@ module nutate_fixed_steps
       procedure :: look_inside
       procedure :: retake
       procedure :: renew
-      procedure :: take_commands
+      procedure :: update_commands
       procedure :: transfer => transfer_stepper
    end type fixed_steps_t
 
@@ -114,7 +114,7 @@ contains
          if (.not. abs(target - t_end) > 0.0_wp .and. abs(length - dt) <= margin) length = dt
          if (abs(length) > 0.0_wp) call try_piece(self%stepper, system, progress, length, status)
       else
-         call take_next_part(self%stepper, system, progress, status)
+         call perform_next_part(self%stepper, system, progress, status)
       end if
       if (status%code /= 0 .or. progress%way%level > 0) return
       progress%state%t = target
@@ -223,10 +223,10 @@ contains
    end subroutine renew
 
    !> Notes that torques and motors hold other values.
-   subroutine take_commands(self)
+   subroutine update_commands(self)
       class(fixed_steps_t), intent(inout) :: self
-      call self%stepper%take_commands()
-   end subroutine take_commands
+      call self%stepper%update_commands()
+   end subroutine update_commands
 
    !> The state at a time inside the last step of the method, and what belongs to a row of it. Errors: those of the
    !> stepper, which must keep the starts of its steps.

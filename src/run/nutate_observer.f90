@@ -56,7 +56,7 @@ module nutate_observer
       procedure :: poll => ignore_poll
       !> Called after every step of the method, before anything is made of it, if `vets_steps`: a failure takes the step
       !> back and ends the run. For callbacks that can fail.
-      procedure :: vet => take_all
+      procedure :: vet => accept_all
       !> Called after every step, and after every part of one that is subdivided or turns the body far, before
       !> `observe`, if `sees_every_step`: for what must be followed from step to step.
       procedure :: watch => ignore_watch
@@ -102,10 +102,10 @@ contains
    end subroutine ignore_poll
 
    !> Finds nothing wrong.
-   subroutine take_all(self, status)
+   subroutine accept_all(self, status)
       class(observer_t), intent(inout) :: self
       type(status_t), intent(out) :: status
-   end subroutine take_all
+   end subroutine accept_all
 
    !> Does nothing.
    subroutine ignore_watch(self, state)

@@ -337,7 +337,7 @@ contains
          call find_tolerance(system, self%summary%settings, self%progress_t, control, status, observer, last, shown)
          if (.not. status%ok()) return
          if (present(shown) .and. allocated(last%summary%work)) then
-            call take_over(self, last)
+            call use_last_run(self, last)
          else
             call control%begin(system, self%summary%settings, self%progress_t, status)
          end if
@@ -400,12 +400,12 @@ contains
       if (.not. allocated(last%summary%work)) then
          call drive(self%progress_t, self%policy, system, status)
       else
-         call take_over(self, last)
+         call use_last_run(self, last)
       end if
    end subroutine go_unseen
 
    !> Takes the last run of a search for the run itself.
-   subroutine take_over(self, last)
+   subroutine use_last_run(self, last)
       class(run_t), intent(inout) :: self
       !> At its end.
       type(progress_t), intent(inout) :: last
@@ -415,7 +415,7 @@ contains
       last%summary%settings = self%summary%settings
       last%summary%choice = self%summary%choice
       self%progress_t = last
-   end subroutine take_over
+   end subroutine use_last_run
 
    !> Goes to a time, from wherever the run is. Errors: those of `begin` and `go`.
    subroutine go_to(self, system, t, status, observer)

@@ -84,8 +84,8 @@ contains
       call take_samples(system, progress%state, sense, sample_margin(progress), changed)
       progress%events%next_sample = next_sample(system%effects, progress%state%t + sense*sample_margin(progress), sense)
       if (.not. changed) return
-      call progress%events%take_system(system)
-      call policy%take_commands()
+      call progress%events%set_system(system)
+      call policy%update_commands()
    end subroutine sample_state
 
    !> True at a sample of a controller.

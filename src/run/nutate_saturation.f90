@@ -16,7 +16,7 @@ module nutate_saturation
    implicit none
    private
 
-   public :: add_saturations, can_jump, can_saturate, count_saturations, free_senses, take_saturations
+   public :: add_saturations, can_jump, can_saturate, count_saturations, free_senses, note_saturations
 
    !> What is farther from its limit than this part of it was not found there: it has jumped.
    real(wp), parameter :: near = 1e-3_wp
@@ -398,7 +398,7 @@ contains
    end function cut_behind
 
    !> Finds out on which side of zero each e₀ is, and what is at, or beyond, its limit. The limits of wheels are known.
-   pure subroutine take_saturations(system, state)
+   pure subroutine note_saturations(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
       integer :: i
@@ -406,7 +406,7 @@ contains
          if (turns_over(system%effects, i)) call hold_sense(system%effects, i, sense_at(system, i, state))
       end do
       call find_saturations(system, state)
-   end subroutine take_saturations
+   end subroutine note_saturations
 
    !> sgn(e₀) of a controller; where e₀ is zero but for round-off, half a turn from the target, that to which it goes.
    pure integer function sense_at(system, torque, state) result(sense)

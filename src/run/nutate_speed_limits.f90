@@ -14,7 +14,7 @@ module nutate_speed_limits
    implicit none
    private
 
-   public :: add_speed_limits, has_speed_limits, take_speed_limits
+   public :: add_speed_limits, has_speed_limits, find_speed_limits
 
    !> The speed of a wheel comes to a limit, or leaves it.
    type, extends(limit_event_t) :: speed_event_t
@@ -78,7 +78,7 @@ contains
    end subroutine add_speed_limits
 
    !> Finds out which wheels are at, or beyond, their limits.
-   pure subroutine take_speed_limits(system, state)
+   pure subroutine find_speed_limits(system, state)
       type(system_t), intent(inout) :: system
       type(state_t), intent(in) :: state
       type(motion_t) :: motion
@@ -93,7 +93,7 @@ contains
             call put_at_limit(wheel, side)
          end associate
       end do
-   end subroutine take_speed_limits
+   end subroutine find_speed_limits
 
    !> A motor that a law drives at all times minds the limit itself.
    pure subroutine settle_speed(self, system, state)

@@ -35,11 +35,11 @@ module nutate_step_policy
       !> The state at a time inside that step, for events: rows and steps do not notice.
       procedure(look), deferred :: look_inside
       !> Takes that step again, shorter.
-      procedure(take_again), deferred :: retake
+      procedure(repeat_part), deferred :: retake
       !> Sets a system that has changed.
-      procedure(take_system), deferred :: renew
+      procedure(set_system), deferred :: renew
       !> Notes that torques and motors hold other values.
-      procedure(take_values), deferred :: take_commands
+      procedure(update_values), deferred :: update_commands
       !> Shows to an archive what the next steps depend on.
       procedure(show_memory), deferred :: transfer
    end type step_policy_t
@@ -106,7 +106,7 @@ module nutate_step_policy
 
       !> Moves a run by a part of the step that was taken last, and counts no step of the run. Errors: those of the
       !> method.
-      subroutine take_again(self, system, progress, t_end, status)
+      subroutine repeat_part(self, system, progress, t_end, status)
          import :: step_policy_t, system_t, progress_t, status_t, wp
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
@@ -116,21 +116,21 @@ module nutate_step_policy
          real(wp), intent(in) :: t_end
          !> Success on entry.
          type(status_t), intent(inout) :: status
-      end subroutine take_again
+      end subroutine repeat_part
 
       !> Errors: those of the methods' `prepare`.
-      subroutine take_system(self, system, status)
+      subroutine set_system(self, system, status)
          import :: step_policy_t, system_t, status_t
          class(step_policy_t), intent(inout) :: self
          type(system_t), intent(in) :: system
          !> Success on entry.
          type(status_t), intent(inout) :: status
-      end subroutine take_system
+      end subroutine set_system
 
-      subroutine take_values(self)
+      subroutine update_values(self)
          import :: step_policy_t
          class(step_policy_t), intent(inout) :: self
-      end subroutine take_values
+      end subroutine update_values
 
       subroutine show_memory(self, archive)
          import :: step_policy_t, archive_t

@@ -10,7 +10,7 @@ module nutate_step_subdivision
    implicit none
    private
 
-   public :: go_inside, spare_tries, take_next_part, try, try_piece
+   public :: go_inside, spare_tries, perform_next_part, try, try_piece
 
    !> A step that fails is subdivided into up to 2**deepest_level parts. A part can be followed where it turns the
    !> body by less than about 2 rad: what fails in a 1024th of a step fails for another reason, or was meant to be
@@ -44,7 +44,7 @@ contains
          progress%way%start = progress%state%t
          progress%way%length = length
          progress%way%done = 0
-         call take_next_part(stepper, system, progress, status)
+         call perform_next_part(stepper, system, progress, status)
       end if
    end subroutine try_piece
 
@@ -63,7 +63,7 @@ contains
    end subroutine try
 
    !> Moves the state by the next part of a piece that is subdivided, as long as it does not fail.
-   subroutine take_next_part(stepper, system, progress, status)
+   subroutine perform_next_part(stepper, system, progress, status)
       class(stepper_t), intent(inout) :: stepper
       type(system_t), intent(in) :: system
       !> The level of its way is 0 again at the end of the piece.
@@ -100,7 +100,7 @@ contains
          call count_part(progress, stepper)
          if (way%done == 2**way%level) way%level = 0
       end associate
-   end subroutine take_next_part
+   end subroutine perform_next_part
 
    !> Moves the start of the last step to a time inside of it, by two steps. Errors: those of the stepper.
    subroutine go_inside(stepper, system, t, end_time, state, work, status, works)

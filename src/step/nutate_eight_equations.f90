@@ -206,7 +206,7 @@ contains
       a = self%mean_rate(z)
       xm = self%x0 + 0.5_wp*z(1:4)
       if (self%turn%there) then
-         call self%turn%take_turns((0.25_wp*self%dt)*a, xm, self%y0 + 0.5_wp*z(5:8), z, r)
+         call self%turn%add_turns((0.25_wp*self%dt)*a, xm, self%y0 + 0.5_wp*z(5:8), z, r)
       else
          r(1:4) = z(1:4) - (0.25_wp*self%dt)*quat_product(xm, a)
          r(5:8) = z(5:8) + (0.25_wp*self%dt)*quat_product(self%y0 + 0.5_wp*z(5:8), conjugation*a)
@@ -322,7 +322,7 @@ contains
          xm = self%x0 + 0.5_wp*z(1:4)
          ym = self%y0 + 0.5_wp*z(5:8)
          ! With the rounding of the residual, so that none of the free motion's is left.
-         call self%turn%take_momentum_turns(2*alpha, ym, z(5:8), impulse)
+         call self%turn%add_momentum_turns(2*alpha, ym, z(5:8), impulse)
          if (self%forces%projection) impulse = impulse - (dot_product(xm, impulse)/dot_product(xm, xm))*xm
       end if
       if (.not. self%is_tangent()) then

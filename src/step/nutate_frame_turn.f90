@@ -43,8 +43,8 @@ module nutate_frame_turn
       !> ∂r/∂b.
       procedure :: relative_by_absolute
       !> The free part of the eight equations, and that of p alone.
-      procedure :: take_turns
-      procedure :: take_momentum_turns
+      procedure :: add_turns
+      procedure :: add_momentum_turns
       !> What p gains.
       procedure :: momentum_increment
    end type frame_turn_t
@@ -146,7 +146,7 @@ contains
 
    !> Δx - 2(x̄∘α - δ∘x̄) and Δy + 2(ȳ∘Cα + δ∘ȳ) with α = ⅛Δt a, in the sums and differences of α and δ: no products
    !> more than in axes that stand still.
-   pure subroutine take_turns(self, quarter, x, y, z, r)
+   pure subroutine add_turns(self, quarter, x, y, z, r)
       class(frame_turn_t), intent(in) :: self
       !> 2α, x̄ and ȳ; shape (4).
       real(wp), intent(in) :: quarter(4), x(4), y(4)
@@ -165,10 +165,10 @@ contains
       r(6) = z(6) + (a*y(2) - (y(1)*less(1) + y(3)*more(3) - y(4)*more(2)))
       r(7) = z(7) + (a*y(3) - (y(1)*less(2) + y(4)*more(1) - y(2)*more(3)))
       r(8) = z(8) + (a*y(4) - (y(1)*less(3) + y(2)*more(2) - y(3)*more(1)))
-   end subroutine take_turns
+   end subroutine add_turns
 
    !> Δy + 2(ȳ∘Cα + δ∘ȳ).
-   pure subroutine take_momentum_turns(self, quarter, y, z, r)
+   pure subroutine add_momentum_turns(self, quarter, y, z, r)
       class(frame_turn_t), intent(in) :: self
       !> 2α, ȳ and Δy; shape (4).
       real(wp), intent(in) :: quarter(4), y(4), z(4)
@@ -181,7 +181,7 @@ contains
       r(2) = z(2) + (a*y(2) - (y(1)*less(1) + y(3)*more(3) - y(4)*more(2)))
       r(3) = z(3) + (a*y(3) - (y(1)*less(2) + y(4)*more(1) - y(2)*more(3)))
       r(4) = z(4) + (a*y(4) - (y(1)*less(3) + y(2)*more(2) - y(3)*more(1)))
-   end subroutine take_momentum_turns
+   end subroutine add_momentum_turns
 
    !> What ½u*∘p gains in the step that turns the body by r, on the constraint manifold: c∘L1 - L0, less what rounding
    !> left of q·p. c - 1 = 2(r - ρ)/(1+ρ), and L1 - L0 is the solution of the second equation, of which b·ΔL = Δt b·τ̄;

@@ -79,7 +79,7 @@ module nutate_reduced_equations
       !> The b of a step in which the momentum stays.
       procedure :: explicit_guess
       !> Takes a b, at which the derivative is wanted.
-      procedure :: take
+      procedure :: set_point
       !> F(b), the discrete (9a) and (11) on the constraint manifold.
       procedure :: residual
       !> ∂F/∂b
@@ -171,13 +171,13 @@ contains
    end function explicit_guess
 
    !> Computes the mean momentum of a turn, for F and its derivative.
-   pure subroutine take(self, b)
+   pure subroutine set_point(self, b)
       class(reduced_equations_t), intent(inout) :: self
       real(wp), intent(in) :: b(3)
       self%mean = times_vector(self%inertia, b) + self%rotor
       self%change = self%mean - self%momentum
       self%beta = dot_product(b, b) - self%turn%square
-   end subroutine take
+   end subroutine set_point
 
    !> F(b) = (Δt/4s) G(b); shape (3). Keeps the torque. Without the torque's part where that is too strong.
    pure subroutine residual(self, system, b, f)
@@ -186,7 +186,7 @@ contains
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: f(3)
       real(wp) :: tau(3)
-      call take(self, b)
+      call set_point(self, b)
       f = (1 - self%beta)*self%change + 2*cross(b, self%mean)
       if (.not. self%forces%active) return
       if (self%is_relative) then
@@ -230,7 +230,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: b(3)
       real(wp), intent(out) :: matrix(3, 3)
-      call self%take(b)
+      call self%set_point(b)
       if (self%forces%active) call self%linearize_forces(system, b)
       call add_free_part(self, b, matrix)
    end subroutine jacobian

@@ -105,7 +105,7 @@ contains
       plan = plan_of(problem, monitor)
       plan%time_step = time_step
       outcome%state = problem%start
-      call take_observer(monitor, problem)
+      call copy_observer(monitor, problem)
       clock%clock => monitor%clock%clock
       call clock%start()
       call integrate(problem%system, stepper, outcome%state, plan, status, monitor, outcome%summary)
@@ -127,7 +127,7 @@ contains
       plan = plan_of(problem, monitor)
       plan%goal%local_tolerance = tolerance
       outcome%state = problem%start
-      call take_observer(monitor, problem)
+      call copy_observer(monitor, problem)
       clock%clock => monitor%clock%clock
       call clock%start()
       call integrate(problem%system, settings, outcome%state, plan, status, monitor, outcome%summary)
@@ -165,7 +165,7 @@ contains
       state = problem%start
       monitor%measures = .true.
       if (present(clock)) monitor%clock = clock
-      call take_observer(monitor, problem)
+      call copy_observer(monitor, problem)
       call monitor%invariants%start(problem%system, state)
       call integrate(problem%system, settings_of(integrator_settings_t(), method), state, plan, status, monitor)
       if (status%code == NUTATE_STEP_LIMIT) status = status_t()
@@ -184,12 +184,12 @@ contains
          rate = motion%pace(body_momentum(problem%start))
    end function lean_rate
 
-   subroutine take_observer(monitor, problem)
+   subroutine copy_observer(monitor, problem)
       type(run_monitor_t), intent(inout) :: monitor
       type(problem_t), intent(in) :: problem
       if (allocated(problem%observer) .and. .not. allocated(monitor%observer)) &
          allocate (monitor%observer, source=problem%observer)
-   end subroutine take_observer
+   end subroutine copy_observer
 
    !> Measures the invariants and the rate of rotation.
    subroutine measure_row(self, system, state, record, status)

@@ -132,11 +132,11 @@ contains
          end if
       end do
       self%last_seconds = clock%seconds() - begun
-      call take_level(self, time_step, q, problem, clock)
+      call compare_level(self, time_step, q, problem, clock)
    end subroutine refine
 
    !> Compares the attitudes of both methods at a step.
-   subroutine take_level(self, time_step, q, problem, clock)
+   subroutine compare_level(self, time_step, q, problem, clock)
       class(reference_t), intent(inout) :: self
       !> s.
       real(wp), intent(in) :: time_step
@@ -156,7 +156,7 @@ contains
          self%q = q(:, 1)
       end if
       if (self%stale >= patience .and. self%uncertainty < useless) call settle(self, .true., problem, clock)
-   end subroutine take_level
+   end subroutine compare_level
 
    !> Decides how well the attitude is known.
    subroutine settle(self, by_round_off, problem, clock)

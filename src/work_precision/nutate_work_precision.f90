@@ -152,7 +152,7 @@ contains
             clock%deadline = min(self%clock%deadline, begun + overdraft*share)
             call measure_point(self%problem, self%reference, sample_share*self%clock%deadline, clock, point, status)
             self%spent(self%method) = self%clock%seconds() - begun
-            call take_point(self, point, status)
+            call store_point(self, point, status)
          end if
       end if
       self%method = self%method + 1
@@ -163,7 +163,7 @@ contains
    end subroutine run_next
 
    !> Keeps a run and finds out whether its method goes on. Steps that are too long to be taken at all are passed over.
-   subroutine take_point(self, point, status)
+   subroutine store_point(self, point, status)
       class(work_precision_t), intent(inout) :: self
       type(work_point_t), intent(in) :: point
       !> What the run came to.
@@ -189,7 +189,7 @@ contains
          end if
          if (self%ending(m) == UNDER_WAY .and. self%level + 1 == levels) self%ending(m) = LAST_LEVEL
       end associate
-   end subroutine take_point
+   end subroutine store_point
 
    !> Notes the error of a run; true if shorter steps of its method are not worth while.
    logical function no_gain(self, point)

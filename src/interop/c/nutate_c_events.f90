@@ -6,7 +6,7 @@ module nutate_c_events
       stepper_handle_t, system_handle_t, &
       unprepare
    use nutate_c_quantity, only: c_event_t
-   use nutate_c_text, only: lock_texts, take_text, unlock_texts
+   use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_event, only: event_t
    use nutate_event_tracker, only: event_list_t, event_tracker_t
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_BAD_SCENE, NUTATE_OK
@@ -57,7 +57,7 @@ contains
             status = fail(NUTATE_BAD_SCENE, 'a quantity takes one group &event', 'group')
       end if
       if (status%ok()) then
-         call take_over(events%slots(1)%item, event)
+         call copy_options(events%slots(1)%item, event)
          event%function = quantity
          event%user = user
          event%failure = c_loc(handle%failure)
@@ -126,7 +126,7 @@ contains
          return
       end if
       text = ''
-      if (c_associated(keys)) call take_text(keys, text)
+      if (c_associated(keys)) call copy_text(keys, text)
       call lock_texts()
       call parse_table_keys(text, t, torque, effect, at, status)
       call unlock_texts()
@@ -151,7 +151,7 @@ contains
          status = null_argument('groups')
          return
       end if
-      call take_text(groups, text)
+      call copy_text(groups, text)
       call lock_texts()
       call parse_events(text, with_columns, handle%system%effects, handle%plan%goal%accuracy, events, status, &
                         handle%text)
@@ -159,7 +159,7 @@ contains
    end subroutine read_events
 
    !> What an event is but for its quantity.
-   subroutine take_over(from, event)
+   subroutine copy_options(from, event)
       class(event_t), intent(in) :: from
       type(c_event_t), intent(inout) :: event
       event%name = from%name
@@ -171,7 +171,7 @@ contains
       event%count = from%count
       event%effect = from%effect
       event%action = from%action
-   end subroutine take_over
+   end subroutine copy_options
 
    !> What the last run knows of its events counts for them among more.
    subroutine renew_tracker(handle, status)

@@ -6,10 +6,10 @@ module nutate_c_history
    use nutate_c_handles, only: copy_system, erase_mark, find_history, find_scene, history_handle_t, null_argument, &
       open_slot, report, scene_handle_t, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: find_steps_asking, poll_t
-   use nutate_c_rows, only: row_taker_t
+   use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: travel
-   use nutate_c_stepper, only: start_handle, take_scene
-   use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
+   use nutate_c_stepper, only: start_handle, set_scene
+   use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_event, only: event_t
    use nutate_event_history, only: event_history_t, events_name
    use nutate_files, only: same_file
@@ -78,7 +78,7 @@ contains
          status = fail(NUTATE_BAD_HANDLE, 'scene is NULL, destroyed or not a scene')
       else
          name = from%scene%output%file
-         if (c_associated(path)) call take_text(path, name)
+         if (c_associated(path)) call copy_text(path, name)
          if (name == '') then
             status = fail(NUTATE_BAD_ARGUMENT, 'the path is empty', 'path')
          else if (same_file(from%scene%file, name)) then
@@ -126,7 +126,7 @@ contains
       if (.not. associated(handle)) return
       code = NUTATE_BAD_ARGUMENT
       if (.not. present(values) .or. (size >= 0 .and. size < handle%rows)) return
-      call take_text(name, wanted)
+      call copy_text(name, wanted)
       do column = 1, handle%width
          if (nth_name(handle%names, column) == wanted .and. wanted /= '') exit
       end do
@@ -201,11 +201,11 @@ contains
       type(history_handle_t), pointer, intent(in) :: handle
       type(status_t), intent(out) :: status
       type(stepper_handle_t), pointer :: stepper
-      type(row_taker_t) :: taker
+      type(row_receiver_t) :: receiver
       call start_handle(stepper, status)
       if (.not. status%ok()) return
       associate (scene => from%scene, columns => stepper%columns)
-         call take_scene(stepper, from, status)
+         call set_scene(stepper, from, status)
          call lock_texts()
          if (status%ok()) call columns%choose(scene%output%columns, status, scene%output%degrees, scene%system%effects)
          handle%names = columns%header()
@@ -214,9 +214,9 @@ contains
             call columns%start(stepper%system, scene%initial, scene%integrator%inverse_auxiliary_inertia, &
                                backward=scene%plan%end_time < scene%initial%t)
             stepper%poll = from%poll
-            taker%history => handle
-            call taker%take(columns%width, 0_long, status)
-            call travel(stepper, scene%plan, taker, status)
+            receiver%history => handle
+            call receiver%open_array(columns%width, 0_long, status)
+            call travel(stepper, scene%plan, receiver, status)
             handle%found = stepper%found
             handle%uncertified_steps = stepper%run%summary%uncertified_steps
             handle%accuracy = scene%plan%goal%accuracy

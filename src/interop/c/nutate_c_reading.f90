@@ -5,7 +5,7 @@ module nutate_c_reading
    use nutate_c_effects, only: add_failure
    use nutate_c_handles, only: conclude, find_stepper, null_argument, stepper_handle_t, unprepare
    use nutate_c_rows, only: present_record
-   use nutate_c_text, only: lock_texts, nth_name, take_text, text_to_c, unlock_texts
+   use nutate_c_text, only: lock_texts, nth_name, copy_text, text_to_c, unlock_texts
    use nutate_columns, only: columns_t, need_attitude
    use nutate_hamiltonian, only: angular_velocity, body_momentum, kinetic_energy, potential_energy, space_momentum
    use nutate_invariants, only: conserved_momentum
@@ -181,7 +181,7 @@ contains
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      call take_text(sets, list)
+      call copy_text(sets, list)
       if (list == '') then
          code = conclude(handle, fail(NUTATE_BAD_ARGUMENT, 'no set of columns is named', 'sets'))
       else

@@ -14,10 +14,10 @@ module nutate_c_rows
    implicit none
    private
 
-   public :: row_taker_t, write_row, present_record
+   public :: row_receiver_t, write_row, present_record
 
    !> Writes rows into an array.
-   type, extends(observer_t) :: row_taker_t
+   type, extends(observer_t) :: row_receiver_t
       !> `double[capacity][width]`, or null; rows that it has room for, beyond the greatest integer a negative number.
       type(c_ptr) :: array = c_null_ptr
       integer(c_size_t) :: capacity = 0
@@ -35,19 +35,19 @@ module nutate_c_rows
       type(stepper_handle_t), pointer :: handle => null()
    contains
       !> Opens the array.
-      procedure :: take
-      procedure :: observe => take_row
+      procedure :: open_array
+      procedure :: observe => receive_row
       procedure :: poll => ask_program
       procedure :: vet => judge_callbacks
-      procedure :: show_event => take_event
+      procedure :: show_event => receive_event
       procedure :: watch => follow_state
-   end type row_taker_t
+   end type row_receiver_t
 
 contains
 
    !> Opens the array. Errors: `NUTATE_BAD_ARGUMENT` where it is too small.
-   subroutine take(self, width, needed, status)
-      class(row_taker_t), intent(inout) :: self
+   subroutine open_array(self, width, needed, status)
+      class(row_receiver_t), intent(inout) :: self
       integer, intent(in) :: width
       !> Rows that it must hold.
       integer(long), intent(in) :: needed
@@ -65,7 +65,7 @@ contains
          call c_f_pointer(self%array, self%values, &
                           [int(width, c_size_t), merge(capacity, huge(capacity)/width, capacity >= 0)])
       end associate
-   end subroutine take
+   end subroutine open_array
 
    !> What belongs to a row beside the present state.
    type(run_record_t) function present_record(handle) result(record)
@@ -82,42 +82,43 @@ contains
    end function present_record
 
    !> Writes the present state as a row. Errors: `NUTATE_NOT_FINITE`.
-   subroutine write_row(handle, taker, status)
+   subroutine write_row(handle, receiver, status)
       type(stepper_handle_t), intent(inout) :: handle
-      type(row_taker_t), intent(inout) :: taker
+      type(row_receiver_t), intent(inout) :: receiver
       type(status_t), intent(inout) :: status
-      if (taker%wants_rows) call put_row(handle, taker, handle%system, handle%run%state, present_record(handle), status)
+      if (receiver%wants_rows) &
+         call put_row(handle, receiver, handle%system, handle%run%state, present_record(handle), status)
    end subroutine write_row
 
    !> Puts a row behind the others. Errors: `NUTATE_NOT_FINITE`; `NUTATE_STEP_LIMIT` where there is no room.
-   subroutine put_row(handle, taker, system, state, record, status)
+   subroutine put_row(handle, receiver, system, state, record, status)
       type(stepper_handle_t), intent(inout) :: handle
-      class(row_taker_t), intent(inout) :: taker
+      class(row_receiver_t), intent(inout) :: receiver
       !> With what is switched on now.
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
       type(status_t), intent(inout) :: status
-      if (associated(taker%history)) then
-         call make_room(taker%history, status)
+      if (associated(receiver%history)) then
+         call make_room(receiver%history, status)
          if (status%code /= 0) return
-         taker%values => taker%history%values
-      else if (taker%rows >= size(taker%values, 2, c_size_t)) then
+         receiver%values => receiver%history%values
+      else if (receiver%rows >= size(receiver%values, 2, c_size_t)) then
          status = fail(NUTATE_STEP_LIMIT, 'the run has more rows than the array has room for')
          return
       end if
-      associate (row => taker%values(:, taker%rows + 1))
+      associate (row => receiver%values(:, receiver%rows + 1))
          call handle%columns%evaluate(system, state, record, row)
          if (.not. all(ieee_is_finite(row))) status = fail(NUTATE_NOT_FINITE, 'a value of a row is not finite')
       end associate
       call add_failure(handle%failure, status)
-      if (status%code == 0) taker%rows = taker%rows + 1
-      if (associated(taker%history)) taker%history%rows = taker%rows
+      if (status%code == 0) receiver%rows = receiver%rows + 1
+      if (associated(receiver%history)) receiver%history%rows = receiver%rows
    end subroutine put_row
 
    !> Writes a row of a run.
-   subroutine take_row(self, system, state, record, status)
-      class(row_taker_t), intent(inout) :: self
+   subroutine receive_row(self, system, state, record, status)
+      class(row_receiver_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
       type(run_record_t), intent(in) :: record
@@ -131,11 +132,11 @@ contains
          end associate
       end if
       call put_row(self%handle, self, system, state, record, status)
-   end subroutine take_row
+   end subroutine receive_row
 
    !> Keeps an event of a run.
-   subroutine take_event(self, system, event, which, number, state, record, status)
-      class(row_taker_t), intent(inout) :: self
+   subroutine receive_event(self, system, event, which, number, state, record, status)
+      class(row_receiver_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       class(event_t), intent(in) :: event
       integer, intent(in) :: which
@@ -145,11 +146,11 @@ contains
       type(status_t), intent(inout) :: status
       status = judge_failure(self%handle%failure)
       if (status%code == 0) call self%handle%found%put(system, event, number, state, status)
-   end subroutine take_event
+   end subroutine receive_event
 
    !> Ends the run where the program wants it.
    subroutine ask_program(self, fraction, status)
-      class(row_taker_t), intent(inout) :: self
+      class(row_receiver_t), intent(inout) :: self
       real(wp), intent(in) :: fraction
       type(status_t), intent(out) :: status
       call self%handle%poll%ask(status)
@@ -157,14 +158,14 @@ contains
 
    !> Performs a step back in which a callback has failed.
    subroutine judge_callbacks(self, status)
-      class(row_taker_t), intent(inout) :: self
+      class(row_receiver_t), intent(inout) :: self
       type(status_t), intent(out) :: status
       status = judge_failure(self%handle%failure)
    end subroutine judge_callbacks
 
    !> Follows angles that must not lose turns.
    subroutine follow_state(self, state)
-      class(row_taker_t), intent(inout) :: self
+      class(row_receiver_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       call self%handle%columns%follow(state)
    end subroutine follow_state

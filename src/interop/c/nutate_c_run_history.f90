@@ -6,7 +6,7 @@ module nutate_c_run_history
    use nutate_c_handles, only: conclude, find_scene, find_stepper, history_handle_t, null_argument, open_slot, &
       scene_handle_t, stepper_handle_t, HISTORY_MARK
    use nutate_c_polls, only: poll_t
-   use nutate_c_rows, only: row_taker_t
+   use nutate_c_rows, only: row_receiver_t
    use nutate_c_runs, only: run_to
    use nutate_kinds, only: wp
    use nutate_limits, only: is_moderate
@@ -28,7 +28,7 @@ contains
       type(c_ptr), pointer :: slot
       type(stepper_handle_t), pointer :: handle
       type(history_handle_t), pointer :: rows
-      type(row_taker_t) :: taker
+      type(row_receiver_t) :: receiver
       type(run_plan_t) :: plan
       type(status_t) :: status
       integer :: failed
@@ -41,7 +41,7 @@ contains
          return
       end if
       plan = run_plan_t(end_time=end_time, every=every, interval=interval)
-      call take_times(times, n_times, handle%run%state%t, plan, status)
+      call set_times(times, n_times, handle%run%state%t, plan, status)
       if (status%ok()) then
          allocate (rows, stat=failed)
          if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a history')
@@ -50,8 +50,8 @@ contains
          rows%mark = HISTORY_MARK
          rows%names = handle%names
          slot = c_loc(rows)
-         taker%history => rows
-         call run_to(handle, plan, taker, status)
+         receiver%history => rows
+         call run_to(handle, plan, receiver, status)
          rows%uncertified_steps = handle%run%summary%uncertified_steps
          rows%found = handle%found
          rows%accuracy = handle%plan%goal%accuracy
@@ -85,7 +85,7 @@ contains
 
    !> Sets the times of rows into a plan. Errors: `NUTATE_BAD_ARGUMENT` for times out of their order, or outside of the
    !> run.
-   subroutine take_times(address, n, start, plan, status)
+   subroutine set_times(address, n, start, plan, status)
       !> `double[n]`, or null: none.
       type(c_ptr), intent(in) :: address
       integer(c_size_t), intent(in) :: n
@@ -116,6 +116,6 @@ contains
          return
       end if
       plan%times = times
-   end subroutine take_times
+   end subroutine set_times
 
 end module nutate_c_run_history

@@ -5,7 +5,7 @@ module nutate_c_runs
    use nutate_c_effects, only: add_failure, has_callbacks
    use nutate_c_handles, only: conclude, find_stepper, stepper_handle_t, unprepare
    use nutate_c_polls, only: find_steps_asking
-   use nutate_c_rows, only: row_taker_t, write_row
+   use nutate_c_rows, only: row_receiver_t, write_row
    use nutate_c_settings, only: prepare_if_needed
    use nutate_c_stepping, only: test_step
    use nutate_control, only: free_senses, needs_control
@@ -26,26 +26,26 @@ contains
       integer(c_size_t), intent(in), value :: capacity
       integer(c_size_t), intent(inout), optional :: n_rows
       type(stepper_handle_t), pointer :: handle
-      type(row_taker_t) :: taker
+      type(row_receiver_t) :: receiver
       type(run_plan_t) :: plan
       type(status_t) :: status
       if (present(n_rows)) n_rows = 0
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      taker%array = rows
-      taker%capacity = capacity
+      receiver%array = rows
+      receiver%capacity = capacity
       call get_going(handle, status)
       if (status%ok() .and. (n < 0 .or. every < 1)) &
          status = fail(NUTATE_BAD_ARGUMENT, 'n is negative, or every not positive', 'n')
-      if (status%ok()) call taker%take(handle%columns%width, n/every, status)
+      if (status%ok()) call receiver%open_array(handle%columns%width, n/every, status)
       if (status%ok()) then
-         taker%leaves_out_ends = .true.
+         receiver%leaves_out_ends = .true.
          plan = run_plan_t(time_step=handle%plan%time_step, every=every, steps=n, &
                            end_time=handle%run%end_of_steps(n, handle%plan%time_step))
-         call travel(handle, plan, taker, status)
+         call travel(handle, plan, receiver, status)
       end if
-      if (present(n_rows)) n_rows = taker%rows
+      if (present(n_rows)) n_rows = receiver%rows
       code = conclude(handle, status)
    end function nutate_stepper_run
 
@@ -57,18 +57,18 @@ contains
       integer(c_size_t), intent(in), value :: capacity
       integer(c_size_t), intent(inout), optional :: n_rows
       type(stepper_handle_t), pointer :: handle
-      type(row_taker_t) :: taker
+      type(row_receiver_t) :: receiver
       type(run_plan_t) :: plan
       type(status_t) :: status
       if (present(n_rows)) n_rows = 0
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      taker%array = rows
-      taker%capacity = capacity
+      receiver%array = rows
+      receiver%capacity = capacity
       plan = run_plan_t(end_time=end_time, every=every, interval=interval)
-      call run_to(handle, plan, taker, status)
-      if (present(n_rows)) n_rows = taker%rows
+      call run_to(handle, plan, receiver, status)
+      if (present(n_rows)) n_rows = receiver%rows
       code = conclude(handle, status)
    end function nutate_stepper_run_to
 
@@ -93,10 +93,10 @@ contains
 
    !> Runs to the end time of a plan that says when rows are due: with nominal steps, or adaptive steps.
    !> Errors: `NUTATE_BAD_ARGUMENT`, why a step failed, those of callbacks and rows.
-   subroutine run_to(handle, plan, taker, status)
+   subroutine run_to(handle, plan, receiver, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(run_plan_t), intent(inout) :: plan
-      type(row_taker_t), intent(inout) :: taker
+      type(row_receiver_t), intent(inout) :: receiver
       type(status_t), intent(out) :: status
       integer(long) :: n, rows
       call check_run(handle, plan, status)
@@ -116,8 +116,8 @@ contains
          end if
          if (.not. allocated(plan%times)) rows = rows_of(n, plan%every)
       end if
-      call taker%take(handle%columns%width, rows, status)
-      if (status%ok()) call travel(handle, plan, taker, status)
+      call receiver%open_array(handle%columns%width, rows, status)
+      if (status%ok()) call travel(handle, plan, receiver, status)
    end subroutine run_to
 
    !> Prepares what nominal steps need. Errors: `NUTATE_BAD_ARGUMENT`.
@@ -135,51 +135,51 @@ contains
 
    !> Goes to the end of a plan, from wherever the run is. Errors: those of the steps, of callbacks and rows; after a
    !> failed callback the state is that before the step.
-   subroutine travel(handle, plan, taker, status)
+   subroutine travel(handle, plan, receiver, status)
       !> Prepared.
       type(stepper_handle_t), intent(inout), target :: handle
       type(run_plan_t), intent(in) :: plan
-      type(row_taker_t), intent(inout) :: taker
+      type(row_receiver_t), intent(inout) :: receiver
       type(status_t), intent(inout) :: status
       logical :: is_watched
-      taker%handle => handle
-      taker%sees_every_step = handle%columns%follows_steps
-      taker%wants_works = handle%columns%needs_works
-      taker%vets_steps = has_callbacks(handle%system%effects) .or. handle%events%count() > 0
+      receiver%handle => handle
+      receiver%sees_every_step = handle%columns%follows_steps
+      receiver%wants_works = handle%columns%needs_works
+      receiver%vets_steps = has_callbacks(handle%system%effects) .or. handle%events%count() > 0
       handle%plain = .false.
       handle%failure = 0
       handle%found%n = 0
       if (.not. abs(plan%end_time - handle%run%state%t) > 0.0_wp) then
-         if (is_first_a_row(plan, taker)) call write_row(handle, taker, status)
+         if (is_first_a_row(plan, receiver)) call write_row(handle, receiver, status)
          return
       end if
       is_watched = allocated(handle%run%events)
       call handle%run%set_out(handle%system, plan, status)
       if (status%ok() .and. .not. is_watched) call handle%run%expect(handle%events, handle%system, status)
       if (status%ok()) call find_steps_asking(handle%run, handle%poll, handle%failure, handle%system, status)
-      if (status%ok()) call handle%run%go(handle%system, status, taker)
+      if (status%ok()) call handle%run%go(handle%system, status, receiver)
       call add_failure(handle%failure, status)
-      if (allocated(handle%run%events)) call take_effects(handle)
+      if (allocated(handle%run%events)) call copy_effects(handle)
       if (allocated(handle%inside)) deallocate (handle%inside)
       ! The method of nominal steps has not been there.
       if (plan%goal%active() .and. allocated(handle%run%stepper)) deallocate (handle%run%stepper)
    end subroutine travel
 
    !> True where the first state of a run that has nowhere to go is a row of it.
-   pure logical function is_first_a_row(plan, taker)
+   pure logical function is_first_a_row(plan, receiver)
       type(run_plan_t), intent(in) :: plan
-      type(row_taker_t), intent(in) :: taker
-      is_first_a_row = .not. taker%leaves_out_ends
+      type(row_receiver_t), intent(in) :: receiver
+      is_first_a_row = .not. receiver%leaves_out_ends
       if (allocated(plan%times)) is_first_a_row = size(plan%times) > 0
    end function is_first_a_row
 
    !> Takes what has been switched, and held, in a run.
-   subroutine take_effects(handle)
+   subroutine copy_effects(handle)
       type(stepper_handle_t), intent(inout) :: handle
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects = handle%run%events%system%effects
       if (.not. needs_control(handle%system%effects)) call free_senses(handle%system%effects)
-   end subroutine take_effects
+   end subroutine copy_effects
 
    !> Tests the arguments of a run to a time. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine check_run(handle, plan, status)

@@ -6,7 +6,7 @@ module nutate_c_satellites
    use nutate_c_groups, only: add_motor_of, parse_motor_keys, put_numbers, put_text
    use nutate_c_handles, only: conclude, find_system, null_argument, system_handle_t
    use nutate_c_system_effects, only: add, is_finite_or_bad
-   use nutate_c_text, only: lock_texts, take_text, unlock_texts
+   use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_keys, only: group_t, table_t
    use nutate_kinds, only: wp
    use nutate_orbit, only: earth_mu
@@ -95,7 +95,7 @@ contains
       if (present(body_point)) call put_numbers(group, 'body_point', body_point)
       if (present(force)) call put_numbers(group, 'force', force)
       if (c_associated(axes)) then
-         call take_text(axes, name)
+         call copy_text(axes, name)
          call put_text(group, 'axes', name)
       end if
       if (is_finite_or_bad(-start)) call put_numbers(group, 'start', [start])
@@ -172,7 +172,7 @@ contains
          return
       end if
       text = ''
-      if (c_associated(keys)) call take_text(keys, text)
+      if (c_associated(keys)) call copy_text(keys, text)
       allocate (table%numbers(2, n))
       table%numbers(1, :) = t
       table%numbers(2, :) = torque
@@ -193,7 +193,7 @@ contains
       character(len=:), allocatable :: means
       call put_text(group, 'law', 'quaternion')
       if (c_associated(by)) then
-         call take_text(by, means)
+         call copy_text(by, means)
          call put_text(group, 'by', means)
       end if
       if (present(target)) call put_numbers(group, 'target', target)

@@ -5,7 +5,7 @@ module nutate_c_scene
    use nutate_c_handles, only: conclude, erase_mark, find_scene, null_argument, open_slot, report, scene_handle_t, &
       SCENE_MARK
    use nutate_c_system, only: add_callback_potential, add_callback_torque, keep_system
-   use nutate_c_text, only: lock_texts, message_to_c, take_text, text_to_c, unlock_texts
+   use nutate_c_text, only: lock_texts, message_to_c, copy_text, text_to_c, unlock_texts
    use nutate_hamiltonian, only: angular_velocity
    use nutate_scene, only: parse_scene, read_scene
    use nutate_status, only: status_t, fail, NUTATE_BAD_ARGUMENT, NUTATE_BAD_HANDLE, NUTATE_NO_MEMORY, NUTATE_OK
@@ -178,7 +178,7 @@ contains
       slot => open_slot(scene)
       if (.not. associated(slot)) status = null_argument('scene')
       if (.not. c_associated(source)) status = null_argument('path or text')
-      if (status%ok()) call take_overrides(overrides, n_overrides, settings, status)
+      if (status%ok()) call read_overrides(overrides, n_overrides, settings, status)
       if (status%ok()) then
          allocate (handle, stat=failed)
          if (failed /= 0) status = fail(NUTATE_NO_MEMORY, 'there is no memory for a scene')
@@ -186,8 +186,8 @@ contains
       text = trim(status%message)
       if (status%ok()) then
          called = 'scene'
-         if (c_associated(name)) call take_text(name, called)
-         call take_text(source, content)
+         if (c_associated(name)) call copy_text(name, called)
+         call copy_text(source, content)
          call lock_texts()
          if (is_file) then
             call read_scene(called, handle%scene, status, text, settings)
@@ -207,7 +207,7 @@ contains
    end function load
 
    !> The overrides as texts of one length. Errors: `NUTATE_BAD_ARGUMENT` where one of them, or all, is null.
-   subroutine take_overrides(overrides, n, texts, status)
+   subroutine read_overrides(overrides, n, texts, status)
       !> `char *[n]`.
       type(c_ptr), intent(in) :: overrides
       integer(c_size_t), intent(in) :: n
@@ -232,14 +232,14 @@ contains
       longest = 1
       do i = 1, int(n)
          if (.not. c_associated(list(i))) status = null_argument('overrides[i]')
-         call take_text(list(i), text)
+         call copy_text(list(i), text)
          longest = max(longest, len(text))
       end do
       allocate (character(len=longest) :: texts(n))
       do i = 1, int(n)
-         call take_text(list(i), text)
+         call copy_text(list(i), text)
          texts(i) = text
       end do
-   end subroutine take_overrides
+   end subroutine read_overrides
 
 end module nutate_c_scene

@@ -6,7 +6,7 @@ module nutate_c_stepper
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_scene, find_stepper, find_system, &
       null_argument, open_slot, report, scene_handle_t, stepper_handle_t, system_handle_t, unprepare, STEPPER_MARK
    use nutate_c_settings, only: get_key, prepare, set_key
-   use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
+   use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
    use nutate_effect_list, only: effect_list_t
    use nutate_hamiltonian, only: body_momentum, conserved_energy, make_state
    use nutate_keys, only: name_length
@@ -26,7 +26,7 @@ module nutate_c_stepper
    public :: nutate_stepper_create, nutate_stepper_create_scene, nutate_stepper_destroy, nutate_stepper_set, &
       nutate_stepper_get, nutate_stepper_set_time_step, nutate_stepper_prepare, nutate_stepper_set_state, &
       nutate_stepper_set_canonical
-   public :: start_handle, take_scene
+   public :: start_handle, set_scene
 
    !> Sets of columns of a stepper that no scene has chosen.
    character(len=name_length), parameter :: usual_sets(4) = [character(len=name_length) :: &
@@ -51,7 +51,7 @@ contains
          call start_handle(handle, status)
          if (status%ok()) then
             call copy_system(from%system, handle%system, c_loc(handle%failure))
-            call take_start(handle, make_state(handle%system, handle%run%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), &
+            call store_start(handle, make_state(handle%system, handle%run%state%q, [0.0_wp, 0.0_wp, 0.0_wp]), &
                             usual_sets, status)
             call finish_handle(slot, handle, status)
          end if
@@ -75,7 +75,7 @@ contains
       else
          call start_handle(handle, status)
          if (status%ok()) then
-            call take_scene(handle, from, status)
+            call set_scene(handle, from, status)
             call finish_handle(slot, handle, status)
          end if
       end if
@@ -109,8 +109,8 @@ contains
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
       if (c_associated(key) .and. c_associated(value)) then
-         call take_text(key, name)
-         call take_text(value, text)
+         call copy_text(key, name)
+         call copy_text(value, text)
          call set_key(handle, name, text, status)
       else
          status = null_argument('key or value')
@@ -128,7 +128,7 @@ contains
       code = NUTATE_BAD_HANDLE
       handle => find_stepper(stepper)
       if (.not. associated(handle)) return
-      call take_text(key, name)
+      call copy_text(key, name)
       call get_key(handle, name, value, status)
       code = conclude(handle, status)
       if (code == NUTATE_OK) code = text_to_c(trim(value), buffer, size)
@@ -258,7 +258,7 @@ contains
    end subroutine finish_handle
 
    !> Sets system, start and settings of a scene.
-   subroutine take_scene(handle, from, status)
+   subroutine set_scene(handle, from, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(scene_handle_t), intent(in) :: from
       type(status_t), intent(out) :: status
@@ -271,11 +271,11 @@ contains
       do i = 1, size(from%scene%groups)
          if (from%scene%groups(i)%name == 'integrator') handle%group = from%scene%groups(i)
       end do
-      call take_start(handle, from%scene%initial, from%scene%output%columns, status)
-   end subroutine take_scene
+      call store_start(handle, from%scene%initial, from%scene%output%columns, status)
+   end subroutine set_scene
 
    !> Stores the first state and the sets of columns.
-   subroutine take_start(handle, state, sets, status)
+   subroutine store_start(handle, state, sets, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       character(len=*), intent(in) :: sets(:)
@@ -286,7 +286,7 @@ contains
       handle%names = handle%columns%header()
       call unlock_texts()
       if (status%ok()) call replace_state(handle, state, status)
-   end subroutine take_start
+   end subroutine store_start
 
    !> Tests time, attitude and what else makes a state. Errors: `NUTATE_BAD_ARGUMENT`.
    subroutine check_numbers(t, q, other, status)
@@ -301,7 +301,7 @@ contains
    end subroutine check_numbers
 
    !> Puts a state in place of the present one, from which energy and work count, the effects switched as they were
-   !> given and nothing held. Errors: those of `take_state`.
+   !> given and nothing held. Errors: those of `set_state`.
    subroutine replace_state(handle, state, status)
       type(stepper_handle_t), intent(inout), target :: handle
       type(state_t), intent(in) :: state
@@ -312,12 +312,12 @@ contains
          handle%system%effects = handle%given
          call report_failures_to(handle%system%effects, c_loc(handle%failure))
       end if
-      call take_state(handle, state, status)
+      call set_state(handle, state, status)
       if (allocated(switched) .and. .not. status%ok()) handle%system%effects = switched
    end subroutine replace_state
 
    !> Sets a state. Errors: `NUTATE_BAD_ARGUMENT` where momentum or energy are too large; those of callbacks.
-   subroutine take_state(handle, state, status)
+   subroutine set_state(handle, state, status)
       type(stepper_handle_t), intent(inout) :: handle
       type(state_t), intent(in) :: state
       type(status_t), intent(out) :: status
@@ -340,6 +340,6 @@ contains
       handle%run%summary%choice = choice
       call unprepare(handle)
       call handle%columns%start(handle%system, state, inverse_j0, handle%plan%time_step < 0.0_wp)
-   end subroutine take_state
+   end subroutine set_state
 
 end module nutate_c_stepper

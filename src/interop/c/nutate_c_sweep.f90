@@ -3,7 +3,7 @@ module nutate_c_sweep
    use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int64_t, c_ptr, c_size_t
    use nutate_c_handles, only: find_scene, null_argument, report, scene_handle_t
    use nutate_c_polls, only: poll_t
-   use nutate_c_text, only: lock_texts, take_text, text_to_c, unlock_texts
+   use nutate_c_text, only: lock_texts, copy_text, text_to_c, unlock_texts
    use nutate_member_rows, only: fill_rows, has_threads
    use nutate_row_layout, only: field_length, make_layout, row_layout_t
    use nutate_scene, only: scene_kinds, scene_t
@@ -86,7 +86,7 @@ contains
          status = fail(NUTATE_BAD_ARGUMENT, 'the table has no line, or not 1 to 200 columns', 'n_names')
       else
          call lock_texts()
-         call take_table(handle%scene, names, int(n_names), numbers, lines, status, whole)
+         call add_cases(handle%scene, names, int(n_names), numbers, lines, status, whole)
          call unlock_texts()
       end if
       code = report(status, message, size, whole)
@@ -170,7 +170,7 @@ contains
    end subroutine check_members
 
    !> Adds a table of cases to a scene. Errors: `NUTATE_BAD_SCENE`; the scene is as it was then.
-   subroutine take_table(scene, names, n_names, numbers, lines, status, whole)
+   subroutine add_cases(scene, names, n_names, numbers, lines, status, whole)
       type(scene_t), intent(inout) :: scene
       !> `char *[n_names]`, `double[lines][n_names]`.
       type(c_ptr), intent(in) :: names, numbers
@@ -189,7 +189,7 @@ contains
       call c_f_pointer(numbers, values, [int(n_names, c_size_t), lines])
       do i = 1, n_names
          if (.not. c_associated(list(i))) status = null_argument('names[i]')
-         call take_text(list(i), text)
+         call copy_text(list(i), text)
          if (len(text) > field_length) status = fail(NUTATE_BAD_SCENE, 'a name is too long to be that of a number')
          texts(i) = text
       end do
@@ -198,7 +198,7 @@ contains
       if (.not. error%raised) return
       status = fail(NUTATE_BAD_SCENE, error%text)
       whole = error%text
-   end subroutine take_table
+   end subroutine add_cases
 
    !> Sets the poll callback.
    subroutine start(self, poll, threads)

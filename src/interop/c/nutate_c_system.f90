@@ -8,7 +8,7 @@ module nutate_c_system
    use nutate_c_groups, only: add_groups, make_body_of, parse_system, put_numbers, put_text
    use nutate_c_handles, only: conclude, copy_system, erase_mark, find_system, null_argument, open_slot, report, &
       system_handle_t, SYSTEM_MARK
-   use nutate_c_text, only: lock_texts, take_text, unlock_texts
+   use nutate_c_text, only: lock_texts, copy_text, unlock_texts
    use nutate_effect_list, only: effect_list_t
    use nutate_keys, only: group_t
    use nutate_kinds, only: wp
@@ -71,7 +71,7 @@ contains
          n = maxval(shape_kinds%sizes) + 1
          if (n_lengths >= 0) n = min(n, n_lengths)
          call c_f_pointer(lengths, numbers, [n])
-         call take_text(shape, name)
+         call copy_text(shape, name)
          call put_text(group, 'shape', name)
          call put_numbers(group, 'size', numbers)
       end if
@@ -94,7 +94,7 @@ contains
       else if (.not. c_associated(text)) then
          status = null_argument('text')
       else
-         call take_text(text, content)
+         call copy_text(text, content)
          call lock_texts()
          call parse_system(content, built, status, whole)
          call unlock_texts()
@@ -148,7 +148,7 @@ contains
       handle => find_system(system)
       if (.not. associated(handle)) return
       if (c_associated(text)) then
-         call take_text(text, content)
+         call copy_text(text, content)
          call lock_texts()
          call add_groups(content, handle%system, status, handle%text)
          call unlock_texts()

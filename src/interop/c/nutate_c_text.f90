@@ -9,7 +9,7 @@ module nutate_c_text
    implicit none
    private
 
-   public :: take_text, text_to_c, message_to_c, nth_name, lock_texts, unlock_texts
+   public :: copy_text, text_to_c, message_to_c, nth_name, lock_texts, unlock_texts
 
    interface
       pure integer(c_size_t) function strlen(text) bind(C, name='strlen')
@@ -21,7 +21,7 @@ module nutate_c_text
 contains
 
    !> A text that C gave; empty where it is null.
-   subroutine take_text(address, text)
+   subroutine copy_text(address, text)
       !> Ended by NUL.
       type(c_ptr), intent(in) :: address
       character(len=:), allocatable, intent(out) :: text
@@ -36,7 +36,7 @@ contains
       do i = 1, length
          text(i:i) = bytes(i)
       end do
-   end subroutine take_text
+   end subroutine copy_text
 
    !> Writes a text into a buffer of C, cut to what fits and ended by NUL: `NUTATE_OK` or `NUTATE_TRUNCATED`;
    !> `NUTATE_BAD_ARGUMENT` for a buffer that is null or has no room for the NUL.

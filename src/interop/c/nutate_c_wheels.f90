@@ -94,10 +94,10 @@ contains
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)
       handle%system%effects%wheels(wheel)%command = torque
       call handle%run%leave()
-      call handle%run%stepper%take_commands()
+      call handle%run%stepper%update_commands()
       handle%run%stepper%last_length = 0.0_wp
       handle%plain = .false.
-      if (allocated(handle%run%events)) call handle%run%events%take_system(handle%system)
+      if (allocated(handle%run%events)) call handle%run%events%set_system(handle%system)
    end subroutine hold_torque
 
    integer(c_int) function nutate_stepper_jacobi(stepper, jacobi) result(code) bind(C)

@@ -331,7 +331,7 @@ contains
       type(columns_t) :: columns
       type(status_t) :: status
       call columns%choose(names, status, effects=effects)
-      if (.not. status%ok()) call error%take(group%line_of('columns'), status)
+      if (.not. status%ok()) call error%raise_status(group%line_of('columns'), status)
    end subroutine check_columns
 
    !> Reads the times of rows where a file has them.

@@ -56,7 +56,7 @@ contains
       else
          call build_inertia(group, body, status)
       end if
-      if (.not. status%ok()) call error%take(line_at_fault(group, trim(status%subject)), status)
+      if (.not. status%ok()) call error%raise_status(line_at_fault(group, trim(status%subject)), status)
    end subroutine rebuild_body
 
    !> Keys that exclude or need each other.

@@ -111,7 +111,7 @@ contains
       if (status%ok()) call check_strength(effect, status)
       if (status%ok()) call read_switch(group, effect, error)
       if (status%ok() .and. .not. error%raised) call add_effect_of(system, effect, status)
-      if (.not. status%ok()) call error%take(group%line_of(trim(status%subject)), status)
+      if (.not. status%ok()) call error%raise_status(group%line_of(trim(status%subject)), status)
    end subroutine build_one
 
    !> The name by which switches call an effect, and whether it is on at the start.

@@ -29,7 +29,7 @@ module nutate_scene_error
       !> The same for a line of another file.
       procedure :: raise_in
       !> The same for a status that is a failure.
-      procedure :: take
+      procedure :: raise_status
    end type scene_error_t
 
 contains
@@ -71,7 +71,7 @@ contains
    end subroutine raise_in
 
    !> Records a failure unless there is one already.
-   pure subroutine take(self, line, status)
+   pure subroutine raise_status(self, line, status)
       class(scene_error_t), intent(inout) :: self
       integer, intent(in) :: line
       type(status_t), intent(in) :: status
@@ -79,7 +79,7 @@ contains
       if (self%raised) return
       call self%raise(line, trim(status%message))
       self%code = status%code
-   end subroutine take
+   end subroutine raise_status
 
    !> The error as a line for a person: `FILE:LINE: text`, or `PLACE_OF_...` and the text.
    pure function error_line(path, error) result(line)

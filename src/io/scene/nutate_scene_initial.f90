@@ -126,11 +126,11 @@ contains
       if (group%has('quaternion')) then
          q = group%vector('quaternion', q)
          call check_attitude(q, status)
-         if (.not. status%ok()) call error%take(group%line_of('quaternion'), status)
+         if (.not. status%ok()) call error%raise_status(group%line_of('quaternion'), status)
          q = quat_normalized(q)
       else if (group%has('axis')) then
          call quat_from_axis_angle(group%vector('axis', angles), unit*group%number('angle', 0.0_wp), q, status)
-         if (.not. status%ok()) call error%take(group%line_of('axis'), status)
+         if (.not. status%ok()) call error%raise_status(group%line_of('axis'), status)
       else if (group%has('euler')) then
          angles = unit*group%vector('euler', angles)
          q = quat_from_euler(angles(1), angles(2), angles(3))
@@ -171,11 +171,11 @@ contains
 
       call check_motion(system, state, status)
       if (.not. status%ok()) then
-         call error%take(initial%line_of(trim(merge('euler_rates     ', 'angular_velocity', &
+         call error%raise_status(initial%line_of(trim(merge('euler_rates     ', 'angular_velocity', &
                                                     initial%has('euler_rates')))), status)
       else if (abs(plan%time_step) > 0.0_wp) then
          call check_step(system, state, plan%time_step, status)
-         if (.not. status%ok()) call error%take(integrator%line_of('time_step'), status)
+         if (.not. status%ok()) call error%raise_status(integrator%line_of('time_step'), status)
       end if
    end subroutine check_initial
 

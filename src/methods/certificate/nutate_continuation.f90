@@ -78,7 +78,7 @@ module nutate_continuation
       !> There is a length to try.
       procedure :: goes_on
       !> Records the outcome of a trial.
-      procedure :: take
+      procedure :: record_trial
    end type continuation_t
 
 contains
@@ -152,7 +152,7 @@ contains
    end function keeps_to
 
    !> Goes on from the length tried, or tries a shorter one.
-   pure subroutine take(self, found, change, determinant)
+   pure subroutine record_trial(self, found, change, determinant)
       class(continuation_t), intent(inout) :: self
       !> The root belongs to the branch.
       logical, intent(in) :: found
@@ -175,6 +175,6 @@ contains
       end if
       self%next = self%reached + self%stride
       if (self%next > 1.0_wp - 0.1_wp*self%stride) self%next = 1.0_wp
-   end subroutine take
+   end subroutine record_trial
 
 end module nutate_continuation

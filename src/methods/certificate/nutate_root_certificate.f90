@@ -118,7 +118,7 @@ contains
       real(wp), intent(in) :: start, root
       real(wp) :: near
       if (.not. (window_time > self%steady_from .and. window_time < self%steady_to)) &
-         call take_windows(self, system, window_time)
+         call store_windows(self, system, window_time)
       if (dt /= self%length) then
          if (self%frame_rate > 0.0_wp) call bound_everywhere(self, system, dt)
          self%length = dt
@@ -302,7 +302,7 @@ contains
    end subroutine bounds_of
 
    !> Notes which torques act, and between which times these and no others do.
-   pure subroutine take_windows(self, system, window_time)
+   pure subroutine store_windows(self, system, window_time)
       class(root_certificate_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       !> s.
@@ -322,7 +322,7 @@ contains
          end do
       end do
       call bound_everywhere(self, system, 0.0_wp)
-   end subroutine take_windows
+   end subroutine store_windows
 
    !> κ, for which |2J⁻¹(b×Jb)| ≤ κ|b|²: with α_i = |J_k - J_l|/J_i and x_i = b_i²/|b|² its square is the largest value
    !> of 4(α1²x2x3 + α2²x3x1 + α3²x1x2), x1 + x2 + x3 = 1, on an edge or inside.

@@ -71,14 +71,14 @@ contains
       include 'order_eight_stages.inc'
       change = x(:, n_stages + 1)
    contains
-      subroutine take_stage(rates, y, sum, factor, rate, next)
+      subroutine evaluate_stage(rates, y, sum, factor, rate, next)
          type(rigid_rates_t), intent(inout) :: rates
          real(wp), intent(in) :: y(n_rates), sum(n_rates), factor
          real(wp), intent(out) :: rate(n_rates), next(n_rates)
          i = i + 1
          call get_rates(rates, system, c(i), y, b(i), rate)
          next = sum + factor*rate
-      end subroutine take_stage
+      end subroutine evaluate_stage
    end subroutine get_stages
 
    !> The difference to the method of order 5; shape (n_rates).

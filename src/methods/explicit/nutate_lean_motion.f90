@@ -22,8 +22,8 @@ module nutate_lean_motion
    use nutate_effect_list, only: effect_list_t
    use nutate_invariants, only: common_direction, ALL_COMPONENTS, ALONG_AXIS
    use nutate_kinds, only: wp
-   use nutate_lean_stages, only: free_stages, heavy_stages, lean_rates_t, take_field_stage, take_turning_field_stage, &
-      take_turning_stage, take_upright_stage
+   use nutate_lean_stages, only: free_stages, heavy_stages, lean_rates_t, evaluate_field_stage, &
+      evaluate_turning_field_stage, evaluate_turning_stage, evaluate_upright_stage
    use nutate_limits, only: manifold_tolerance
    use nutate_linear_potential, only: linear_potential_t
    use nutate_quaternion, only: quat_conjugate, quat_product, quat_vector_product, rotate_to_space
@@ -364,14 +364,14 @@ contains
       if (.not. followed) return
       if (self%frame_turns) then
          if (self%single) then
-            call heavy_stages(take_turning_stage, self%rates, y, change)
+            call heavy_stages(evaluate_turning_stage, self%rates, y, change)
          else
-            call heavy_stages(take_turning_field_stage, self%rates, y, change)
+            call heavy_stages(evaluate_turning_field_stage, self%rates, y, change)
          end if
       else if (self%single) then
-         call heavy_stages(take_upright_stage, self%rates, y, change)
+         call heavy_stages(evaluate_upright_stage, self%rates, y, change)
       else
-         call heavy_stages(take_field_stage, self%rates, y, change)
+         call heavy_stages(evaluate_field_stage, self%rates, y, change)
       end if
       y = y + change
       if (self%turned) y(1:4) = quat_product(quat_conjugate(self%space), y(1:4))

@@ -11,8 +11,8 @@ module nutate_lean_stages
    implicit none
    private
 
-   public :: lean_rates_t, free_stages, heavy_stages, take_upright_stage, take_field_stage, take_turning_stage, &
-      take_turning_field_stage
+   public :: lean_rates_t, free_stages, heavy_stages, evaluate_upright_stage, evaluate_field_stage, &
+      evaluate_turning_stage, evaluate_turning_field_stage
 
    !> Least 1 + u₀·u: the shortest rotation from u to u₀ must stay away from half a turn, where it has no axis.
    real(wp), parameter :: least_cosine = 0.1_wp
@@ -29,7 +29,7 @@ module nutate_lean_stages
 
    abstract interface
       !> The rates of a stage, and with them the argument of the next one: `sum + factor*rate`.
-      pure subroutine stage_taker(self, y, sum, factor, rate, next)
+      pure subroutine stage_evaluator(self, y, sum, factor, rate, next)
          import :: lean_rates_t, wp
          type(lean_rates_t), intent(in) :: self
          !> [q, w, 0]; shape (8).
@@ -37,13 +37,13 @@ module nutate_lean_stages
          !> Shape (8).
          real(wp), intent(in) :: sum(8), factor
          real(wp), intent(out) :: rate(8), next(8)
-      end subroutine stage_taker
+      end subroutine stage_evaluator
    end interface
 
    !> The stage of free bodies, under the name that the text of the stages calls.
-   interface take_stage
-      module procedure take_free_stage
-   end interface take_stage
+   interface evaluate_stage
+      module procedure evaluate_free_stage
+   end interface evaluate_stage
 
 contains
 
@@ -78,7 +78,7 @@ contains
    end subroutine free_stages
 
    !> The rates of a stage, wᵢ' = κᵢ wⱼwₖ, and with them the next one: `sum + factor*rate`.
-   pure subroutine take_free_stage(self, w, sum, factor, rate, next)
+   pure subroutine evaluate_free_stage(self, w, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
       !> Padded by a zero; shape (4).
       real(wp), intent(in) :: w(4), sum(4), factor
@@ -95,11 +95,11 @@ contains
       rate(2) = r2
       rate(3) = r3
       rate(4) = 0.0_wp
-   end subroutine take_free_stage
+   end subroutine evaluate_free_stage
 
    !> Increments of q and w in a step of a body in uniform fields.
-   pure subroutine heavy_stages(take_stage, rates, y, change)
-      procedure(stage_taker) :: take_stage
+   pure subroutine heavy_stages(evaluate_stage, rates, y, change)
+      procedure(stage_evaluator) :: evaluate_stage
       type(lean_rates_t), intent(in) :: rates
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
@@ -114,7 +114,7 @@ contains
 
    !> The rates of a stage, and with them the next one: `sum + factor*rate`. γ is the third row of R(q), homogeneous in
    !> q: nothing is normalised.
-   pure subroutine take_upright_stage(self, y, sum, factor, rate, next)
+   pure subroutine evaluate_upright_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
@@ -149,10 +149,10 @@ contains
       next(5) = sum(5) + factor*r5
       next(6) = sum(6) + factor*r6
       next(7) = sum(7) + factor*r7
-   end subroutine take_upright_stage
+   end subroutine evaluate_upright_stage
 
    !> The same in space axes that turn, q' = q∘w - φ∘q: in the sums and differences of w and φ, with no products more.
-   pure subroutine take_turning_stage(self, y, sum, factor, rate, next)
+   pure subroutine evaluate_turning_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
@@ -184,10 +184,10 @@ contains
       next(5) = sum(5) + factor*r5
       next(6) = sum(6) + factor*r6
       next(7) = sum(7) + factor*r7
-   end subroutine take_turning_stage
+   end subroutine evaluate_turning_stage
 
-   !> As `take_upright_stage`, under fields of several directions: all rows of R(q) count.
-   pure subroutine take_field_stage(self, y, sum, factor, rate, next)
+   !> As `evaluate_upright_stage`, under fields of several directions: all rows of R(q) count.
+   pure subroutine evaluate_field_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
@@ -220,10 +220,10 @@ contains
          end associate
       end do
       next = sum + factor*rate
-   end subroutine take_field_stage
+   end subroutine evaluate_field_stage
 
    !> The same in space axes that turn.
-   pure subroutine take_turning_field_stage(self, y, sum, factor, rate, next)
+   pure subroutine evaluate_turning_field_stage(self, y, sum, factor, rate, next)
       type(lean_rates_t), intent(in) :: self
       !> [q, w, 0]; shape (8).
       real(wp), intent(in) :: y(8)
@@ -238,9 +238,9 @@ contains
          turn(3) = phi(2)*q(1) + phi(3)*q(2) - phi(1)*q(4)
          turn(4) = phi(3)*q(1) + phi(1)*q(3) - phi(2)*q(2)
       end associate
-      call take_field_stage(self, y, sum, factor, rate, next)
+      call evaluate_field_stage(self, y, sum, factor, rate, next)
       rate(1:4) = rate(1:4) - turn
       next(1:4) = next(1:4) - factor*turn
-   end subroutine take_turning_field_stage
+   end subroutine evaluate_turning_field_stage
 
 end module nutate_lean_stages

@@ -62,7 +62,7 @@ contains
          if (self%rates%failure == 0) self%rates%failure = NUTATE_OFF_BRANCH
       else
          call begin_step(self%rates, system, state, dt, window_time, y)
-         call take_stages(self%rates, system, y, self%step_error)
+         call evaluate_stages(self%rates, system, y, self%step_error)
       end if
       call end_step(self%rates, y, state, status)
       if (status%code /= 0) return
@@ -71,7 +71,7 @@ contains
    end subroutine advance
 
    !> A step by the general equations.
-   subroutine take_stages(rates, system, y, error)
+   subroutine evaluate_stages(rates, system, y, error)
       type(rigid_rates_t), intent(inout) :: rates
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: y(n_rates)
@@ -81,7 +81,7 @@ contains
       call get_stages(rates, system, y, k, change)
       y = y + change
       if (rates%estimates) call get_error(rates, y, estimate_of_fifth(k), e5, error)
-   end subroutine take_stages
+   end subroutine evaluate_stages
 
    !> A step remembers nothing of the ones before.
    subroutine transfer(self, archive)

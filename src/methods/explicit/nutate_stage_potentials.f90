@@ -4,7 +4,7 @@
 !> matrix, Σ n mᵀ. Only the others are asked one by one. Which are which is sorted once.
 module nutate_stage_potentials
    use nutate_effect_list, only: effect_list_t
-   use nutate_indices, only: take_indices
+   use nutate_indices, only: find_indices
    use nutate_kinds, only: wp
    use nutate_linear_potential, only: linear_potential_t
    use nutate_small_products, only: times_vector
@@ -48,7 +48,7 @@ contains
          end select
       end do
       self%has_linear = .not. all(is_other)
-      call take_indices(is_other, self%others)
+      call find_indices(is_other, self%others)
    end subroutine prepare
 
    !> Adds γ×∇U of every potential, γ = R(q)ᵀn/|q|².

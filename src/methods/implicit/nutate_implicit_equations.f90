@@ -46,7 +46,7 @@ module nutate_implicit_equations
       !> b0 = ¼Δt J⁻¹(L0 - h), the b of a step whose momentum stays.
       procedure(find_start_vector), deferred :: get_start_vector
       !> The unknowns that belong to a b.
-      procedure(take_vector), deferred :: unknowns_of
+      procedure(find_unknowns), deferred :: unknowns_of
       !> The b of a root: the vector of its Cayley map.
       procedure(find_cayley_vector), deferred :: get_cayley_vector
       !> Moves the state to the end of the step.
@@ -124,14 +124,14 @@ module nutate_implicit_equations
          real(wp), intent(out) :: b(3)
       end subroutine find_start_vector
 
-      pure subroutine take_vector(self, system, b, z)
+      pure subroutine find_unknowns(self, system, b, z)
          import :: implicit_equations_t, system_t, most_unknowns, wp
          class(implicit_equations_t), intent(in) :: self
          type(system_t), intent(in) :: system
          !> b = ¼Δt Ω̄, body axes; shape (3).
          real(wp), intent(in) :: b(3)
          real(wp), intent(out) :: z(most_unknowns)
-      end subroutine take_vector
+      end subroutine find_unknowns
 
       subroutine move_state(self, system, state, dt, z)
          import :: implicit_equations_t, system_t, state_t, most_unknowns, wp

@@ -170,10 +170,10 @@ contains
       select case (verdict)
       case (CERTIFIED)
          if (status%code == 0 .and. self%proof%is_root(b)) return
-         call take_followed_root(self, system, z, status)
+         call use_followed_root(self, system, z, status)
       case (BEYOND_PROOF)
          self%uncertified = 1
-         call take_likely_root(self, system, state, dt, window_time, last, b, z, status)
+         call use_likely_root(self, system, state, dt, window_time, last, b, z, status)
       case default
          status = fail(NUTATE_OFF_BRANCH, too_long)
       end select
@@ -203,7 +203,7 @@ contains
    end subroutine find_root
 
    !> The root to which the branch was followed. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
-   subroutine take_followed_root(self, system, z, status)
+   subroutine use_followed_root(self, system, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       real(wp), intent(out) :: z(most_unknowns)
@@ -217,11 +217,11 @@ contains
       call self%get_cayley_vector(z, b)
       if (.not. self%proof%is_root(b)) status = fail(NUTATE_OFF_BRANCH, too_long)
       if (self%cancellation > most_cancellation) status = fail(NUTATE_NOT_CONVERGED, no_convergence)
-   end subroutine take_followed_root
+   end subroutine use_followed_root
 
    !> The root found, if it is near that of a short step or continues that of the last step; else that of a continuation
    !> in Δt. Errors: those of `iterate`; `NUTATE_OFF_BRANCH`.
-   subroutine take_likely_root(self, system, state, dt, window_time, last, b, z, status)
+   subroutine use_likely_root(self, system, state, dt, window_time, last, b, z, status)
       class(implicit_stepper_t), intent(inout) :: self
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state
@@ -243,7 +243,7 @@ contains
       end if
       if (self%settings%max_iterations >= fewest) &
          call continue_to_root(self, system, state, dt, window_time, z, status)
-   end subroutine take_likely_root
+   end subroutine use_likely_root
 
    !> Follows the branch of the true motion from short steps to this one. Success leaves its root in z.
    subroutine continue_to_root(self, system, state, dt, window_time, z, status)
@@ -304,7 +304,7 @@ contains
          else if (found) then
             found = self%judge%accepts(root)
          end if
-         call path%take(found, vector_length(b - last_b), self%determinant)
+         call path%record_trial(found, vector_length(b - last_b), self%determinant)
       end subroutine try_length
 
    end subroutine continue_to_root

@@ -157,7 +157,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: z(most_unknowns)
       type(status_t), intent(inout) :: status
-      call self%equations%take(z(1:3))
+      call self%equations%set_point(z(1:3))
       call renew(self, system, z(1:3), status)
    end subroutine linearize
 

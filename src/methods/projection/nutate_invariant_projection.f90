@@ -35,7 +35,7 @@ module nutate_invariant_projection
    use nutate_effect_list, only: effect_list_t
    use nutate_energy_balance, only: energy_scale_t, energy_sum_t
    use nutate_projection_point, only: projection_plan_t, evaluate, get_slope, projection_point_t, read_point, &
-      set_gamma, set_rows, slope_t, take_attitude, take_momentum, times, write_state
+      set_gamma, set_rows, slope_t, set_attitude, set_momentum, times, write_state
    use nutate_invariants, only: ALL_COMPONENTS, NO_COMPONENT
    use nutate_kinds, only: wp, eps
    use nutate_momentum_target, only: momentum_target_t
@@ -116,7 +116,7 @@ contains
       type(state_t), intent(inout) :: state
       type(projection_point_t) :: point
       call read_point(self%plan, system%effects, state, point)
-      call self%target%take(self%plan%components, point)
+      call self%target%set(self%plan%components, point)
       self%scale = energy_scale_t()
       call note_size(self, point)
       state%balance%open = .true.
@@ -204,9 +204,9 @@ contains
       real(wp) :: share
       logical :: reached, undetermined
       call set_targets(self, state)
-      if (self%plan%has_wheels) call self%plan%take_wheels(system%effects, state)
+      if (self%plan%has_wheels) call self%plan%set_wheels(system%effects, state)
       self%plan%t = state%t
-      call take_state(self, state, point)
+      call set_point(self, state, point)
       energy = state%balance%energy
       if (abs(work) > 0.0_wp) call add_increment(energy%energy, energy%compensation, work)
       booked = energy
@@ -220,7 +220,7 @@ contains
          call set_energy(self, system%effects, energy, point, reached, undetermined)
       end if
       if (undetermined) then
-         call take_state(self, state, point)
+         call set_point(self, state, point)
          call evaluate(self%plan, system%effects, point)
          energy = energy_sum_t(point%energy, 0.0_wp)
          if (present(given)) given = (energy%energy - booked%energy) - booked%compensation
@@ -246,18 +246,18 @@ contains
    end subroutine set_targets
 
    !> The point of a state, with the conserved components of its momentum at their stored values.
-   pure subroutine take_state(self, state, point)
+   pure subroutine set_point(self, state, point)
       class(invariant_projection_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(out) :: point
-      call take_attitude(state, point)
-      if (self%plan%components /= ALL_COMPONENTS) call take_momentum(state, point)
+      call set_attitude(state, point)
+      if (self%plan%components /= ALL_COMPONENTS) call set_momentum(state, point)
       if (self%plan%compensated) point%first_q = point%q
       if (self%plan%compensated) point%first_momentum = point%momentum
       if (self%noise%amplitude > 0.0_wp) call shake(self, point)
       call set_gamma(self%plan, point)
       call self%target%put(self%plan%components, point)
-   end subroutine take_state
+   end subroutine set_point
 
    !> Moves a point to the energy of a balance, or both to one that is between theirs.
    pure subroutine set_energy(self, effects, target, point, reached, undetermined, error, given)

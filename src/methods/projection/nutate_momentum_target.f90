@@ -16,7 +16,7 @@ module nutate_momentum_target
       real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
    contains
       !> Takes the values of a point.
-      procedure :: take
+      procedure :: set
       !> Turns l to where it is after some time in space axes that turn.
       procedure :: turn
       !> Gives a point the values.
@@ -26,7 +26,7 @@ module nutate_momentum_target
 contains
 
    !> Takes the values of a point.
-   pure subroutine take(self, components, point)
+   pure subroutine set(self, components, point)
       class(momentum_target_t), intent(inout) :: self
       integer, intent(in) :: components
       type(projection_point_t), intent(in) :: point
@@ -36,7 +36,7 @@ contains
       else
          self%component = norm2(point%momentum)
       end if
-   end subroutine take
+   end subroutine set
 
    !> Turns l to where it is after some time in space axes that turn: exactly, by -ωt.
    pure subroutine turn(self, frame_rate, since)

@@ -81,12 +81,12 @@ contains
       type(status_t), intent(inout) :: status
       real(wp) :: work, done, given
       integer :: i
-      call self%kept%take(state, self%has_wheels, .true.)
+      call self%kept%copy_from(state, self%has_wheels, .true.)
       call self%projection%begin_step(system, state)
       call self%base%advance(system, state, dt, window_time, status)
-      call self%take_counts()
+      call self%copy_counts()
       if (status%code == 0) then
-         call self%take_work()
+         call self%copy_work()
          work = 0.0_wp
          done = 0.0_wp
          do i = 1, size(self%work)
@@ -102,7 +102,7 @@ contains
          end if
          self%moved_by_round_off = self%projection%moved_by_round_off()
       end if
-      if (status%code /= 0) call state%take(self%kept, self%has_wheels, .true.)
+      if (status%code /= 0) call state%copy_from(self%kept, self%has_wheels, .true.)
    end subroutine advance
 
    !> Projects a copy of the state that the last step left.

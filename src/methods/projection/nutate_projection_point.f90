@@ -5,7 +5,7 @@
 module nutate_projection_point
    use nutate_effect, only: NO_SERIES
    use nutate_effect_list, only: effect_list_t
-   use nutate_indices, only: take_indices
+   use nutate_indices, only: find_indices
    use nutate_invariants, only: conserved_momentum, ALL_COMPONENTS, ALONG_AXIS, NO_COMPONENT, ONLY_LENGTH
    use nutate_kinds, only: wp, eps
    use nutate_limits, only: most_wheels
@@ -18,7 +18,7 @@ module nutate_projection_point
    private
 
    public :: projection_plan_t, projection_point_t, slope_t, get_slope, nearly_unit
-   public :: read_point, take_attitude, take_momentum, set_rows, set_gamma, evaluate, times, write_state
+   public :: read_point, set_attitude, set_momentum, set_rows, set_gamma, evaluate, times, write_state
 
    !> |qᵀq - 1| up to which the first term of 1/|q| is exact: the next one, 3/8 of its square, is below ε/4.
    real(wp), parameter :: nearly_unit = 1e-8_wp
@@ -57,7 +57,7 @@ module nutate_projection_point
    contains
       procedure :: prepare
       !> Takes the wheels of a state.
-      procedure :: take_wheels
+      procedure :: set_wheels
       !> Moves the wheels down a slope.
       procedure :: move_wheels
       !> Energy of the wheels that do not move.
@@ -171,7 +171,7 @@ contains
    end function still_energy
 
    !> Takes the wheels of a state, before a point is made of it.
-   pure subroutine take_wheels(self, effects, state)
+   pure subroutine set_wheels(self, effects, state)
       class(projection_plan_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
@@ -179,7 +179,7 @@ contains
       self%rotor = effects%inner_momentum(state%wheel_momentum)
       self%rotor_length = norm2(self%rotor)
       self%wheel_energy = effects%wheel_energy(state%wheel_momentum)
-   end subroutine take_wheels
+   end subroutine set_wheels
 
    !> Adds up the potentials that are linear in n, if l·n is conserved: they need no call and no γ of their own.
    pure subroutine sort_potentials(self, effects)
@@ -197,7 +197,7 @@ contains
                self%weight = self%weight + dot_product(potential%direction, self%axis)*potential%moment
          end select
       end do
-      call take_indices(is_other, self%others)
+      call find_indices(is_other, self%others)
       self%has_others = any(is_other)
       self%has_weight = .not. all(is_other)
    end subroutine sort_potentials
@@ -208,16 +208,16 @@ contains
       type(effect_list_t), intent(in) :: effects
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(out) :: point
-      if (self%has_wheels) call self%take_wheels(effects, state)
+      if (self%has_wheels) call self%set_wheels(effects, state)
       self%t = state%t
-      call take_attitude(state, point)
-      call take_momentum(state, point)
+      call set_attitude(state, point)
+      call set_momentum(state, point)
       call set_gamma(self, point)
       call evaluate(self, effects, point)
    end subroutine read_point
 
    !> q normalised, and Rᵀ.
-   pure subroutine take_attitude(state, point)
+   pure subroutine set_attitude(state, point)
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(inout) :: point
       real(wp) :: square
@@ -230,10 +230,10 @@ contains
          end if
       end associate
       call set_rows(point)
-   end subroutine take_attitude
+   end subroutine set_attitude
 
    !> The L of p = 2 q∘[0, L], whatever round-off |q| has gathered.
-   pure subroutine take_momentum(state, point)
+   pure subroutine set_momentum(state, point)
       type(state_t), intent(in) :: state
       type(projection_point_t), intent(inout) :: point
       real(wp) :: half
@@ -243,7 +243,7 @@ contains
          point%momentum(2) = half*(q(1)*p(3) - q(3)*p(1) - q(4)*p(2) + q(2)*p(4))
          point%momentum(3) = half*(q(1)*p(4) - q(4)*p(1) - q(2)*p(3) + q(3)*p(2))
       end associate
-   end subroutine take_momentum
+   end subroutine set_momentum
 
    !> Rᵀ of a unit quaternion.
    pure subroutine set_rows(point)

@@ -75,7 +75,7 @@ module nutate_taylor_stepper
       procedure :: choose_step
       procedure :: show
       procedure :: state_at
-      procedure :: take_commands
+      procedure :: update_commands
       procedure :: transfer
    end type taylor_t
 
@@ -131,10 +131,10 @@ contains
    end subroutine disturb
 
    !> The series that there is depends on the values before.
-   recursive subroutine take_commands(self)
+   recursive subroutine update_commands(self)
       class(taylor_t), intent(inout) :: self
       self%expanded = .false.
-   end subroutine take_commands
+   end subroutine update_commands
 
    !> One step. Errors, with the state as it was: `NUTATE_OFF_BRANCH` for a step so long that the series does not follow
    !> the motion, `NUTATE_NOT_FINITE`, `NUTATE_BAD_ARGUMENT` for a state off the constraint manifold.
@@ -148,7 +148,7 @@ contains
       logical :: chosen, converges
       integer :: i
       converges = .true.
-      call self%next%take(state, self%rates%n_wheels > 0, self%conserve)
+      call self%next%copy_from(state, self%rates%n_wheels > 0, self%conserve)
       if (self%conserve) call self%projection%find_origin(self%next)
       chosen = is_expanded(self, system, self%next, dt, window_time)
       if (.not. chosen) then
@@ -163,13 +163,13 @@ contains
          call self%series%tail%use_in_step(dt/self%series%time_unit)
          if (self%conserve) then
             call self%projection%begin_step(system, self%next)
-            call self%first%balance%take(self%next%balance, self%rates%n_wheels > 0)
+            call self%first%balance%copy_from(self%next%balance, self%rates%n_wheels > 0)
          end if
          call get_state(self, dt, y)
       end if
       call end_step(self%rates, y, self%next, status)
       if (status%code /= 0) return
-      if (self%compensated) call take_change(self, self%next)
+      if (self%compensated) call apply_change(self, self%next)
       if (self%rates%n_wheels > 0) call end_wheels(self%rates, self%next)
       if (self%rates%moves .and. self%rates%failure == 0) call book_time_dependent_work(self, system, dt, self%next)
       do i = 1, size(self%work)
@@ -179,7 +179,7 @@ contains
          done = sum(abs(self%work))
          given = 0.0_wp
          if (done > 0.0_wp) then
-            call take_error(self%series, dt/self%series%time_unit, self%step_error)
+            call estimate_error(self%series, dt/self%series%time_unit, self%step_error)
             call self%projection%end_step(system, self%next, chosen, sum(self%work), status, self%step_error, given)
             if (status%code /= 0) return
             if (abs(given) > 0.0_wp) call book_share(system%effects, given, done, self%work, self%next)
@@ -188,7 +188,7 @@ contains
             if (status%code /= 0) return
          end if
       end if
-      call state%take(self%next, self%rates%n_wheels > 0, self%conserve)
+      call state%copy_from(self%next, self%rates%n_wheels > 0, self%conserve)
    end subroutine advance
 
    !> True if the last two terms of the series, differentiated twice, are no larger than the first: of a vibration that
@@ -335,7 +335,7 @@ contains
       integer :: i
       self%series%t = state%t
       self%series%time_unit = time_unit
-      if (self%rates%n_wheels > 0) call self%series%wheels%take(state, self%rates%driven)
+      if (self%rates%n_wheels > 0) call self%series%wheels%set_start(state, self%rates%driven)
       associate (start => self%series%torques%start)
          start = state%t
          ! On the end of a piece, or rounded beyond it, the step decides which it is.
@@ -389,7 +389,7 @@ contains
    end subroutine get_state
 
    !> Puts the change last computed in the place of the values that it led to.
-   pure subroutine take_change(self, state)
+   pure subroutine apply_change(self, state)
       class(taylor_t), intent(in) :: self
       type(state_t), intent(inout) :: state
       state%q = self%first%q
@@ -397,7 +397,7 @@ contains
       state%q_compensation = self%first%q_compensation
       state%p_compensation = self%first%p_compensation
       call add_change(self%change, state)
-   end subroutine take_change
+   end subroutine apply_change
 
    !> Books what potentials that move have done from the start of the series to a time after it: V1 - V0 + ∫ Ω·τ dt of
    !> their torque τ.
@@ -471,7 +471,7 @@ contains
          given = 0.0_wp
          done = sum(abs(each))
          if (done > 0.0_wp) then
-            call take_error(self%series, time/self%series%time_unit, self%step_error)
+            call estimate_error(self%series, time/self%series%time_unit, self%step_error)
             call self%projection%project_inside(system, state, work, status, self%step_error, given)
             if (abs(given) > 0.0_wp) call book_share(system%effects, given, done, each, state)
          else
@@ -515,7 +515,7 @@ contains
    end subroutine add_work_of
 
    !> By how much attitude and momentum may err at a time.
-   pure subroutine take_error(series, s, error)
+   pure subroutine estimate_error(series, s, error)
       !> With its tail.
       type(motion_series_t), intent(in) :: series
       !> In units.
@@ -524,6 +524,6 @@ contains
       error%angle = series%tail%error_of_all(series%order, s)
       error%of_momentum = 0.0_wp
       if (series%scale > tiny(1.0_wp)) error%of_momentum = error%angle/series%scale
-   end subroutine take_error
+   end subroutine estimate_error
 
 end module nutate_taylor_stepper

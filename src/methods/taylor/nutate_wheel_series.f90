@@ -35,7 +35,7 @@ module nutate_wheel_series
       !> Takes the wheels of a system.
       procedure :: prepare
       !> Takes the start of a series.
-      procedure :: take
+      procedure :: set_start
       !> The series starts from a state, with the same motors.
       procedure :: is_start
       !> Starts a series.
@@ -83,14 +83,14 @@ contains
    end subroutine prepare
 
    !> Takes the start of a series.
-   pure subroutine take(self, state, driven)
+   pure subroutine set_start(self, state, driven)
       class(wheel_series_t), intent(inout) :: self
       type(state_t), intent(in) :: state
       !> The motor acts; shape (most_wheels).
       logical, intent(in) :: driven(most_wheels)
       self%first = state%wheel_momentum
       self%driven = driven
-   end subroutine take
+   end subroutine set_start
 
    !> True if the series starts from a state, with the same motors.
    pure logical function is_start(self, effects, state, window_time)
