@@ -92,7 +92,7 @@ contains
          words = 'an effect that batches do not know'
          associate (effects => scene%system%effects)
             if (effects%n_potentials + effects%n_off + effects%n_torques + effects%n_wheels == 0 .and. &
-                .not. effects%frame_turns) words = "a free body (method = 'exact' has its closed solution)"
+                .not. effects%frame_turns) words = "a free body has a closed solution, method = 'exact'"
          end associate
       else if (scene%events%count() > 0) then
          words = 'there are events'
