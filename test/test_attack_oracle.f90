@@ -55,7 +55,7 @@ module test_attack_oracle
       real(wp) :: closeness(most_effects) = 0.0_wp
       logical :: acts(most_effects) = .true.
    contains
-      !> Takes a stage.
+      !> Sets a stage.
       procedure :: begin
       !> P
       procedure :: residual
@@ -67,7 +67,7 @@ module test_attack_oracle
 
 contains
 
-   !> Takes a stage of a case: the state at its start, its length and the time that decides which torques act.
+   !> Sets a stage of a case: the state at its start, its length and the time that decides which torques act.
    pure subroutine begin(self, item, q, omega, t0, s, window_time)
       class(oracle_t), intent(inout) :: self
       type(attack_case_t), intent(in) :: item

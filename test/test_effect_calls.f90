@@ -180,8 +180,8 @@ contains
       by_rate(2, 3) = stiffness(1)
    end subroutine counted_derivatives
 
-   !> Takes the steps and counts iterations and calls. Every step converges fast, so that the unit of momentum is chosen
-   !> once.
+   !> Performs the steps and counts iterations and calls. Every step converges fast, so that the unit of momentum is
+   !> chosen once.
    subroutine run(error, system, iterations, counts)
       type(error_type), allocatable, intent(inout) :: error
       type(system_t), intent(in) :: system

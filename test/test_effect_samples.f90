@@ -35,7 +35,7 @@ module test_effect_samples
       !> How many there are of them.
       integer :: n_items = 0
    contains
-      !> Takes the samples from the file.
+      !> Reads the samples from the file.
       procedure :: load
       !> Adds the samples of a kind to a system.
       procedure :: add
@@ -67,7 +67,7 @@ contains
       problem%start = make_state(problem%system, [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp, rate])
    end function spinner
 
-   !> Takes the samples from the files. Fails where a kind of the catalogue is in none of them.
+   !> Reads the samples from the files. Fails where a kind of the catalogue is in none of them.
    subroutine load(self, error)
       class(effect_samples_t), intent(out) :: self
       type(error_type), allocatable, intent(inout) :: error
@@ -86,7 +86,7 @@ contains
       end do
    end subroutine load
 
-   !> Takes the samples of a file.
+   !> Reads the samples of a file.
    subroutine read_samples(self, kinds, file, error)
       class(effect_samples_t), intent(inout) :: self
       type(effect_kind_t), intent(in) :: kinds(:)

@@ -78,7 +78,7 @@ contains
       end do
    end subroutine frame_has_the_digits
 
-   !> Takes the torques away.
+   !> Removes the torques.
    subroutine leave_potential(twin)
       type(twin_t), intent(inout) :: twin
       twin%d = 0.0_wp

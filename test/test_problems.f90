@@ -115,7 +115,7 @@ contains
       problem%start = make_state(problem%system, [0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp], [1.0_wp, -2.0_wp, 3.0_wp])
    end function wheeled_body
 
-   !> Takes `n` steps; on failure `status` says why and `state` is the last one reached.
+   !> Performs `n` steps; on failure `status` says why and `state` is the last one reached.
    subroutine march(system, stepper, state, dt, n, status)
       type(system_t), intent(in) :: system
       class(stepper_t), intent(inout) :: stepper

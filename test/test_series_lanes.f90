@@ -113,7 +113,7 @@ contains
       end if
    end subroutine draw
 
-   !> Takes the scalar steps of a body, and looks at it after some of them.
+   !> Performs the scalar steps of a body, and looks at it after some of them.
    subroutine run_scalar(order, system, dt, steps, state, seen, error)
       integer, intent(in) :: order, steps
       type(system_t), intent(in) :: system

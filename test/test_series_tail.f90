@@ -156,7 +156,7 @@ contains
       end do
    end subroutine honest_steps
 
-   !> Takes a step, and compares its end and a state inside with the exact solution.
+   !> Performs a step, and compares its end and a state inside with the exact solution.
    subroutine look(problem, stepper, state, inside, step, work, worst, status)
       type(problem_t), intent(in) :: problem
       type(taylor_t), intent(inout) :: stepper

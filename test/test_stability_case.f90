@@ -70,7 +70,7 @@ module test_stability_case
       procedure :: require_invariants
       !> Sets what else was measured.
       procedure :: show
-      !> Takes over the errors of a part: the largest count; steps add up.
+      !> Adds the errors of a part: the largest count; steps add up.
       procedure :: absorb
    end type record_t
 
@@ -168,7 +168,7 @@ contains
       self%value = value
    end subroutine show
 
-   !> Takes over a part of the case: largest errors, sums of steps, refusal and failure.
+   !> Adds a part of the case: largest errors, sums of steps, refusal and failure.
    subroutine absorb(self, part)
       class(record_t), intent(inout) :: self
       type(record_t), intent(in) :: part

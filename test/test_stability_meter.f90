@@ -95,8 +95,8 @@ contains
       end do
    end function growth
 
-   !> Takes `n` nominal steps, subdivided where need be, and puts into the record what came of it: steps, errors, and on
-   !> refusal its time and reason. A state that is not finite, or did not come to its time, fails the case.
+   !> Performs `n` nominal steps, subdivided where need be, and puts into the record what came of it: steps, errors, and
+   !> on refusal its time and reason. A state that is not finite, or did not come to its time, fails the case.
    subroutine follow(problem, way, dt, n, record, state, meter, every, stepper)
       type(problem_t), intent(in) :: problem
       type(way_t), intent(in) :: way
@@ -111,7 +111,7 @@ contains
       class(meter_t), intent(inout), optional :: meter
       !> Steps between rows; default 1.
       integer(long), intent(in), optional :: every
-      !> Takes the steps; prepared here. Default: the method that the way means.
+      !> Performs the steps; prepared here. Default: the method that the way means.
       class(stepper_t), intent(inout), optional :: stepper
       class(stepper_t), allocatable :: method
       type(status_t) :: status

@@ -25,7 +25,7 @@ module test_step_tolerance
    type(integrator_settings_t), parameter :: series = integrator_settings_t( &
                                              method='taylor', order=0, formulation='', conserve=.true.)
 
-   !> Takes the last step again in forty parts, and keeps the largest error over the tolerance.
+   !> Repeats the last step in forty parts, and keeps the largest error over the tolerance.
    type, extends(observer_t) :: judge_t
       type(state_t) :: before = state_t()
       real(wp) :: tolerance = 0.0_wp, worst = 0.0_wp

@@ -30,7 +30,7 @@ module test_uncertified
 
    public :: collect_uncertified
 
-   !> Takes steps that are not certified where they start from 0.35 to 0.65 s, fails, which leaves a count, for steps
+   !> Performs steps that are not certified where they start from 0.35 to 0.65 s, fails, which leaves a count, for steps
    !> above 0.06 s that start from 0.55 s on.
    type, extends(stepper_t) :: marked_t
    contains

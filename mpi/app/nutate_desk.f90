@@ -116,7 +116,7 @@ contains
       end do
    end subroutine serve
 
-   !> Takes back a chunk.
+   !> Receives a chunk.
    subroutine finish(self, request, fields)
       class(desk_t), intent(inout) :: self
       type(request_t), intent(in) :: request

@@ -35,7 +35,7 @@ module nutate_ranks
       procedure :: listen
       !> The next request to rank 0, if there is one.
       procedure :: next_request
-      !> Takes the rows that follow a request.
+      !> Receives the rows that follow a request.
       procedure :: receive_rows
       !> Answers a request.
       procedure :: answer
@@ -137,7 +137,7 @@ contains
                        MPI_COMM_WORLD, MPI_STATUS_IGNORE)
    end subroutine next_request
 
-   !> Takes the rows that follow a request.
+   !> Receives the rows that follow a request.
    subroutine receive_rows(self, request, fields)
       !> Rank 0.
       class(ranks_t), intent(in) :: self

@@ -32,10 +32,10 @@ module nutate_archive
       procedure, non_overridable :: problem
       !> The archive holds what it was asked for so far.
       procedure, non_overridable :: is_whole
-      !> Takes a value, or gives it back: scalars; arrays of reals, whose shape both sides know; allocatable text.
+      !> Writes or reads a value: scalars; arrays of reals, whose shape both sides know; allocatable text.
       generic :: transfer => transfer_real, transfer_reals, transfer_matrix, transfer_integer, transfer_long, &
          transfer_logical, transfer_text
-      !> Takes a name; where the archive is read, notes if it holds another one.
+      !> Transfers a name; where the archive is read, notes if it holds another one.
       procedure, non_overridable :: expect
       procedure, private, non_overridable :: transfer_real
       procedure, private, non_overridable :: transfer_matrix
@@ -127,7 +127,7 @@ contains
       if (allocated(self%obstacle)) reason = self%obstacle
    end function problem
 
-   !> Takes a name; where the archive is read, notes if it holds another one.
+   !> Transfers a name; where the archive is read, notes if it holds another one.
    subroutine expect(self, name)
       class(archive_t), intent(inout) :: self
       character(len=*), intent(in) :: name

@@ -128,7 +128,7 @@ contains
       if (next_size < 0 .or. next_size > left - head_bytes) next_size = -1
    end function next_size
 
-   !> Takes the bytes of a value, or gives them back; what has failed leaves them as they are.
+   !> Writes or reads the bytes of a value; what has failed leaves them as they are.
    subroutine pass(self, kind, bytes)
       class(byte_archive_t), intent(inout) :: self
       character, intent(in) :: kind

@@ -72,7 +72,7 @@ contains
       no_axis = .false.
    end function no_axis
 
-   !> An effect of which nothing is known.
+   !> An effect of any kind.
    pure subroutine not_bounded(self, map, radius, gamma, slack, bounds)
       class(effect_t), intent(in) :: self
       !> A, from body components.

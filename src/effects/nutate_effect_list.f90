@@ -201,7 +201,7 @@ contains
       end do
    end function has
 
-   !> Switches the effects of a label on or off. Whoever works with the list must be prepared anew.
+   !> Switches the effects of a label on or off. Everything that uses the list must be prepared again.
    subroutine switch(self, label, on)
       class(effect_list_t), intent(inout) :: self
       character(len=*), intent(in) :: label

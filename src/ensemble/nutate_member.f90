@@ -18,7 +18,7 @@ module nutate_member
 
    !> A scene that becomes one member after the other.
    type :: member_t
-      !> That of the last member taken; without its ensemble.
+      !> That of the member set last; without its ensemble.
       type(scene_t) :: scene
       !> The numbers in which it differs; shape (targets).
       real(wp), allocatable :: values(:)

@@ -201,7 +201,7 @@ contains
       if (problem /= '') status = fail(NUTATE_BAD_ARGUMENT, self%name//partial//' '//problem)
    end subroutine open_sums
 
-   !> Takes the sums of another sweep.
+   !> Reads the sums of another sweep.
    subroutine read_sums(self, content, problem)
       class(sweep_t), intent(inout) :: self
       character(len=*), intent(in) :: content

@@ -118,7 +118,7 @@ contains
       map_at = (whole_bytes(self) + page - 1)/page*page
    end function map_at
 
-   !> Goes on with the file of another sweep.
+   !> Continues the file of an earlier sweep.
    subroutine resume_file(self, name, header, identity, found, status)
       class(sweep_file_t), intent(inout) :: self
       character(len=*), intent(in) :: name, header

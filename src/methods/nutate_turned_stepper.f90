@@ -25,7 +25,7 @@ module nutate_turned_stepper
       logical :: untested = .true.
       real(wp) :: start = 0.0_wp
    contains
-      !> Takes the stepper whose states to turn; must come before `prepare`.
+      !> Sets the stepper whose states to turn; must come before `prepare`.
       procedure :: wrap
       procedure :: set_up
       procedure :: advance
@@ -35,7 +35,7 @@ module nutate_turned_stepper
 
 contains
 
-   !> Takes the stepper whose states to turn.
+   !> Sets the stepper whose states to turn.
    subroutine wrap(self, base)
       class(turned_stepper_t), intent(inout) :: self
       !> Moved: not allocated afterwards.

@@ -424,7 +424,7 @@ contains
       call go_inside(self%probe, system, t, progress%state%t, state, work, status, works)
    end subroutine look_inside
 
-   !> Takes the last step again, shorter. The next step is tried with the length that it had.
+   !> Repeats the last step, shorter. The next step is tried with the length that it had.
    subroutine retake(self, system, progress, t_end, status)
       class(error_control_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -131,7 +131,7 @@ contains
          call hunts(k)%find_next(from, spacing(max(abs(mark%state%t), abs(length)))/abs(length), status)
       end subroutine find_next
 
-      !> Takes the events in the order of time, up to one that ends the step.
+      !> Processes the events in the order of time, up to one that ends the step.
       subroutine process_in_order()
          integer :: k
          logical :: ends

@@ -284,7 +284,7 @@ contains
       call subtract_periods(self, watched)
    end subroutine leave_step
 
-   !> Takes whole periods off, that are whole turns, so that an angle keeps its digits however long it turns.
+   !> Subtracts whole periods, that are whole turns, so that an angle keeps its digits however long it turns.
    pure subroutine subtract_periods(self, watched)
       class(hunt_t), intent(in) :: self
       type(watched_t), intent(inout) :: watched

@@ -100,7 +100,7 @@ module nutate_event_tracker
       type(motion_bounds_t) :: bounds = motion_bounds_t()
    contains
       procedure :: begin
-      !> Takes over how often events have happened in an earlier run.
+      !> Sets how often events have happened in an earlier run.
       procedure :: remember
       !> True if nothing can happen up to a time.
       procedure :: sleeps_until
@@ -108,7 +108,7 @@ module nutate_event_tracker
       procedure :: fall_asleep
       !> Sets a system with other effects on.
       procedure :: set_system
-      !> Takes the sides on which the quantities of limits are, as the system has it.
+      !> Stores the sides on which the quantities of limits are, as the system has it.
       procedure :: hold_sides
       !> The parts of an event's function.
       procedure :: look
@@ -174,7 +174,7 @@ contains
       call self%hold_sides()
    end subroutine begin
 
-   !> Takes over how often the first events have happened in an earlier run, and on which side they are.
+   !> Sets how often the first events have happened in an earlier run, and on which side they are.
    pure subroutine remember(self, before)
       !> Begun.
       class(event_tracker_t), intent(inout) :: self
@@ -205,7 +205,7 @@ contains
       self%bounds = bound_motion(system)
    end subroutine set_system
 
-   !> Takes the sides on which the quantities of limits are, as the system has it. At its level the round-off of a
+   !> Stores the sides on which the quantities of limits are, as the system has it. At its level the round-off of a
    !> quantity does not tell: what then is at its limit, and is not seen to leave it, would stay there.
    pure subroutine hold_sides(self)
       class(event_tracker_t), intent(inout) :: self
@@ -368,7 +368,7 @@ contains
       self%placed = .true.
    end subroutine place
 
-   !> Takes function and slope of an event at the motion, angles as near as may be to where they were.
+   !> Evaluates function and slope of an event at the motion, angles as near as may be to where they were.
    subroutine evaluate_functions(self, i, system, window_time)
       class(event_tracker_t), intent(inout) :: self
       integer, intent(in) :: i

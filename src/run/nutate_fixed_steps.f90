@@ -197,7 +197,7 @@ contains
       call self%stepper%state_at(system, t, state, work, status, works)
    end subroutine look_inside
 
-   !> Takes a part of the last step of the method again; what is left of the nominal step then is a piece of its own.
+   !> Repeats a part of the last step of the method; what is left of the nominal step then is a piece of its own.
    subroutine retake(self, system, progress, t_end, status)
       class(fixed_steps_t), intent(inout) :: self
       type(system_t), intent(in) :: system

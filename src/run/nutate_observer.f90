@@ -33,7 +33,7 @@ module nutate_observer
       procedure :: transfer => transfer_record
    end type run_record_t
 
-   !> Takes the rows of a run. A program extends it by what it does with them.
+   !> Receives the rows of a run. A program extends it by what it does with them.
    type, abstract :: observer_t
       !> `watch` is to be called.
       logical :: sees_every_step = .false.

@@ -42,23 +42,23 @@ module nutate_run
       type(run_goal_t), private :: goal
       class(step_policy_t), allocatable :: policy
    contains
-      !> Takes a plan and the first state; prepares the steppers, or takes a copy of one that is prepared.
+      !> Sets a plan and the first state; prepares the steppers, or copies those that are prepared.
       generic :: begin => begin_by_settings, begin_by_stepper
       procedure, private :: begin_by_settings
       procedure, private :: begin_by_stepper
       !> Sets events to look for; between `begin` and all else.
       procedure :: expect
-      !> Takes a plan for what follows, from the present state.
+      !> Sets a plan for what follows, from the present state.
       procedure :: set_out
       !> Finds the error of steps that meets the accuracy of the goal, by trial runs.
       procedure :: find_steps
-      !> Takes what an observer's `keep` was given: the run goes on from there.
+      !> Restores what an observer's `keep` was given: the run goes on from there.
       procedure :: resume
       !> Goes to the end of the plan.
       procedure :: go
       !> Goes to a time.
       procedure :: go_to
-      !> Takes so many nominal steps.
+      !> Performs so many nominal steps.
       procedure :: go_steps
       !> The state at a time inside the last step.
       procedure :: look
@@ -125,7 +125,7 @@ contains
       call conclude_run(progress, state, summary)
    end subroutine integrate_by_stepper
 
-   !> Takes a plan and the first state, chooses what the settings leave open, and prepares steppers; for a plan without
+   !> Sets a plan and the first state, chooses what the settings leave open, and prepares steppers; for a plan without
    !> an end time, in `go_to`. Errors: `NUTATE_BAD_ARGUMENT` for a step that leads away from the end, and for settings
    !> that a method cannot honour.
    subroutine begin_by_settings(self, system, settings, state, plan, status)
@@ -166,7 +166,7 @@ contains
       if (plan%end_time < huge(plan%end_time)) call prepare_steps(self, system, status)
    end subroutine begin_by_stepper
 
-   !> Takes a plan for what follows, from the present state; nominal steps go on from those before. Errors: those of
+   !> Sets a plan for what follows, from the present state; nominal steps go on from those before. Errors: those of
    !> `begin`.
    subroutine set_out(self, system, plan, status)
       !> Begun.
@@ -353,7 +353,7 @@ contains
       end associate
    end function lacks_steps
 
-   !> Takes what an observer's `keep` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an
+   !> Restores what an observer's `keep` was given: the run goes on from there. Errors: `NUTATE_BAD_ARGUMENT` for an
    !> archive of another run.
    subroutine resume(self, archive, status)
       !> Begun in the same way as the run in the archive.
@@ -404,7 +404,7 @@ contains
       end if
    end subroutine go_unseen
 
-   !> Takes the last run of a search for the run itself.
+   !> Uses the last run of a search as the run itself.
    subroutine use_last_run(self, last)
       class(run_t), intent(inout) :: self
       !> At its end.
@@ -435,7 +435,7 @@ contains
       if (status%ok()) call self%go(system, status, observer)
    end subroutine go_to
 
-   !> Takes nominal steps, from wherever the run is. Errors: those of `begin` and `go`.
+   !> Performs nominal steps, from wherever the run is. Errors: those of `begin` and `go`.
    subroutine go_steps(self, system, n, status, observer)
       !> Begun, without a goal.
       class(run_t), intent(inout), target :: self

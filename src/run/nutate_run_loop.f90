@@ -29,7 +29,7 @@ module nutate_run_loop
 
 contains
 
-   !> Takes a run from where it is to its end, and leaves it with a state to be seen.
+   !> Continues a run from where it is to its end, and leaves it with a state to be seen.
    !>
    !> Errors: those of the steps, `NUTATE_STEP_LIMIT`, and what the observer returned. The state is then the last one
    !> reached.
@@ -53,7 +53,7 @@ contains
       end if
    end subroutine drive
 
-   !> Takes a run with events to its end: from switch to switch, with a system of its own.
+   !> Continues a run with events to its end: from switch to switch, with a system of its own.
    subroutine drive_switched(progress, policy, status, observer)
       type(progress_t), intent(inout) :: progress
       class(step_policy_t), intent(inout) :: policy

@@ -44,7 +44,7 @@ contains
       mark%total = total_work(progress%summary)
    end subroutine mark_progress
 
-   !> Takes a run back to where it was.
+   !> Restores a run to where it was.
    subroutine go_back(mark, progress)
       type(mark_t), intent(in) :: mark
       type(progress_t), intent(inout) :: progress

@@ -34,7 +34,7 @@ module nutate_step_policy
       procedure(get_ready), deferred :: expect_events
       !> The state at a time inside that step, for events: rows and steps do not notice.
       procedure(look), deferred :: look_inside
-      !> Takes that step again, shorter.
+      !> Repeats that step, shorter.
       procedure(repeat_part), deferred :: retake
       !> Sets a system that has changed.
       procedure(set_system), deferred :: renew

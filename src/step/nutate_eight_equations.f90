@@ -91,7 +91,7 @@ module nutate_eight_equations
 
 contains
 
-   !> Takes a power of two as the unit of momentum, and the inertia in it; for the step's length, where wheels rub.
+   !> Sets the unit of momentum, a power of two, and the inertia in it; for the step's length, where wheels rub.
    pure subroutine set_momentum_unit(self, system, inverse_j0, momentum_unit)
       class(eight_equations_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -381,9 +381,9 @@ contains
       is_tangent = self%forces%projection .and. abs(self%w0(1)) <= product_noise*maxval(abs(self%w0(2:4)))
    end function is_tangent
 
-   !> Takes from the increment of p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes neither
-   !> the angular momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|. A turn keeps
-   !> q·p, so that at the end of the step it lies along q1. In axes that turn, `momentum_increment` has done so.
+   !> Subtracts from the increment of p what the rounding of the last steps left of q·p: 1e-16 of |p|, which changes
+   !> neither the angular momentum nor the energy, but adds up from step to step, and with a finite J0 moves |q|. A turn
+   !> keeps q·p, so that at the end of the step it lies along q1. In axes that turn, `momentum_increment` has done so.
    pure subroutine make_tangent(self, q1, dp)
       class(eight_equations_t), intent(in) :: self
       !> At the end of the step; shape (4).

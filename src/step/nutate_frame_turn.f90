@@ -32,7 +32,7 @@ module nutate_frame_turn
       !> Length of the step, s, and its δ; shape (3).
       real(wp), private :: dt = 0.0_wp, delta(3) = 0.0_wp
    contains
-      !> Takes the rate.
+      !> Sets the rate.
       procedure :: prepare
       !> Starts a step.
       procedure :: begin
@@ -51,7 +51,7 @@ module nutate_frame_turn
 
 contains
 
-   !> Takes the rate.
+   !> Sets the rate.
    pure subroutine prepare(self, effects)
       class(frame_turn_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects

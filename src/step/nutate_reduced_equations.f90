@@ -78,7 +78,7 @@ module nutate_reduced_equations
       procedure :: is_in_scale
       !> The b of a step in which the momentum stays.
       procedure :: explicit_guess
-      !> Takes a b, at which the derivative is wanted.
+      !> Sets the b at which the derivative is wanted.
       procedure :: set_point
       !> F(b), the discrete (9a) and (11) on the constraint manifold.
       procedure :: residual

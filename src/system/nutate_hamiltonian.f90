@@ -275,7 +275,7 @@ contains
             potential_energy(system%effects, state%q, state%t)
    end function total_energy
 
-   !> What potentials leave alone, J: H; in space axes that turn, the Jacobi integral H - ω·l.
+   !> The energy that potentials conserve, J: H; in space axes that turn, the Jacobi integral H - ω·l.
    pure real(wp) function conserved_energy(system, state, inverse_j0) result(energy)
       type(system_t), intent(in) :: system
       type(state_t), intent(in) :: state

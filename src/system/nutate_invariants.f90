@@ -42,7 +42,7 @@ module nutate_invariants
       !> 1/J0, kg⁻¹ m⁻².
       real(wp), private :: inverse_j0 = 0.0_wp
    contains
-      !> Takes the first values.
+      !> Stores the first values.
       procedure :: start
       !> Compares a state with the first.
       procedure :: measure
@@ -56,7 +56,7 @@ module nutate_invariants
 
 contains
 
-   !> Takes the first values from a state.
+   !> Stores the first values from a state.
    pure subroutine start(self, system, state, inverse_j0, attitude)
       class(invariants_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -143,7 +143,7 @@ contains
       if (scale > 0.0_wp) ratio = error/scale
    end function ratio
 
-   !> Which components of l the effects leave alone, on or off: all without torque; the one along n with potentials
+   !> Which components of l the effects conserve, on or off: all without torque; the one along n with potentials
    !> that share the direction n, since each is a function of R(q)ᵀn; none otherwise. Where the space axes turn, none
    !> but that along their axis; with a potential that moves none.
    pure subroutine conserved_momentum(effects, components, axis)

@@ -136,7 +136,7 @@ contains
       end associate
    end function bound_motion
 
-   !> Takes a torque. Where it is -DΩ the power of its drag is no more than ‖√J⁻¹ D √J⁻¹‖ S².
+   !> Adds a torque. Where it is -DΩ the power of its drag is no more than ‖√J⁻¹ D √J⁻¹‖ S².
    pure subroutine add_torque(torque, body, whole, bounds, total)
       class(torque_t), intent(in) :: torque
       type(body_t), intent(in) :: body
@@ -172,7 +172,7 @@ contains
       end do
    end function inverse_root
 
-   !> Takes what wheels do to the body: their motors' torques, and nothing to the momentum of all. Friction, which
+   !> Adds what wheels do to the body: their motors' torques, and nothing to the momentum of all. Friction, which
    !> depends on their speeds, has no bound here.
    pure subroutine add_wheels(system, whole, bounds, total)
       type(system_t), intent(in) :: system
@@ -195,7 +195,7 @@ contains
       end do
    end subroutine add_wheels
 
-   !> Takes a potential: it turns about no axis that lies along its direction.
+   !> Adds a potential: it turns about no axis that lies along its direction.
    pure subroutine add_potential(potential, whole, bounds, total)
       class(potential_t), intent(in) :: potential
       type(linear_map_t), intent(in) :: whole

@@ -35,7 +35,8 @@ contains
       end if
    end subroutine add_wheel
 
-   !> Takes the inertia of all wheels of a system from its body. Errors, with the system as it was: as for `add_wheel`.
+   !> Subtracts the inertia of all wheels of a system from that of its body. Errors, with the system as it
+   !> was: as for `add_wheel`.
    subroutine mount_wheels(system, status)
       type(system_t), intent(inout) :: system
       type(status_t), intent(out) :: status

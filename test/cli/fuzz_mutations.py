@@ -137,7 +137,7 @@ def change_ends(dice, text):
 
 
 def unclose(dice, text):
-    """Takes away what closes a group or a text."""
+    """Removes what closes a group or a text."""
     sign = dice.choice((b"/", b"'", b"="))
     places = [i for i in range(len(text)) if text[i:i + 1] == sign]
     if not places:

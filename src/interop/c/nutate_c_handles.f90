@@ -53,7 +53,7 @@ module nutate_c_handles
    !> A scene.
    type, extends(handle_t) :: scene_handle_t
       type(scene_t) :: scene
-      !> Whom its runs ask whether to go on.
+      !> The poll callback of its runs.
       type(poll_t) :: poll
       !> There are callbacks in its system, which its groups do not name.
       logical :: calls_back = .false.
@@ -95,7 +95,7 @@ module nutate_c_handles
       type(run_plan_t) :: plan
       !> Status and what the callback returned, of a callback that failed; shape (2).
       integer(c_int) :: failure(2) = 0
-      !> Whom runs ask whether to go on.
+      !> The poll callback of runs.
       type(poll_t) :: poll
       !> The state that was set: energy and work count from there. Its total energy, J.
       type(state_t) :: first

@@ -14,7 +14,7 @@ module nutate_c_polls
 
    public :: poll_t, find_steps_asking, steps_between_looks
 
-   !> Whom to ask, and when that was done last.
+   !> The poll callback, and when it was called last.
    type :: poll_t
       type(c_funptr) :: function = c_null_funptr
       !> Passed through.
@@ -26,7 +26,7 @@ module nutate_c_polls
       procedure :: ask
    end type poll_t
 
-   !> Asks in trial runs, of which nothing is seen.
+   !> Calls the poll callback in trial runs, which write no output.
    type, extends(observer_t) :: pilot_observer_t
       type(poll_t) :: whom
       !> Status and what the callback returned, of a callback that failed; shape (2).

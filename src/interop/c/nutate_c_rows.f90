@@ -21,7 +21,7 @@ module nutate_c_rows
       !> `double[capacity][width]`, or null; rows that it has room for, beyond the greatest integer a negative number.
       type(c_ptr) :: array = c_null_ptr
       integer(c_size_t) :: capacity = 0
-      !> Takes the rows in place of an array, and has room for all.
+      !> Receives the rows in place of an array, and has room for all.
       type(history_handle_t), pointer :: history => null()
       !> There is an array, or a history.
       logical :: wants_rows = .false.

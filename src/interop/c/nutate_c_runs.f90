@@ -173,7 +173,7 @@ contains
       if (allocated(plan%times)) is_first_a_row = size(plan%times) > 0
    end function is_first_a_row
 
-   !> Takes what has been switched, and held, in a run.
+   !> Copies what has been switched, and held, in a run.
    subroutine copy_effects(handle)
       type(stepper_handle_t), intent(inout) :: handle
       if (.not. allocated(handle%given)) allocate (handle%given, source=handle%system%effects)

@@ -84,7 +84,7 @@ contains
          call error%raise(line, quoted(name)//' is not the name of a number', expected=form)
    end subroutine split
 
-   !> Takes what stands before the first point.
+   !> Reads what stands before the first point.
    subroutine take(rest, word)
       character(len=:), allocatable, intent(inout) :: rest
       character(len=:), allocatable, intent(out) :: word

@@ -129,9 +129,9 @@ contains
                           abs(0.125_wp*equations%dt*equations%inverse_j0*equations%w0(1)) <= near_manifold
    end function stays_on_manifold
 
-   !> Takes as unit of momentum the power of two next to the largest of |p| and the change of p in a step by the forces
-   !> on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest without forces,
-   !> the momentum that turns it by about 1 rad in a step.
+   !> Sets the unit of momentum to the power of two next to the largest of |p| and the change of p in a step by the
+   !> forces on a body at rest: those that oppose its motion change p by no more than |p|. For a body at rest
+   !> without forces, the momentum that turns it by about 1 rad in a step.
    subroutine scale_unknowns(self, system, state, dt, window_time, status)
       class(nielsen_krenk_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -78,7 +78,7 @@ module nutate_invariant_projection
       !> How far round-off of the energy moved the last state, rad: up to √ε where H is nearly stationary.
       real(wp), public :: moved_by_round_off = 0.0_wp
    contains
-      !> Takes the invariants that a system has.
+      !> Sets the invariants that a system has.
       procedure :: prepare
       !> Starts the balance of a state from its own invariants.
       procedure :: start
@@ -94,7 +94,7 @@ module nutate_invariant_projection
 
 contains
 
-   !> Takes the invariants that a system has. To be called before the first step and after every change of the system.
+   !> Sets the invariants that a system has. To be called before the first step and after every change of the system.
    pure subroutine prepare(self, system, attitude, compensated)
       class(invariant_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system

@@ -15,7 +15,7 @@ module nutate_momentum_target
       !> l, space axes, N m s; shape (3); of it l·n, or else |l|, N m s.
       real(wp) :: momentum(3) = 0.0_wp, component = 0.0_wp
    contains
-      !> Takes the values of a point.
+      !> Stores the values of a point.
       procedure :: set
       !> Turns l to where it is after some time in space axes that turn.
       procedure :: turn
@@ -25,7 +25,7 @@ module nutate_momentum_target
 
 contains
 
-   !> Takes the values of a point.
+   !> Stores the values of a point.
    pure subroutine set(self, components, point)
       class(momentum_target_t), intent(inout) :: self
       integer, intent(in) :: components

@@ -27,7 +27,7 @@ module nutate_projected_stepper
       !> The state before the step under way.
       type(state_t) :: kept = state_t()
    contains
-      !> Takes the stepper whose states to project; must come before `prepare`.
+      !> Sets the stepper whose states to project; must come before `prepare`.
       procedure :: wrap
       procedure :: disturb
       procedure :: set_up
@@ -40,7 +40,7 @@ module nutate_projected_stepper
 
 contains
 
-   !> Takes the stepper whose states to project.
+   !> Sets the stepper whose states to project.
    subroutine wrap(self, base, spacing)
       class(projected_stepper_t), intent(inout) :: self
       !> Moved: not allocated afterwards.

@@ -33,7 +33,7 @@ module nutate_spaced_projection
       !> Steps to a projection while errors are small.
       integer :: usual = 1
    contains
-      !> Takes the invariants that a system has.
+      !> Sets the invariants that a system has.
       procedure :: prepare
       !> Sets the noise of a trial run.
       procedure :: disturb
@@ -41,7 +41,7 @@ module nutate_spaced_projection
       procedure :: moved_by_round_off
       !> Puts the state that a step left in the place of a copy that was seen.
       procedure :: find_origin
-      !> Takes the state from which a step starts.
+      !> Sets the state from which a step starts.
       procedure :: begin_step
       !> Projects the state that the step reached, if that is due.
       procedure :: end_step
@@ -55,7 +55,7 @@ module nutate_spaced_projection
 
 contains
 
-   !> Takes the invariants that a system has. To be called before the first step and after every change of the system.
+   !> Sets the invariants that a system has. To be called before the first step and after every change of the system.
    pure subroutine prepare(self, system, attitude, usual, compensated)
       class(spaced_projection_t), intent(inout) :: self
       type(system_t), intent(in) :: system
@@ -99,7 +99,7 @@ contains
       end if
    end subroutine find_origin
 
-   !> Takes the state from which a step starts, which has its balance then; one that starts anew is projected after its
+   !> Sets the state from which a step starts, which has its balance then; one that starts anew is projected after its
    !> first step.
    pure subroutine begin_step(self, system, state)
       class(spaced_projection_t), intent(inout) :: self

@@ -32,9 +32,9 @@ module nutate_wheel_series
       !> Ω and γ as motors ask for them: rad/s, shape (3, 0:highest_order).
       real(wp), allocatable, private :: omega(:, :), gamma(:, :)
    contains
-      !> Takes the wheels of a system.
+      !> Sets the wheels of a system.
       procedure :: prepare
-      !> Takes the start of a series.
+      !> Sets the start of a series.
       procedure :: set_start
       !> The series starts from a state, with the same motors.
       procedure :: is_start
@@ -50,7 +50,7 @@ module nutate_wheel_series
 
 contains
 
-   !> Takes the wheels of a system. Errors: `NUTATE_BAD_ARGUMENT` for a motor without series.
+   !> Sets the wheels of a system. Errors: `NUTATE_BAD_ARGUMENT` for a motor without series.
    subroutine prepare(self, effects, status)
       class(wheel_series_t), intent(inout) :: self
       type(effect_list_t), intent(in) :: effects
@@ -82,7 +82,7 @@ contains
       allocate (self%auxiliary(0:highest_order, last), source=0.0_wp)
    end subroutine prepare
 
-   !> Takes the start of a series.
+   !> Sets the start of a series.
    pure subroutine set_start(self, state, driven)
       class(wheel_series_t), intent(inout) :: self
       type(state_t), intent(in) :: state
