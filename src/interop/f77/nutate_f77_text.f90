@@ -17,7 +17,7 @@ subroutine nutext(info, text)
    case (NUTATE_OK)
       text = 'success'
    case (NUTATE_NOT_CONVERGED)
-      text = 'a step did not converge even when subdivided: is TOR or POT discontinuous?'
+      text = 'a step did not converge, even subdivided: is TOR or POT discontinuous?'
    case (NUTATE_OFF_BRANCH)
       text = 'a step is too long to follow the motion, even subdivided'
    case (NUTATE_SINGULAR)

@@ -231,7 +231,7 @@ contains
          if (present(given)) self%scale%size = max(state%balance%scale%size, point%size)
          call settle(self, energy, state)
       else
-         status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its error of the energy is no small one')
+         status = fail(NUTATE_OFF_BRANCH, 'the step is too long: its energy error is too large')
       end if
    end subroutine project
 
